@@ -1,0 +1,24 @@
+# Make `find_package` of the ROS 2 wheels usable: they export include directories of the machine that built them.
+#
+# Passed as -DCMAKE_PROJECT_INCLUDE, so it runs right after project(). What it does is put off to the end of the
+# directory, when every find_package() of the CMakeLists.txt has made its imported targets, and then takes those
+# directories out of INTERFACE_INCLUDE_DIRECTORIES that do not exist here. Without it CMake stops with
+# "Imported target ... includes non-existent path".
+function(kit_drop_missing_include_directories)
+  get_property(targets DIRECTORY PROPERTY IMPORTED_TARGETS)
+  foreach(target IN LISTS targets)
+    get_target_property(directories ${target} INTERFACE_INCLUDE_DIRECTORIES)
+    if(NOT directories)
+      continue()
+    endif()
+    set(kept "")
+    foreach(directory IN LISTS directories)
+      if(directory MATCHES "^\\$<" OR EXISTS "${directory}")
+        list(APPEND kept "${directory}")
+      endif()
+    endforeach()
+    set_target_properties(${target} PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${kept}")
+  endforeach()
+endfunction()
+
+cmake_language(DEFER CALL kit_drop_missing_include_directories)
