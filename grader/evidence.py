@@ -1,0 +1,338 @@
+"""The facts that a grading leaves, and their JSON. Facts only: whether they are good is for the checks to say.
+
+On disk a grading's evidence is one folder:
+
+    submission.json     Intake: what was handed in, which package was chosen
+    build.json          Build: how the build went and what it installed
+    tests.json          OwnTests: the package's own tests and their coverage
+    trials/NAME.json    Trial: one run of one node in a world
+    flags.json          list of Flag: attempts at tampering and other oddities
+
+Times `t` are simulated seconds since the trial began, unless the name says wall.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+import cattrs
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Flag:
+    """Something an instructor should look at: an attempt at tampering, or a wall that was missing."""
+
+    kind: str
+    what: str
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class Intake:
+    """What was handed in. Paths are relative to the unpacked submission."""
+
+    name: str
+    sha256: str
+    package: str
+    package_path: str
+    files: list[str] = field(default_factory=list)
+    others: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    interfaces_package: str = ""
+
+
+@dataclass(frozen=True)
+class Build:
+    """How `colcon build` went, and what it installed. `type_hashes` maps "srv/SetSpeed" to its RIHS01 hash."""
+
+    ok: bool
+    cached: bool
+    wall_seconds: float
+    exit_code: int | None
+    timed_out: bool
+    log_tail: str
+    executables: list[str] = field(default_factory=list)
+    shared_files: list[str] = field(default_factory=list)
+    type_hashes: dict[str, str] = field(default_factory=dict)
+    interface_texts: dict[str, str] = field(default_factory=dict)
+    contract_hashes: dict[str, str] = field(default_factory=dict)
+    contract_texts: dict[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class TestModule:
+    """One test module of the package, as read (not run) and as run in a process of its own."""
+
+    path: str
+    stub: bool
+    tests: int
+    asserting: int
+    subjects: list[str]
+    passed: int = 0
+    failed: int = 0
+    skipped: int = 0
+    errors: int = 0
+    timed_out: bool = False
+    failures: list[str] = field(default_factory=list)
+    output_tail: str = ""
+
+
+@dataclass(frozen=True)
+class FileCoverage:
+    """Lines and branches of one source file that the package's own tests reached."""
+
+    path: str
+    lines: int
+    lines_hit: int
+    branches: int
+    branches_hit: int
+    missing: list[int] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class OwnTests:
+    """The package's own tests: the modules, and what they cover of the package."""
+
+    modules: list[TestModule] = field(default_factory=list)
+    coverage: list[FileCoverage] = field(default_factory=list)
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Command:
+    """One `cmd_vel` message that arrived: linear x in m/s, angular z in rad/s, and the largest other component."""
+
+    t: float
+    v: float
+    omega: float
+    other: float = 0.0
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The robot's true state and its odometry after one tick. Poses in the odom frame, m and rad."""
+
+    t: float
+    x: float
+    y: float
+    yaw: float
+    v: float
+    omega: float
+    odom_x: float
+    odom_y: float
+    odom_yaw: float
+    clearance: float
+
+
+@dataclass(frozen=True)
+class ScanSummary:
+    """One published scan: the closest valid reading in each sector of 120 degrees, and anywhere; inf if none."""
+
+    t: float
+    ahead: float
+    behind: float
+    anywhere: float
+
+
+@dataclass(frozen=True)
+class Touch:
+    """The hull touched an obstacle."""
+
+    t: float
+    obstacle: str
+    speed: float
+
+
+@dataclass(frozen=True)
+class Call:
+    """One service call. `response` is None when no answer came; then `problem` says what happened."""
+
+    t: float
+    service: str
+    request: dict[str, Any]
+    response: dict[str, Any] | None
+    answered_t: float = math.nan
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """One goal of the action. `status` is "succeeded", "canceled", "aborted", "rejected" or "unfinished"."""
+
+    t: float
+    x: float
+    y: float
+    tolerance: float
+    accepted: bool
+    status: str
+    success: bool | None
+    final_x: float
+    final_y: float
+    ended_t: float
+    cancel_t: float = math.nan
+    cancel_accepted: bool | None = None
+    feedback: list[list[float]] = field(default_factory=list)
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """One publisher or subscription on the graph. `reliability` is "reliable" or "best_effort"."""
+
+    topic: str
+    kind: str
+    node: str
+    type: str
+    type_hash: str
+    reliability: str
+
+
+@dataclass(frozen=True)
+class Graph:
+    """What the running graph shows of one node. Names carry no leading slash."""
+
+    nodes: list[str] = field(default_factory=list)
+    endpoints: list[Endpoint] = field(default_factory=list)
+    services: dict[str, list[str]] = field(default_factory=dict)
+    actions: dict[str, list[str]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ProcessEnd:
+    """How a node's process ended. `by` is "itself", "us" (stopped after the trial) or "interrupt" (asked by SIGINT)."""
+
+    by: str
+    exit_code: int | None
+    wall_seconds: float
+    output_tail: str
+
+
+@dataclass(frozen=True)
+class Message:
+    """One message of a topic that the trial listened to, its fields flattened to plain values."""
+
+    t: float
+    topic: str
+    data: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run of one node in a world. `pace` is "lockstep" or "real time"; `ended` is "" for a complete script."""
+
+    name: str
+    node: str
+    world: str
+    seed: int
+    ready: bool
+    pace: str
+    ended: str
+    script_error: str = ""
+    choices: dict[str, float] = field(default_factory=dict)
+    marks: dict[str, float] = field(default_factory=dict)
+    commands: list[Command] = field(default_factory=list)
+    samples: list[Sample] = field(default_factory=list)
+    scans: list[ScanSummary] = field(default_factory=list)
+    touches: list[Touch] = field(default_factory=list)
+    calls: list[Call] = field(default_factory=list)
+    goals: list[Goal] = field(default_factory=list)
+    messages: list[Message] = field(default_factory=list)
+    graph: Graph | None = None
+    process: ProcessEnd | None = None
+    wall_seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Everything that one grading saw."""
+
+    intake: Intake
+    build: Build
+    tests: OwnTests | None = None
+    trials: dict[str, Trial] = field(default_factory=dict)
+    flags: list[Flag] = field(default_factory=list)
+
+
+def _float_to_json(value: float) -> float | str:
+    return value if math.isfinite(value) else str(value)
+
+
+def _converter() -> cattrs.Converter:
+    converter = cattrs.Converter(forbid_extra_keys=True)
+    # JSON knows neither inf nor nan; float() reads back the words that str() writes.
+    converter.register_unstructure_hook(float, _float_to_json)
+    return converter
+
+
+_CONVERTER = _converter()
+
+
+def to_json(fact: Any) -> str:
+    """Return `fact` (a dataclass of this module, or a list of them) as strict JSON."""
+    return json.dumps(_plain(_CONVERTER.unstructure(fact)), indent=1, allow_nan=False, sort_keys=True)
+
+
+def _plain(value: Any) -> Any:
+    """Replace the non-finite floats that sit in untyped dictionaries."""
+    if isinstance(value, float):
+        return _float_to_json(value)
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def from_json(text: str, kind: type[T]) -> T:
+    """Return the fact that `to_json` wrote.
+
+    Raises:
+        ValueError: the text is no JSON, or does not describe a `kind`.
+    """
+    try:
+        return _CONVERTER.structure(json.loads(text), kind)
+    except (cattrs.BaseValidationError, TypeError, KeyError) as error:
+        raise ValueError(f"not a {getattr(kind, '__name__', kind)}: {error!r}") from error
+
+
+def save(evidence: Evidence, folder: Path) -> None:
+    """Write `evidence` below `folder`, one file a fact."""
+    (folder / "trials").mkdir(parents=True, exist_ok=True)
+    (folder / "submission.json").write_text(to_json(evidence.intake))
+    (folder / "build.json").write_text(to_json(evidence.build))
+    (folder / "flags.json").write_text(to_json(evidence.flags))
+    if evidence.tests is not None:
+        (folder / "tests.json").write_text(to_json(evidence.tests))
+    for trial in evidence.trials.values():
+        (folder / "trials" / f"{trial.name}.json").write_text(to_json(trial))
+
+
+def load(folder: Path) -> Evidence:
+    """Read what `save` wrote.
+
+    Raises:
+        ValueError: a file is damaged; the message names it.
+        OSError: a file cannot be read.
+    """
+    tests = folder / "tests.json"
+    trials = [_read(path, Trial) for path in sorted((folder / "trials").glob("*.json"))]
+    return Evidence(
+        intake=_read(folder / "submission.json", Intake),
+        build=_read(folder / "build.json", Build),
+        tests=_read(tests, OwnTests) if tests.exists() else None,
+        trials={trial.name: trial for trial in trials},
+        flags=_read(folder / "flags.json", list[Flag]),
+    )
+
+
+def _read(path: Path, kind: type[T]) -> T:
+    try:
+        return from_json(path.read_text(), kind)
+    except ValueError as error:
+        raise ValueError(f"{path.name} is damaged: {error}") from error
