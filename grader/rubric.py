@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Requirement:
-    """One requirement of the contract. Without checks it is not graded yet."""
+    """One requirement of the contract; `advanced` of its `points` are advanced. Without checks it is not graded yet."""
 
     id: str
     criterion: str
@@ -30,14 +31,14 @@ class Requirement:
     text: str
     section: str
     checks: tuple[Check, ...]
+    advanced: float = 0.0
 
     @property
     def level(self) -> str:
-        """Return "core", "advanced", or both with their points."""
-        points = {level: sum(c.points for c in self.checks if c.level == level) for level in ("core", "advanced")}
-        if not self.checks or not points["advanced"]:
-            return "core"
-        return " + ".join(f"{level} {value:g}" for level, value in points.items() if value)
+        """Return "core", "advanced", or both with their points: "core 1 + advanced 1"."""
+        points = {"core": self.points - self.advanced, "advanced": self.advanced}
+        held = {level: value for level, value in points.items() if value > 0}
+        return next(iter(held), "core") if len(held) < 2 else " + ".join(f"{k} {v:g}" for k, v in held.items())
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ def load(path: Path) -> Rubric:
     try:
         data = yaml.safe_load(path.read_text())
         rubric = _rubric(data)
-    except (OSError, yaml.YAMLError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, yaml.YAMLError, KeyError, TypeError, AttributeError, ValueError) as error:
         raise GraderError(f"{path} cannot be read as a rubric ({error!r}). Compare it with the kit's own.") from error
     problems = _problems(rubric)
     if problems:
@@ -98,13 +99,23 @@ def load(path: Path) -> Rubric:
     return rubric
 
 
+def _known(data: dict[str, Any], keys: str) -> dict[str, Any]:
+    """Return `data` if it has no key but `keys`: a misspelt "checks" would leave a requirement ungraded in silence."""
+    unknown = sorted(str(key) for key in set(data) - set(keys.split()))
+    if unknown:
+        raise KeyError(f"{data.get('id', 'the rubric')} has the unknown key {', '.join(unknown)}")
+    return data
+
+
 def _rubric(data: dict[str, Any]) -> Rubric:
+    _known(data, "title version criteria")
     return Rubric(
         title=data["title"], version=str(data["version"]), criteria=tuple(_criterion(c) for c in data["criteria"])
     )
 
 
 def _criterion(data: dict[str, Any]) -> Criterion:
+    _known(data, "id title points levels requirements")
     return Criterion(
         id=data["id"],
         title=data["title"],
@@ -115,19 +126,28 @@ def _criterion(data: dict[str, Any]) -> Criterion:
 
 
 def _requirement(data: dict[str, Any], criterion: str) -> Requirement:
+    _known(data, "id points advanced text section checks")
     return Requirement(
         id=data["id"],
         criterion=criterion,
         points=float(data["points"]),
         text=" ".join(data["text"].split()),
         section=data["section"],
-        checks=tuple(Check(c["id"], float(c["points"]), c.get("level", "core")) for c in data.get("checks", ())),
+        checks=tuple(_check(c) for c in data.get("checks", ())),
+        advanced=float(data.get("advanced", 0)),
     )
+
+
+def _check(data: dict[str, Any]) -> Check:
+    _known(data, "id points level")
+    return Check(id=data["id"], points=float(data["points"]), level=data.get("level", "core"))
 
 
 def _problems(rubric: Rubric) -> list[str]:
     problems = []
     for criterion in rubric.criteria:
+        if sorted(criterion.levels) != ["A", "B", "C", "D"]:
+            problems.append(f"{criterion.id} needs words for the levels A, B, C and D")
         total = sum(r.points for r in criterion.requirements)
         if abs(total - criterion.points) > 1e-9:
             problems.append(f"{criterion.id} has {criterion.points:g} points, its requirements {total:g}")
@@ -135,6 +155,16 @@ def _problems(rubric: Rubric) -> list[str]:
         total = sum(check.points for check in requirement.checks)
         if requirement.checks and abs(total - requirement.points) > 1e-9:
             problems.append(f"{requirement.id} has {requirement.points:g} points, its checks {total:g}")
-    ids = [check.id for check in rubric.checks] + [requirement.id for requirement in rubric.requirements]
+        advanced = sum(check.points for check in requirement.checks if check.level == "advanced")
+        if requirement.checks and abs(advanced - requirement.advanced) > 1e-9:
+            problems.append(f"{requirement.id} has {requirement.advanced:g} advanced points, its checks {advanced:g}")
+    problems += [
+        f"{check.id} has the level {check.level!r}, neither core nor advanced"
+        for check in rubric.checks
+        if check.level not in ("core", "advanced")
+    ]
+    parts: tuple[Criterion | Requirement | Check, ...] = (*rubric.criteria, *rubric.requirements, *rubric.checks)
+    problems += [f"{part.id} has {part.points:g} points" for part in parts if not 0 <= part.points < math.inf]
+    ids = [part.id for part in parts]
     problems += [f"{name} is listed twice" for name in sorted({name for name in ids if ids.count(name) > 1})]
     return problems
