@@ -1,0 +1,230 @@
+"""`colcon build` inside the wall, cached by content: what goes in decides the key, so the same input builds once."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from grader import evidence, sandbox, toolchain
+from grader.errors import GraderError
+
+PACKAGE = "ros2_robot_controller"
+CONTRACT = Path(__file__).parent / "contract" / PACKAGE
+INTERFACES = ("srv/SetSpeed", "srv/GetRobotStatus", "action/NavigateToPosition", "msg/SensorFusionData")
+
+# The same paths in every wall: the compiler cache recognises the generated code of a class of submissions by them.
+_SOURCE, _BUILD, _INSTALL, _CCACHE = "/ws/src", "/ws/build", "/ws/install", "/ws/ccache"
+_LOG_TAIL = 8000
+_JSON_CAP = 1_000_000
+
+
+@dataclass(frozen=True)
+class Built:
+    """A finished build: the facts, and the install tree on the host (its place inside walls is `INSTALL`)."""
+
+    facts: evidence.Build
+    install: Path
+
+
+INSTALL = Path(_INSTALL)
+
+
+def cache_folder() -> Path:
+    """Return the folder for builds: $ROS2_COURSE_KIT_CACHE, or the user's cache folder."""
+    chosen = os.environ.get("ROS2_COURSE_KIT_CACHE")
+    base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    return Path(chosen or Path(base) / "ros2-course-kit").expanduser()
+
+
+def contract(cache: Path) -> Built:
+    """Return the contract's own interfaces, built once on this machine. The observer talks with these types.
+
+    Raises:
+        GraderError: they do not build here.
+    """
+    built = build([CONTRACT], cache, seconds=600.0, trusted=True)
+    if not built.facts.ok:
+        raise GraderError(
+            f"The contract's own interfaces do not build on this machine:\n{built.facts.log_tail}\nRun `grader doctor`."
+        )
+    return built
+
+
+def build(packages: Sequence[Path], cache: Path, *, seconds: float = 300.0, trusted: bool = False) -> Built:
+    """Build the package folders walled in and return the facts and the install tree.
+
+    A second build of the same content takes the first one's result. Only the kit's own builds (`trusted`) fill the
+    compiler cache; submissions read it, so that none can plant an object file for another.
+
+    Raises:
+        GraderError: no wall or no disk. A package that does not compile is a fact, not an error.
+    """
+    folder = cache / "builds" / _key(packages)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with _locked(folder.with_suffix(".lock")):
+        facts = _load(folder)
+        if facts is not None:
+            return Built(replace(facts, cached=True), folder / "install")
+        return _build(packages, folder, cache / "ccache", seconds, trusted)
+
+
+def _build(packages: Sequence[Path], folder: Path, ccache: Path, seconds: float, trusted: bool) -> Built:
+    ccache.mkdir(parents=True, exist_ok=True)
+    work = Path(tempfile.mkdtemp(prefix=folder.name[:12] + ".", dir=folder.parent))
+    try:
+        for name in ("src", "build", "install"):
+            (work / name).mkdir()
+        for package in packages:
+            shutil.copytree(package, work / "src" / package.name, symlinks=True, ignore=_not_source)
+        result = _colcon(work, ccache, seconds, trusted)
+        facts = _facts(result, work / "install")
+        shutil.rmtree(work / "build")
+        (work / "build.json").write_text(evidence.to_json(facts))
+        if result.timed_out:
+            # A build that ran out of time may fare better on a quieter day: keep it out of the cache.
+            folder = folder.with_name(work.name + ".timeout")
+        elif folder.exists():
+            shutil.rmtree(folder)
+        work.rename(folder)
+    except OSError as error:
+        raise GraderError(f"Cannot write the build to {folder.parent}: {error}. Free some space there.") from error
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    return Built(facts, folder / "install")
+
+
+def _colcon(work: Path, ccache: Path, seconds: float, trusted: bool) -> sandbox.RunResult:
+    environment = toolchain.environment(home=sandbox.HOME)
+    launchers = []
+    if shutil.which("ccache"):
+        environment |= {"CCACHE_DIR": _CCACHE, "CCACHE_NOHASHDIR": "1", "CCACHE_BASEDIR": "/ws", "CCACHE_NOSTATS": "1"}
+        environment |= {} if trusted else {"CCACHE_READONLY": "1", "CCACHE_TEMPDIR": "/tmp"}
+        launchers = [f"-DCMAKE_{language}_COMPILER_LAUNCHER=ccache" for language in ("C", "CXX")]
+    wall = sandbox.Wall(
+        read_only={work / "src": _SOURCE, toolchain.CMAKE_HOOK: "/ws/wheel_prefix.cmake"}
+        | ({} if trusted else {ccache: _CCACHE}),
+        writable={work / "build": _BUILD, work / "install": _INSTALL} | ({ccache: _CCACHE} if trusted else {}),
+        environment=environment,
+        cwd="/ws",
+    )
+    command = [
+        "colcon", "--log-base", "/tmp/log", "build", "--base-paths", _SOURCE, "--build-base", _BUILD,
+        "--install-base", _INSTALL, "--merge-install", "--event-handlers", "console_direct+", "status-",
+        "--cmake-args", "-G", "Ninja", "-DCMAKE_PROJECT_INCLUDE=/ws/wheel_prefix.cmake", "-DBUILD_TESTING=OFF",
+        *launchers,
+    ]  # fmt: skip
+    return sandbox.run(command, wall, sandbox.Limits(wall_seconds=seconds))
+
+
+def _facts(result: sandbox.RunResult, install: Path) -> evidence.Build:
+    share = install / "share"
+    return evidence.Build(
+        ok=result.ok and (share / PACKAGE / "package.xml").is_file(),
+        cached=False,
+        wall_seconds=round(result.wall_seconds, 1),
+        exit_code=result.exit_code,
+        timed_out=result.timed_out,
+        log_tail=result.output[-_LOG_TAIL:],
+        executables=sorted(p.name for p in _files(install / "lib" / PACKAGE) if p.stat().st_mode & 0o111),
+        shared_files=sorted(str(p.relative_to(share / PACKAGE)) for p in _files(share / PACKAGE)),
+        type_hashes={name: found for name in INTERFACES if (found := _type_hash(share, name))},
+        interface_texts={name: text for name in INTERFACES if (text := _interface_text(share, name))},
+    )
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    """Yield the regular files below `folder`, links not followed."""
+    for here, _, names in os.walk(folder):
+        for name in names:
+            path = Path(here, name)
+            if path.is_file() and not path.is_symlink():
+                yield path
+
+
+def _type_hash(share: Path, interface: str) -> str:
+    """Return the RIHS01 hash that rosidl installed beside the interface, "" if there is none."""
+    for package in (PACKAGE, f"{PACKAGE}_interfaces"):
+        described = _read_json(share / package / f"{interface}.json")
+        wanted = f"{package}/{interface}"
+        for entry in described.get("type_hashes", []) if isinstance(described, dict) else []:
+            if isinstance(entry, dict) and entry.get("type_name") == wanted:
+                return str(entry.get("hash_string", ""))[:80]
+    return ""
+
+
+def _interface_text(share: Path, interface: str) -> str:
+    kind, name = interface.split("/")
+    for package in (PACKAGE, f"{PACKAGE}_interfaces"):
+        path = share / package / kind / f"{name}.{kind}"
+        if path.is_file() and not path.is_symlink() and path.stat().st_size < _JSON_CAP:
+            return path.read_text(errors="replace")
+    return ""
+
+
+def _read_json(path: Path) -> Any:
+    try:
+        if path.is_symlink() or path.stat().st_size > _JSON_CAP:
+            return None
+        return json.loads(path.read_text())
+    except (OSError, ValueError, RecursionError):
+        return None
+
+
+def _key(packages: Sequence[Path]) -> str:
+    """Return a hash of everything that decides a build's result."""
+    digest = hashlib.sha256()
+    for part in (_toolchain_id(), toolchain.CMAKE_HOOK.read_text(), Path(__file__).read_text()):
+        digest.update(part.encode() + b"\0")
+    for package in packages:
+        for path in sorted(_sources(package)):
+            mode = "x" if path.stat().st_mode & 0o100 else "-"
+            digest.update(f"{package.name}/{path.relative_to(package)}\0{mode}\0".encode("utf-8", "surrogateescape"))
+            digest.update(hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()[:40]
+
+
+def _sources(package: Path) -> Iterator[Path]:
+    for path in _files(package):
+        if not any(part in _IGNORED for part in path.relative_to(package).parts):
+            yield path
+
+
+_IGNORED = ("__pycache__", ".git", "build", "install", "log", ".pytest_cache")
+
+
+def _not_source(folder: str, names: list[str]) -> list[str]:
+    return [name for name in names if name in _IGNORED or Path(folder, name).is_symlink()]
+
+
+def _toolchain_id() -> str:
+    versions = sorted(
+        f"{d.name}={d.version}" for d in metadata.distributions() if d.name.startswith(("ros-jazzy", "colcon", "cmake"))
+    )
+    return "\n".join([str(toolchain.PREFIX), str(toolchain.BASE_PREFIX), *versions])
+
+
+def _load(folder: Path) -> evidence.Build | None:
+    """Return the facts of a finished build, None if there is none or it is damaged (it is then built again)."""
+    try:
+        facts = evidence.from_json((folder / "build.json").read_text(), evidence.Build)
+    except (OSError, ValueError):
+        return None
+    return facts if (folder / "install").is_dir() else None
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Hold `path` locked, so that two gradings never build the same thing at once."""
+    with path.open("w") as stream:
+        fcntl.flock(stream, fcntl.LOCK_EX)
+        yield

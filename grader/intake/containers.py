@@ -1,0 +1,365 @@
+"""Folders, zips and tars, seen as lists of entries with contents. What is kept of them is for plan.py to say.
+
+Nothing here follows a link or trusts a size that an archive declares. Whatever a library raises on a crafted
+archive becomes a SubmissionError.
+"""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+import lzma
+import os
+import stat
+import tarfile
+import zipfile
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import IO, Any, Protocol
+
+from grader.errors import GraderError, KitError, SubmissionError
+from grader.intake.names import never_kept, printable
+
+# A listing longer than this is not read to its end: 20 times the files that may be kept leaves room for what is pruned.
+MOST_ENTRIES = 100_000
+# What a tar may unpack to, pruned build trees and the headers included.
+MOST_TAR_BYTES = 250 * 1024**2
+# xz names its own dictionary size, up to 4 GiB; `xz -9` needs 65 MiB.
+MOST_LZMA_MEMORY = 256 * 1024**2
+LONGEST_LINK = 4096
+
+ARCHIVE_SUFFIXES = (".zip", ".tar", ".tar.gz", ".tgz", ".tar.bz2", ".tbz2", ".tbz", ".tar.xz", ".txz")
+
+
+class Kind(Enum):
+    """What an entry is."""
+
+    FILE = "file"
+    FOLDER = "folder"
+    LINK = "link"
+    HARD_LINK = "hard link"
+    SPECIAL = "special"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One entry as the container states it; nothing of it is to be trusted. `packed` is its size in the archive."""
+
+    index: int
+    name: str
+    kind: Kind
+    size: int = 0
+    mode: int = 0o644
+    target: str = ""
+    packed: int | None = None
+
+
+class Container(Protocol):
+    """A folder or an archive."""
+
+    name: str
+
+    def entries(self) -> list[Entry]:
+        """Return all entries in the container's own order."""
+
+    def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, IO[bytes]]]:
+        """Yield index and stream of each wanted regular file; a stream holds until the next one is asked for."""
+
+
+def open_container(path: Path) -> Container:
+    """Return the container at `path`, recognised by its bytes, not by its name.
+
+    Raises:
+        SubmissionError: there is nothing at `path`, or it is neither a folder nor an archive that can be opened.
+        GraderError: `path` cannot be read.
+    """
+    shown = printable(path.name or str(path))
+    try:
+        if path.is_dir():
+            return Folder(path)
+        if not path.exists():
+            raise SubmissionError(f"There is no file or folder {printable(str(path))}. Check the path.")
+        if not path.is_file():
+            raise SubmissionError(f"{shown} is neither a folder nor a file. Submit the package folder or a zip of it.")
+        with path.open("rb") as file:
+            head = file.read(512)
+    except OSError as error:
+        raise GraderError(f"Cannot read {printable(str(path))}: {error.strerror}. Check its permissions.") from error
+    if not head:
+        raise SubmissionError(f"{shown} is an empty file. Zip the package folder and submit again.")
+    unpacker = _unpacker(head)
+    if unpacker is not None:
+        return Tar(path, unpacker)
+    if head.startswith(b"PK") and zipfile.is_zipfile(path):
+        return Zip(path)
+    if head.startswith((b"PK", b"Rar!", b"7z\xbc\xaf")):
+        raise SubmissionError(f"{shown} is damaged or of a kind that cannot be opened. Zip the package folder again.")
+    raise SubmissionError(f"{shown} is no folder, zip or tar. Zip the package folder and submit that.")
+
+
+class Folder:
+    """A folder on disk. It may change while it is read, so each file is reached without following a link."""
+
+    def __init__(self, path: Path, leave_out: Path | None = None) -> None:
+        self.name = path.resolve().name
+        self._path = path
+        self._leave_out = leave_out.resolve() if leave_out else None
+        self._names: list[str] = []
+
+    def without(self, path: Path) -> Folder:
+        """Return this folder without what lies at `path`: the grader's own output may be inside."""
+        return Folder(self._path, path)
+
+    def entries(self) -> list[Entry]:
+        """Return the files below the folder in alphabetical order; folders that are never kept are not entered."""
+        found: list[Entry] = []
+        for folder, folders, files, handle in os.fwalk(self._path, onerror=_raise, follow_symlinks=False):
+            inside = os.path.relpath(folder, self._path)
+            prefix = "" if inside == "." else inside + "/"
+            if len(found) + len(files) + len(folders) > MOST_ENTRIES:
+                raise SubmissionError(_too_many(self.name))
+            found += [self._entry(len(found) + i, prefix, name, handle) for i, name in enumerate(sorted(files))]
+            links = [name for name in sorted(folders) if stat.S_ISLNK(os.lstat(name, dir_fd=handle).st_mode)]
+            found += [self._entry(len(found) + i, prefix, name, handle) for i, name in enumerate(links)]
+            folders[:] = sorted(name for name in folders if self._entered(Path(folder, name), links))
+        self._names = [entry.name for entry in found]
+        return found
+
+    def _entered(self, folder: Path, links: list[str]) -> bool:
+        return folder.name not in links and not never_kept(folder.name) and folder.resolve() != self._leave_out
+
+    def _entry(self, index: int, prefix: str, name: str, handle: int) -> Entry:
+        status = os.lstat(name, dir_fd=handle)
+        if stat.S_ISLNK(status.st_mode):
+            return Entry(index, prefix + name, Kind.LINK, target=os.readlink(name, dir_fd=handle))
+        kind = Kind.FILE if stat.S_ISREG(status.st_mode) else Kind.SPECIAL
+        return Entry(index, prefix + name, kind, status.st_size, stat.S_IMODE(status.st_mode))
+
+    def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, IO[bytes]]]:
+        """Yield the wanted files."""
+        for index in sorted(wanted):
+            with self._open(self._names[index]) as file:
+                yield index, file
+
+    def _open(self, name: str) -> IO[bytes]:
+        *folders, last = name.split("/")
+        handle = os.open(self._path, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            for folder in folders:
+                inner = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=handle)
+                os.close(handle)
+                handle = inner
+            file = os.open(last, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=handle)
+        except OSError as error:
+            raise GraderError(
+                f"Cannot read {printable(name)} of {printable(self.name)}: {error.strerror}. "
+                "Make the submission readable and do not change it while it is graded."
+            ) from error
+        finally:
+            os.close(handle)
+        return os.fdopen(file, "rb")
+
+
+class Zip:
+    """A zip archive."""
+
+    def __init__(self, path: Path) -> None:
+        self.name = path.name
+        self._path = path
+
+    def entries(self) -> list[Entry]:
+        """Return the entries of the central directory."""
+        if _count(self._path, b"PK\x01\x02") > MOST_ENTRIES:
+            raise SubmissionError(_too_many(self.name))
+        with self._open() as archive, _damage(self.name):
+            return [self._entry(archive, index, info) for index, info in enumerate(archive.infolist())]
+
+    def _entry(self, archive: zipfile.ZipFile, index: int, info: zipfile.ZipInfo) -> Entry:
+        mode = info.external_attr >> 16
+        if info.is_dir():
+            return Entry(index, info.filename, Kind.FOLDER)
+        if info.flag_bits & 1:
+            raise SubmissionError(f"{printable(self.name)} is protected by a password. Submit it without one.")
+        if stat.S_ISLNK(mode):
+            target = b""
+            if info.file_size <= LONGEST_LINK:
+                with archive.open(info) as file:
+                    target = file.read(LONGEST_LINK)
+            return Entry(index, info.filename, Kind.LINK, target=os.fsdecode(target))
+        plain = stat.S_IFMT(mode) in (0, stat.S_IFREG)
+        kind = Kind.FILE if plain else Kind.SPECIAL
+        return Entry(index, info.filename, kind, info.file_size, stat.S_IMODE(mode), packed=info.compress_size)
+
+    def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, IO[bytes]]]:
+        """Yield the wanted files."""
+        with self._open() as archive:
+            infos = archive.infolist()
+            for index in sorted(wanted):
+                with _damage(self.name):
+                    file = archive.open(infos[index])
+                with file:
+                    yield index, _Guarded(file, self.name)
+
+    def _open(self) -> zipfile.ZipFile:
+        with _damage(self.name):
+            return zipfile.ZipFile(self._path)
+
+
+class Tar:
+    """A tar archive, plain or packed; read from front to back only, so a crafted offset cannot make it loop."""
+
+    def __init__(self, path: Path, unpacker: Callable[[IO[bytes]], IO[bytes]]) -> None:
+        self.name = path.name
+        self._path = path
+        self._unpacker = unpacker
+
+    def entries(self) -> list[Entry]:
+        """Return the entries in the order of the archive."""
+        found = []
+        for index, member, _ in self._members():
+            if index >= MOST_ENTRIES:
+                raise SubmissionError(_too_many(self.name))
+            found.append(_tar_entry(index, member))
+        return found
+
+    def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, IO[bytes]]]:
+        """Yield the wanted files."""
+        for index, member, archive in self._members():
+            if index in wanted:
+                with _damage(self.name):
+                    file = archive.extractfile(member)
+                if file is not None:
+                    yield index, _Guarded(file, self.name)
+
+    def _members(self) -> Iterator[tuple[int, tarfile.TarInfo, tarfile.TarFile]]:
+        with self._path.open("rb") as file:
+            with _damage(self.name):
+                stream = _Capped(self._unpacker(file), MOST_TAR_BYTES, self.name)
+                archive = tarfile.open(fileobj=stream, mode="r|", errorlevel=2)  # type: ignore[call-overload]  # noqa: SIM115: closed below; a stream needs read() only
+            with archive:
+                index = 0
+                while True:
+                    with _damage(self.name):
+                        member = archive.next()
+                    if member is None:
+                        return
+                    # A stream keeps every member it has met; this one is not asked for them again.
+                    archive.members = []
+                    yield index, member, archive
+                    index += 1
+
+
+def _tar_entry(index: int, member: tarfile.TarInfo) -> Entry:
+    if member.isdir():
+        return Entry(index, member.name, Kind.FOLDER)
+    if member.issym():
+        return Entry(index, member.name, Kind.LINK, target=member.linkname)
+    if member.islnk():
+        return Entry(index, member.name, Kind.HARD_LINK, target=member.linkname)
+    plain = member.isreg() and not member.issparse()
+    return Entry(index, member.name, Kind.FILE if plain else Kind.SPECIAL, member.size, stat.S_IMODE(member.mode))
+
+
+class _Guarded:
+    """A stream of an archive member; what its library raises while reading becomes a SubmissionError."""
+
+    def __init__(self, stream: IO[bytes], name: str) -> None:
+        self._stream = stream
+        self._name = name
+
+    def read(self, size: int = -1) -> bytes:
+        with _damage(self._name):
+            return self._stream.read(size)
+
+
+class _Capped:
+    """A stream that ends in a SubmissionError after `most` bytes, before they are in memory."""
+
+    def __init__(self, stream: IO[bytes], most: int, name: str) -> None:
+        self._stream = stream
+        self._left = most
+        self._name = name
+
+    def read(self, size: int = -1) -> bytes:
+        if size < 0 or size > self._left:
+            raise SubmissionError(
+                f"{printable(self._name)} unpacks to more than {MOST_TAR_BYTES // 1024**2} MB. "
+                "Submit the package folder only, without build trees, recordings and virtual environments."
+            )
+        data = self._stream.read(size)
+        self._left -= len(data)
+        return data
+
+
+class _Xz:
+    """An xz or lzma stream with a limit on the memory that its header may ask for."""
+
+    def __init__(self, stream: IO[bytes]) -> None:
+        self._stream = stream
+        self._decompressor = lzma.LZMADecompressor(memlimit=MOST_LZMA_MEMORY)
+
+    def read(self, size: int = -1) -> bytes:
+        while not self._decompressor.eof:
+            packed = self._stream.read(64 * 1024) if self._decompressor.needs_input else b""
+            if not packed and self._decompressor.needs_input:
+                raise EOFError("the packed stream ends early")
+            data = self._decompressor.decompress(packed, size)
+            if data:
+                return data
+        return b""
+
+
+def _unpacker(head: bytes) -> Callable[[IO[bytes]], Any] | None:
+    """Return what unpacks a tar that begins with `head`; None if it is no tar."""
+    if head.startswith(b"\x1f\x8b"):
+        return lambda file: gzip.GzipFile(fileobj=file)
+    if head.startswith(b"BZh"):
+        return bz2.BZ2File
+    if head.startswith(b"\xfd7zXZ\x00"):
+        return _Xz
+    if head[257:262] == b"ustar":
+        return lambda file: file
+    return None
+
+
+@contextmanager
+def _damage(name: str) -> Iterator[None]:
+    """Say that the archive `name` is damaged when a library stumbles over it."""
+    try:
+        yield
+    except KitError:
+        raise
+    except NotImplementedError as error:
+        raise SubmissionError(
+            f"{printable(name)} is packed in a way that cannot be opened here ({error}). Zip it again with the usual method."
+        ) from error
+    except Exception as error:
+        # Parsers of archives raise whatever a crafted byte leads them to; all of it means the same to the reader.
+        raise SubmissionError(f"{printable(name)} is damaged ({printable(str(error)) or 'unreadable'}). Pack it again.") from error
+
+
+def _count(path: Path, signature: bytes) -> int:
+    """Return how often `signature` stands in the file; an upper bound of its entries, without reading them."""
+    count, tail = 0, b""
+    with path.open("rb") as file:
+        while block := file.read(1024**2):
+            data = tail + block
+            count += data.count(signature)
+            tail = data[-len(signature) + 1 :]
+    return count
+
+
+def _too_many(name: str) -> str:
+    return (
+        f"{printable(name)} holds more than {MOST_ENTRIES} files. "
+        "Submit the package folder only, without build trees and virtual environments."
+    )
+
+
+def _raise(error: OSError) -> None:
+    raise GraderError(
+        f"Cannot read {printable(str(error.filename))}: {error.strerror}. Make the submission readable and grade again."
+    ) from error

@@ -1,0 +1,300 @@
+"""Run one command walled in. The only place that starts processes of a submission.
+
+A wall is made by bubblewrap: the system read-only, a private /tmp and home, own pid, ipc, user and host name, the
+network either cut or that of the caller's own namespace, limits on time, memory, processes, files and output. When a
+walled-in process is stopped, its whole tree is gone before anything it left behind is read.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+
+from grader import toolchain
+from grader.errors import GraderError
+
+MIB = 1024 * 1024
+HOME = Path("/home/student")
+
+# Configuration that the loader, the resolver and Python ask for; nothing of the host's users or services.
+_ETC = ("alternatives", "ld.so.cache", "ld.so.conf", "ld.so.conf.d", "localtime", "nsswitch.conf", "hosts")
+_ROOT_FOLDERS = ("bin", "sbin", "lib", "lib32", "lib64", "libx32")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What one walled-in command may use. A process that goes beyond is stopped, not slowed."""
+
+    wall_seconds: float = 60.0
+    memory_bytes: int = 4096 * MIB
+    processes: int = 512
+    file_bytes: int = 256 * MIB
+    output_bytes: int = 1 * MIB
+
+
+@dataclass(frozen=True)
+class Wall:
+    """What a walled-in command sees. `read_only` and `writable` map host paths to paths inside."""
+
+    read_only: Mapping[Path, str] = field(default_factory=dict)
+    writable: Mapping[Path, str] = field(default_factory=dict)
+    environment: Mapping[str, str] = field(default_factory=dict)
+    cwd: str = "/tmp"
+    network: bool = False
+    """Keep the caller's network namespace (a trial's own loopback) instead of having none at all."""
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """How a command ended. `exit_code` is negative for a signal, None if it had to be stopped for its time."""
+
+    exit_code: int | None
+    output: str
+    timed_out: bool
+    wall_seconds: float
+
+    @property
+    def ok(self) -> bool:
+        """Return whether the command ended by itself with status 0."""
+        return self.exit_code == 0
+
+
+class Process:
+    """A walled-in process that runs. Use as a context manager: leaving it ends the whole tree."""
+
+    def __init__(self, command: Sequence[str], wall: Wall, limits: Limits) -> None:
+        self._limits = limits
+        self.started = time.monotonic()
+        read_end, write_end = os.pipe()
+        arguments = [*_bwrap(wall, info_fd=write_end), *_limited(command, limits)]
+        try:
+            self._popen = subprocess.Popen(
+                arguments,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                pass_fds=(write_end,),
+                env={"PATH": os.environ.get("PATH", "/usr/bin:/bin")},
+                start_new_session=True,
+            )
+        except OSError as error:
+            os.close(read_end)
+            raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it says how to mend it.") from error
+        finally:
+            os.close(write_end)
+        self._output = _Output(self._popen, limits.output_bytes)
+        self._init_pid = _child_pid(read_end)
+
+    def __enter__(self) -> Process:
+        """Return the running process."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End the whole tree."""
+        self.kill()
+
+    @property
+    def wall_seconds(self) -> float:
+        """Return the wall time since the start, in seconds."""
+        return time.monotonic() - self.started
+
+    @property
+    def output(self) -> str:
+        """Return what the process has printed so far (stdout and stderr together, the middle cut if too long)."""
+        return self._output.text()
+
+    def exit_code(self) -> int | None:
+        """Return the exit status, negative for a signal, or None while the process runs."""
+        code = self._popen.poll()
+        # bwrap reports a child that died of signal N as 128 + N.
+        return None if code is None else (128 - code if code > 128 else code)
+
+    def wait(self, seconds: float) -> int | None:
+        """Return the exit status once the process has ended, or None if it still runs after `seconds`."""
+        try:
+            self._popen.wait(seconds)
+        except subprocess.TimeoutExpired:
+            return None
+        return self.exit_code()
+
+    def interrupt(self) -> None:
+        """Send SIGINT, as Ctrl-C does, to the command itself (and to nobody else in the wall)."""
+        for pid in _children(self._init_pid):
+            _signal(pid, signal.SIGINT)
+
+    def kill(self) -> None:
+        """End the whole tree and wait until it is gone."""
+        if self._popen.poll() is None:
+            # The first process in the pid namespace takes every other one along.
+            _signal(self._init_pid or self._popen.pid, signal.SIGKILL)
+            try:
+                self._popen.wait(5.0)
+            except subprocess.TimeoutExpired:
+                self._popen.kill()
+                self._popen.wait()
+        self._output.close()
+
+
+class _Output:
+    """Reads a process's output as it comes, so that it never blocks, and keeps its head and its tail."""
+
+    def __init__(self, popen: subprocess.Popen[bytes], limit: int) -> None:
+        assert popen.stdout is not None
+        self._stream = popen.stdout
+        self._half = limit // 2
+        self._head = b""
+        self._tail = b""
+        self._dropped = 0
+        self._lock = threading.Lock()
+        self._thread = threading.Thread(target=self._read, daemon=True)
+        self._thread.start()
+
+    def _read(self) -> None:
+        descriptor = self._stream.fileno()
+        while chunk := os.read(descriptor, 65536):
+            with self._lock:
+                room = self._half - len(self._head)
+                self._head += chunk[:room]
+                self._tail += chunk[max(0, room) :]
+                self._dropped += max(0, len(self._tail) - self._half)
+                self._tail = self._tail[-self._half :]
+
+    def text(self) -> str:
+        with self._lock:
+            gap = f"\n[... {self._dropped} bytes left out ...]\n".encode() if self._dropped else b""
+            return (self._head + gap + self._tail).decode("utf-8", "replace")
+
+    def close(self) -> None:
+        # Everything that could hold the pipe's other end is dead by now, so the reader meets the end of the stream.
+        self._thread.join(5.0)
+        if not self._thread.is_alive():
+            self._stream.close()
+
+
+def run(command: Sequence[str], wall: Wall, limits: Limits | None = None) -> RunResult:
+    """Run `command` walled in, wait for its end or its time limit, and return how it went.
+
+    Raises:
+        GraderError: the wall cannot be built on this host.
+    """
+    limits = limits or Limits()
+    with Process(command, wall, limits) as process:
+        exit_code = process.wait(limits.wall_seconds)
+        seconds = process.wall_seconds
+    output = process.output
+    if exit_code is not None and output.startswith("bwrap: "):
+        raise GraderError(f"The wall could not be built: {output.strip()}. Run `grader doctor`; it says how to mend it.")
+    return RunResult(exit_code, output, timed_out=exit_code is None, wall_seconds=seconds)
+
+
+def require() -> None:
+    """Check that walls can be built here at all.
+
+    Raises:
+        GraderError: they cannot; the message says what to do.
+    """
+    if not sys.platform.startswith("linux"):
+        raise GraderError("Grading needs Linux: submissions are walled in with bubblewrap. Use a Linux machine or WSL 2.")
+    if shutil.which("bwrap") is None:
+        raise GraderError(
+            "bubblewrap (bwrap) is not installed, so a submission cannot be walled in. Run `grader doctor`."
+        )
+    run(["true"], Wall())
+
+
+def private_network(command: Sequence[str]) -> list[str]:
+    """Return the command line that runs a trusted `command` in a network namespace of its own, with loopback only."""
+    return [
+        "bwrap", "--bind", "/", "/", "--dev-bind", "/dev", "/dev", "--proc", "/proc", "--tmpfs", "/dev/shm",
+        "--unshare-net", "--unshare-pid", "--unshare-ipc", "--die-with-parent", "--", *command,
+    ]  # fmt: skip
+
+
+def _bwrap(wall: Wall, info_fd: int) -> list[str]:
+    arguments = [
+        "bwrap", "--unshare-user", "--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try",
+        "--die-with-parent", "--new-session", "--hostname", "robot", "--cap-drop", "ALL", "--info-fd", str(info_fd),
+        "--clearenv", "--proc", "/proc", "--dev", "/dev", "--tmpfs", "/tmp", "--tmpfs", "/home", "--dir", str(HOME),
+        "--tmpfs", "/run", "--dir", "/var/tmp", "--ro-bind", "/usr", "/usr",
+    ]  # fmt: skip
+    if not wall.network:
+        arguments.append("--unshare-net")
+    for name in _ROOT_FOLDERS:
+        path = Path("/", name)
+        if path.is_symlink():
+            arguments += ["--symlink", str(path.readlink()), str(path)]
+        elif path.is_dir():
+            arguments += ["--ro-bind", str(path), str(path)]
+    for name in _ETC:
+        arguments += ["--ro-bind-try", f"/etc/{name}", f"/etc/{name}"]
+    for prefix in (toolchain.BASE_PREFIX, toolchain.PREFIX):
+        if not prefix.is_relative_to("/usr"):
+            arguments += ["--ro-bind", str(prefix), str(prefix)]
+    for ours in _own_sources():
+        arguments += ["--tmpfs", str(ours)]
+    for host, inside in wall.read_only.items():
+        arguments += ["--ro-bind", str(host), inside]
+    for host, inside in wall.writable.items():
+        arguments += ["--bind", str(host), inside]
+    for name, value in wall.environment.items():
+        arguments += ["--setenv", name, value]
+    return [*arguments, "--chdir", wall.cwd, "--"]
+
+
+def _own_sources() -> list[Path]:
+    """Return the folders with trials and checks that would show through the wall: none in an editable install."""
+    kit = Path(__file__).resolve().parent
+    folders = [kit, kit.parent / "sim"]
+    return [folder for folder in folders if folder.is_dir() and _shows_through(folder)]
+
+
+def _shows_through(folder: Path) -> bool:
+    return any(folder.is_relative_to(prefix) for prefix in (toolchain.PREFIX, toolchain.BASE_PREFIX, Path("/usr")))
+
+
+def _limited(command: Sequence[str], limits: Limits) -> list[str]:
+    return [
+        "prlimit", f"--as={limits.memory_bytes}", f"--nproc={limits.processes}", f"--fsize={limits.file_bytes}",
+        "--nofile=1024", "--core=0", f"--cpu={int(limits.wall_seconds) * 2 + 10}", "--", *command,
+    ]  # fmt: skip
+
+
+def _child_pid(read_end: int) -> int:
+    """Return the pid (as seen from here) of the first process in the wall, 0 if the wall was never built."""
+    with os.fdopen(read_end, "rb") as stream:
+        text = stream.read()
+    return int(json.loads(text)["child-pid"]) if text else 0
+
+
+def _children(pid: int) -> list[int]:
+    """Return the pids whose parent is `pid`."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                status = (entry / "stat").read_text()
+            except OSError:
+                continue
+            # The command's name stands in brackets and may hold anything, so count from the last one.
+            if int(status.rpartition(")")[2].split()[1]) == pid:
+                found.append(int(entry.name))
+    return found
+
+
+def _signal(pid: int, number: signal.Signals) -> None:
+    try:
+        os.kill(pid, number)
+    except ProcessLookupError:
+        pass

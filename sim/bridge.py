@@ -1,0 +1,403 @@
+"""The ROS side of the simulator: topics, /clock, and lockstep with a node. The only rclpy in sim.
+
+The simulator owns the time. A tick publishes the sensors and the clock, then goes on as soon as the node has answered,
+so a run takes as long as the node thinks and not as long as the clock says. How an answer is recognised:
+
+1. Every rclpy node has parameter services. Executors serve them last, after subscriptions and timers, so two calls in
+   a row (`_barrier`) come back only when the callbacks of this tick and the timers they made due are done.
+2. A node with several threads may answer the calls while a timer's callback still runs elsewhere. The period in which
+   it publishes is learnt, and a message that is due is waited for.
+3. /clock is best effort and one deep on the node's side, so it can get lost: it is sent again when an answer is missing.
+4. Wall-clock caps keep a dead or blocked node from holding up the run.
+
+A node that goes by wall time publishes while the clock stands still. It is noticed by that and then run in real time.
+"""
+
+from __future__ import annotations
+
+import array
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import rclpy
+from geometry_msgs.msg import Twist as TwistMessage
+from nav_msgs.msg import Odometry
+from rcl_interfaces.srv import GetParameterTypes
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile, QoSReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import BatteryState, Imu, LaserScan
+
+from sim.geometry import Pose, Twist
+from sim.sensors import BatteryReading, ImuReading, OdometryReading, Reading, ScanReading
+from sim.simulator import Simulator
+
+# ROS time at the simulator's time 0. Not 0: for rclpy that means "no clock has been heard yet".
+START_S = 100
+TICK_S = 0.05  # 20 Hz: the odometry's rate, and twice the control loop's
+
+_BARRIER_CAP_S = 5.0  # of wall time, for a node that lives: long, so that a busy machine changes nothing
+_BLOCKED_CAP_S = 0.1  # the same, once it has missed one
+_DUE_CAP_S = 0.3  # for a message that is due
+_RESENT_AFTER_S = 0.05  # a clock that got lost is sent again after this
+_MISSES_ALLOWED = 3  # messages that were due and did not come before the node counts as irregular
+_SILENT_TICKS = 12  # without any answer since the start, before wall time is suspected
+_HOLD_S = 0.4  # how long the clock stands still to find out
+_STABLE_S = 1.0  # a graph that has not changed for so long has come up
+
+
+@dataclass(frozen=True)
+class Topics:
+    """What a node hears of the robot, by its own names; "" for a sensor that it does not get."""
+
+    scan: str = ""
+    odom: str = ""
+    imu: str = ""
+    battery: str = ""
+    command: str = ""
+    answer: str = ""
+    """The topic whose messages show that the node has done its work for a tick."""
+
+
+CONTROLLER = Topics(scan="scan", odom="odom", command="cmd_vel", answer="cmd_vel")
+PROCESSOR = Topics(scan="raw_scan", imu="imu/data", battery="battery/state", answer="sensor_fusion_data")
+
+
+@dataclass
+class _Answers:
+    """When the node's answers came, in ticks; learns their period."""
+
+    period: int | None = None
+    last: int | None = None
+    misses: int = 0
+    count: int = 0
+
+    def note(self, tick: int) -> None:
+        self.count += 1
+        if self.last is not None and tick > self.last:
+            gap = tick - self.last
+            # Two equal gaps make a period.
+            self.period, self._gap = (gap if gap == self._gap else None), gap
+        self.last = tick
+
+    _gap: int = field(default=0, repr=False)
+
+    def due(self, tick: int) -> bool:
+        if self.period is None or self.last is None or self.misses >= _MISSES_ALLOWED:
+            return False
+        return tick >= self.last + self.period
+
+    def missed(self) -> None:
+        self.misses += 1
+        self.period, self._gap = None, 0
+
+
+class Bridge:
+    """A simulated robot on a ROS graph.
+
+    Args:
+        simulator: the robot; the bridge alone steps it.
+        topics: under which names the node hears it.
+        node_name: the node to keep in step with.
+        domain_id: the DDS domain; processes in other domains hear nothing.
+        alive: says whether the node's process still runs, so that nobody waits for the dead.
+        reliable: whether the sensors are published reliably, or best effort as real drivers do.
+        own_name: the bridge's own node name.
+    """
+
+    def __init__(
+        self,
+        simulator: Simulator,
+        topics: Topics,
+        node_name: str,
+        *,
+        domain_id: int,
+        alive: Callable[[], bool] = lambda: True,
+        reliable: bool = True,
+        own_name: str = "simulated_robot",
+    ) -> None:
+        self.simulator = simulator
+        self.topics = topics
+        self.node_name = node_name
+        self.alive = alive
+        self.pace = "lockstep"
+        self.blocked = False
+        """The node has left a barrier unanswered; it is busy in a callback, or gone."""
+        self.irregular = False
+        self.follow_commands = True
+        self.filter_scan: Callable[[ScanReading], ScanReading | None] = lambda scan: scan
+        self.on_command: Callable[[float, TwistMessage], None] = lambda t, message: None
+        self.on_scan: Callable[[ScanReading], None] = lambda scan: None
+
+        self._context = Context()
+        rclpy.init(context=self._context, domain_id=domain_id)
+        self.node: Node = rclpy.create_node(own_name, context=self._context, enable_rosout=False)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._answers = _Answers()
+        self._tick = 0
+        self._wall_due = 0.0
+        self._answer_type: object = None
+        self._probed = False
+        self._make_publishers(reliable)
+        self._barrier_client = self.node.create_client(GetParameterTypes, f"{node_name}/get_parameter_types")
+        if topics.command:
+            self.node.create_subscription(TwistMessage, topics.command, self._take_command, 10)
+
+    # -- life -----------------------------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self._executor.shutdown()
+        self.node.destroy_node()
+        rclpy.try_shutdown(context=self._context)
+
+    def watch_answers(self, message_type: type) -> None:
+        """Count messages of the answer topic as answers (the command topic is watched anyway)."""
+        self.node.create_subscription(message_type, self.topics.answer, lambda _: self._answers.note(self._tick), 10)
+
+    @property
+    def time(self) -> float:
+        """Return the simulated time since the start, in seconds. On /clock it reads START_S more."""
+        return self.simulator.time
+
+    def await_node(self, expected: Callable[[], bool], wall_seconds: float = 20.0) -> bool:
+        """Wait until the node has come up, then start the clock. Return whether it is on the graph.
+
+        It is up when `expected` holds; failing that, when it is visible and the graph has stopped changing.
+        """
+        deadline = time.monotonic() + wall_seconds
+        seen: object = None
+        since = time.monotonic()
+        while time.monotonic() < deadline and self.alive():
+            if self._visible() and self._matched() and expected():
+                break
+            now = time.monotonic()
+            view = self._view()
+            if view != seen:
+                seen, since = view, now
+            elif self._visible() and now - since > _STABLE_S:
+                break
+            self._executor.spin_once(timeout_sec=0.01)
+        if not self._visible():
+            return False
+        self._publish_clock()
+        self._barrier()
+        return True
+
+    # -- time -----------------------------------------------------------------------------------------------------
+
+    def tick(self, dt: float = TICK_S) -> None:
+        """Advance the simulation by `dt` seconds and let the node answer."""
+        self._tick += 1
+        for reading in self.simulator.step(dt):
+            self._publish(reading)
+        self._publish_clock()
+        if self.pace == "real time":
+            self._wait_for_wall(dt)
+        else:
+            self._await_answer()
+            if self._answers.count == 0 and self._tick >= _SILENT_TICKS and not self._probed:
+                self.find_pace()
+
+    def find_pace(self) -> str:
+        """Hold the clock still for a moment: a node that publishes all the same goes by wall time. Return the pace."""
+        self._probed = True
+        before = self._answers.count
+        self.spin_until(lambda: self._answers.count >= before + 3, _HOLD_S)
+        if self._answers.count >= before + 3:
+            self.pace = "real time"
+            self._wall_due = time.monotonic()
+        return self.pace
+
+    def spin_until(self, condition: Callable[[], bool], wall_seconds: float) -> bool:
+        """Serve callbacks, the clock standing still, until `condition` holds. Return whether it does."""
+        deadline = time.monotonic() + wall_seconds
+        while not condition():
+            left = deadline - time.monotonic()
+            if left <= 0 or not self.alive():
+                return condition()
+            self._executor.spin_once(timeout_sec=min(left, 0.05))
+        return True
+
+    def settle(self) -> None:
+        """Let the node finish what it has been sent, the clock standing still."""
+        if self.pace == "lockstep":
+            self._barrier()
+
+    def _await_answer(self) -> None:
+        self._barrier()
+        if not self._answers.due(self._tick) or not self.alive():
+            return
+        if self.spin_until(self._answered, _RESENT_AFTER_S):
+            return
+        self._publish_clock()
+        self._barrier()
+        if not self.spin_until(self._answered, _DUE_CAP_S):
+            self._answers.missed()
+            self.irregular = True
+
+    def _answered(self) -> bool:
+        return self._answers.last == self._tick
+
+    def _barrier(self) -> None:
+        """Return when the node has served two calls in a row, which it does after its subscriptions and timers."""
+        if not self._barrier_client.service_is_ready():
+            self.spin_until(lambda: False, 0.002)
+            return
+        for _ in range(2):
+            future = self._barrier_client.call_async(GetParameterTypes.Request())
+            cap = _BLOCKED_CAP_S if self.blocked else _BARRIER_CAP_S
+            if not self.spin_until(future.done, cap):
+                self._barrier_client.remove_pending_request(future)
+                self.blocked = True
+                return
+        self.blocked = False
+
+    def _wait_for_wall(self, dt: float) -> None:
+        # A pause (a service call, a slow start) is not caught up: that would run the node faster than real time.
+        self._wall_due = max(self._wall_due + dt, time.monotonic() - dt)
+        self.spin_until(lambda: time.monotonic() >= self._wall_due, dt + 0.05)
+
+    # -- topics ---------------------------------------------------------------------------------------------------
+
+    def _make_publishers(self, reliable: bool) -> None:
+        policy = QoSReliabilityPolicy.RELIABLE if reliable else QoSReliabilityPolicy.BEST_EFFORT
+        qos = QoSProfile(depth=10, reliability=policy)
+        self._clock = self.node.create_publisher(Clock, "/clock", 10)
+        self._clock_message = Clock()
+        self._sensors: dict[type, Publisher] = {}
+        for reading, message, topic in (
+            (ScanReading, LaserScan, self.topics.scan),
+            (OdometryReading, Odometry, self.topics.odom),
+            (ImuReading, Imu, self.topics.imu),
+            (BatteryReading, BatteryState, self.topics.battery),
+        ):
+            if topic:
+                self._sensors[reading] = self.node.create_publisher(message, topic, qos)
+
+    def silence(self, reading: type) -> None:
+        """Publish no more readings of this kind."""
+        publisher = self._sensors.pop(reading, None)
+        if publisher is not None:
+            self.node.destroy_publisher(publisher)
+
+    def _publish(self, reading: Reading) -> None:
+        if isinstance(reading, ScanReading):
+            filtered = self.filter_scan(reading)
+            if filtered is None:
+                return
+            reading = filtered
+            self.on_scan(reading)
+        publisher = self._sensors.get(type(reading))
+        if publisher is not None:
+            publisher.publish(to_message(reading))
+
+    def _publish_clock(self) -> None:
+        _stamp(self._clock_message.clock, self.simulator.time)
+        self._clock.publish(self._clock_message)
+
+    def _take_command(self, message: TwistMessage) -> None:
+        if self.topics.answer == self.topics.command:
+            self._answers.note(self._tick)
+        self.on_command(self.simulator.time, message)
+        v, omega = message.linear.x, message.angular.z
+        if self.follow_commands and math.isfinite(v) and math.isfinite(omega):
+            self.simulator.command(v, omega)
+
+    # -- graph ----------------------------------------------------------------------------------------------------
+
+    def _visible(self) -> bool:
+        return self.node_name in self.node.get_node_names()
+
+    def _matched(self) -> bool:
+        return all(publisher.get_subscription_count() > 0 for publisher in self._sensors.values()) and (
+            not self.topics.answer or self.node.count_publishers(self.topics.answer) > 0
+        )
+
+    def _view(self) -> tuple[object, ...]:
+        names = tuple(sorted(self.node.get_node_names()))
+        if self.node_name not in names:
+            return names
+        own = (self.node_name, "/")
+        try:
+            return (
+                names,
+                str(self.node.get_publisher_names_and_types_by_node(*own)),
+                str(self.node.get_subscriber_names_and_types_by_node(*own)),
+                str(self.node.get_service_names_and_types_by_node(*own)),
+            )
+        except RuntimeError:  # it left between the two questions
+            return names
+
+
+def to_message(reading: Reading) -> LaserScan | Odometry | Imu | BatteryState:
+    """Return a sensor's reading as the ROS message that its driver would publish."""
+    if isinstance(reading, ScanReading):
+        return _scan_message(reading)
+    if isinstance(reading, OdometryReading):
+        return _odometry_message(reading.stamp, reading.pose, reading.twist)
+    if isinstance(reading, ImuReading):
+        return _imu_message(reading)
+    return _battery_message(reading)
+
+
+def _stamp(stamp: object, t: float) -> None:
+    nanoseconds = START_S * 1_000_000_000 + round(t * 1e9)
+    stamp.sec, stamp.nanosec = divmod(nanoseconds, 1_000_000_000)  # type: ignore[attr-defined]
+
+
+def _scan_message(reading: ScanReading) -> LaserScan:
+    message = LaserScan()
+    _stamp(message.header.stamp, reading.stamp)
+    message.header.frame_id = "laser"
+    message.angle_min = float(reading.angle_min)
+    message.angle_increment = float(reading.angle_increment)
+    message.angle_max = float(reading.angle_min + reading.angle_increment * max(0, len(reading.ranges) - 1))
+    message.range_min = float(reading.range_min)
+    message.range_max = float(reading.range_max)
+    # array.array is the one type that the setter takes without looking at every element.
+    message.ranges = array.array("f", reading.ranges.astype("f4").tobytes())
+    return message
+
+
+def _odometry_message(t: float, pose: Pose, twist: Twist) -> Odometry:
+    message = Odometry()
+    _stamp(message.header.stamp, t)
+    message.header.frame_id = "odom"
+    message.child_frame_id = "base_link"
+    message.pose.pose.position.x = float(pose.x)
+    message.pose.pose.position.y = float(pose.y)
+    message.pose.pose.orientation.z = math.sin(pose.yaw / 2)
+    message.pose.pose.orientation.w = math.cos(pose.yaw / 2)
+    message.twist.twist.linear.x = float(twist.v)
+    message.twist.twist.angular.z = float(twist.omega)
+    return message
+
+
+def _imu_message(reading: ImuReading) -> Imu:
+    message = Imu()
+    _stamp(message.header.stamp, reading.stamp)
+    message.header.frame_id = "imu_link"
+    message.orientation.z = math.sin(reading.yaw / 2)
+    message.orientation.w = math.cos(reading.yaw / 2)
+    acceleration, velocity = reading.linear_acceleration, reading.angular_velocity
+    for vector, values in ((message.linear_acceleration, acceleration), (message.angular_velocity, velocity)):
+        vector.x, vector.y, vector.z = (float(value) for value in values)
+    return message
+
+
+def _battery_message(reading: BatteryReading) -> BatteryState:
+    message = BatteryState()
+    _stamp(message.header.stamp, reading.stamp)
+    message.percentage = float(reading.percentage)
+    message.voltage = float(reading.voltage)
+    message.current = float(reading.current)
+    message.charge = message.capacity = message.design_capacity = message.temperature = math.nan
+    message.present = True
+    return message
