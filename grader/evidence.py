@@ -263,10 +263,40 @@ def _float_to_json(value: float) -> float | str:
     return value if math.isfinite(value) else str(value)
 
 
+# In untyped dictionaries a string "nan" may be a student's word, so a float that is none of JSON's says what it is.
+_FLOAT = "$float"
+
+
+def _plain(value: Any) -> Any:
+    """Replace the non-finite floats that sit in untyped dictionaries."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else {_FLOAT: str(value)}
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _unplain(value: Any) -> Any:
+    """Return what `_plain` was given."""
+    if isinstance(value, dict):
+        return float(value[_FLOAT]) if set(value) == {_FLOAT} else {key: _unplain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_unplain(item) for item in value]
+    return value
+
+
+def _is_untyped(kind: Any) -> bool:
+    return bool(kind == dict[str, Any])
+
+
 def _converter() -> cattrs.Converter:
     converter = cattrs.Converter(forbid_extra_keys=True)
     # JSON knows neither inf nor nan; float() reads back the words that str() writes.
     converter.register_unstructure_hook(float, _float_to_json)
+    converter.register_unstructure_hook_func(_is_untyped, _plain)
+    converter.register_structure_hook_func(_is_untyped, lambda value, _: _unplain(dict(value)))
     return converter
 
 
@@ -275,18 +305,7 @@ _CONVERTER = _converter()
 
 def to_json(fact: Any) -> str:
     """Return `fact` (a dataclass of this module, or a list of them) as strict JSON."""
-    return json.dumps(_plain(_CONVERTER.unstructure(fact)), indent=1, allow_nan=False, sort_keys=True)
-
-
-def _plain(value: Any) -> Any:
-    """Replace the non-finite floats that sit in untyped dictionaries."""
-    if isinstance(value, float):
-        return _float_to_json(value)
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return value
+    return json.dumps(_CONVERTER.unstructure(fact), indent=1, allow_nan=False, sort_keys=True)
 
 
 def from_json(text: str, kind: type[T]) -> T:

@@ -32,6 +32,7 @@ class Requirement:
     section: str
     checks: tuple[Check, ...]
     advanced: float = 0.0
+    title: str = ""
 
     @property
     def level(self) -> str:
@@ -126,7 +127,7 @@ def _criterion(data: dict[str, Any]) -> Criterion:
 
 
 def _requirement(data: dict[str, Any], criterion: str) -> Requirement:
-    _known(data, "id points advanced text section checks")
+    _known(data, "id title points advanced text section checks")
     return Requirement(
         id=data["id"],
         criterion=criterion,
@@ -135,6 +136,7 @@ def _requirement(data: dict[str, Any], criterion: str) -> Requirement:
         section=data["section"],
         checks=tuple(_check(c) for c in data.get("checks", ())),
         advanced=float(data.get("advanced", 0)),
+        title=data.get("title", data["id"]),
     )
 
 
