@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import IO, Any, Protocol
+from typing import IO, Protocol
 
 from grader.errors import GraderError, KitError, SubmissionError
 from grader.intake.names import never_kept, printable
@@ -57,6 +57,13 @@ class Entry:
     packed: int | None = None
 
 
+class Readable(Protocol):
+    """A stream of bytes."""
+
+    def read(self, size: int = -1, /) -> bytes:
+        """Return at most `size` bytes, none at the end."""
+
+
 class Container(Protocol):
     """A folder or an archive."""
 
@@ -65,7 +72,7 @@ class Container(Protocol):
     def entries(self) -> list[Entry]:
         """Return all entries in the container's own order."""
 
-    def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, IO[bytes]]]:
+    def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, Readable]]:
         """Yield index and stream of each wanted regular file; a stream holds until the next one is asked for."""
 
 
@@ -138,7 +145,7 @@ class Folder:
         kind = Kind.FILE if stat.S_ISREG(status.st_mode) else Kind.SPECIAL
         return Entry(index, prefix + name, kind, status.st_size, stat.S_IMODE(status.st_mode))
 
-    def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, IO[bytes]]]:
+    def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, Readable]]:
         """Yield the wanted files."""
         for index in sorted(wanted):
             with self._open(self._names[index]) as file:
@@ -193,7 +200,7 @@ class Zip:
         kind = Kind.FILE if plain else Kind.SPECIAL
         return Entry(index, info.filename, kind, info.file_size, stat.S_IMODE(mode), packed=info.compress_size)
 
-    def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, IO[bytes]]]:
+    def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, Readable]]:
         """Yield the wanted files."""
         with self._open() as archive:
             infos = archive.infolist()
@@ -211,7 +218,7 @@ class Zip:
 class Tar:
     """A tar archive, plain or packed; read from front to back only, so a crafted offset cannot make it loop."""
 
-    def __init__(self, path: Path, unpacker: Callable[[IO[bytes]], IO[bytes]]) -> None:
+    def __init__(self, path: Path, unpacker: Callable[[IO[bytes]], Readable]) -> None:
         self.name = path.name
         self._path = path
         self._unpacker = unpacker
@@ -225,7 +232,7 @@ class Tar:
             found.append(_tar_entry(index, member))
         return found
 
-    def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, IO[bytes]]]:
+    def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, Readable]]:
         """Yield the wanted files."""
         for index, member, archive in self._members():
             if index in wanted:
@@ -238,7 +245,8 @@ class Tar:
         with self._path.open("rb") as file:
             with _damage(self.name):
                 stream = _Capped(self._unpacker(file), MOST_TAR_BYTES, self.name)
-                archive = tarfile.open(fileobj=stream, mode="r|", errorlevel=2)  # type: ignore[call-overload]  # noqa: SIM115: closed below; a stream needs read() only
+                archive = tarfile.open(fileobj=stream, mode="r|", errorlevel=2)  # type: ignore[call-overload]  # noqa: SIM115
+            # The stub asks for more than the read() that a stream needs.
             with archive:
                 index = 0
                 while True:
@@ -278,7 +286,7 @@ class _Guarded:
 class _Capped:
     """A stream that ends in a SubmissionError after `most` bytes, before they are in memory."""
 
-    def __init__(self, stream: IO[bytes], most: int, name: str) -> None:
+    def __init__(self, stream: Readable, most: int, name: str) -> None:
         self._stream = stream
         self._left = most
         self._name = name
@@ -312,7 +320,7 @@ class _Xz:
         return b""
 
 
-def _unpacker(head: bytes) -> Callable[[IO[bytes]], Any] | None:
+def _unpacker(head: bytes) -> Callable[[IO[bytes]], Readable] | None:
     """Return what unpacks a tar that begins with `head`; None if it is no tar."""
     if head.startswith(b"\x1f\x8b"):
         return lambda file: gzip.GzipFile(fileobj=file)
@@ -334,11 +342,14 @@ def _damage(name: str) -> Iterator[None]:
         raise
     except NotImplementedError as error:
         raise SubmissionError(
-            f"{printable(name)} is packed in a way that cannot be opened here ({error}). Zip it again with the usual method."
+            f"{printable(name)} is packed in a way that cannot be opened here ({error}). "
+            "Zip it again with the usual method."
         ) from error
     except Exception as error:
         # Parsers of archives raise whatever a crafted byte leads them to; all of it means the same to the reader.
-        raise SubmissionError(f"{printable(name)} is damaged ({printable(str(error)) or 'unreadable'}). Pack it again.") from error
+        raise SubmissionError(
+            f"{printable(name)} is damaged ({printable(str(error)) or 'unreadable'}). Pack it again."
+        ) from error
 
 
 def _count(path: Path, signature: bytes) -> int:

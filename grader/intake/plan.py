@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import posixpath
 import stat
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 
 from grader.errors import SubmissionError
@@ -24,7 +24,9 @@ from grader.intake.names import (
 MB = 1024**2
 # A build tree has one of these in it. Going by the name alone would take a student's own folder `log` away.
 BUILD_NAMES = frozenset({"build", "install", "log", "devel"})
-BUILD_MARKERS = frozenset({"COLCON_IGNORE", ".built_by", ".colcon_install_layout", ".catkin", "CMakeCache.txt", "local_setup.sh"})
+BUILD_MARKERS = frozenset(
+    {"COLCON_IGNORE", ".built_by", ".colcon_install_layout", ".catkin", "CMakeCache.txt", "local_setup.sh"}
+)
 VENV_MARKER = "pyvenv.cfg"
 MOST_REMARKS = 30
 
@@ -76,8 +78,11 @@ def plan(name: str, entries: Sequence[Entry], limits: Limits, packed_bytes: int 
             paths[entry.index] = _clean(entry)
         except _Refused as refusal:
             remarks.add(refusal, entry)
-    pruned = _pruned_folders(paths.values())
-    kept = sorted((e for e in entries if e.index in paths and not _is_pruned(paths[e.index], pruned)), key=lambda e: paths[e.index])
+    pruned = _pruned_folders(list(paths.values()))
+    kept = sorted(
+        (e for e in entries if e.index in paths and not _is_pruned(paths[e.index], pruned)),
+        key=lambda e: paths[e.index],
+    )
     places = _Places()
     files: dict[int, str] = {}
     sizes: dict[str, int] = {}
@@ -111,7 +116,9 @@ def plan(name: str, entries: Sequence[Entry], limits: Limits, packed_bytes: int 
         except _Refused as refusal:
             remarks.add(refusal, entry)
     if pruned:
-        remarks.note(f"Not looked at, because tools made it: {', '.join(printable(p, 80) for p in sorted(pruned)[:8])}.")
+        remarks.note(
+            f"Not looked at, because tools made it: {', '.join(printable(p, 80) for p in sorted(pruned)[:8])}."
+        )
     total = sum(sizes.values())
     _check_limits(name, len(sizes), total, limits, packed_bytes)
     return Plan(files, frozenset(executable), copies, total, tuple(remarks.flags), tuple(remarks.notes))
@@ -155,19 +162,31 @@ def _accept(entry: Entry, path: str, limits: Limits) -> None:
         raise _Refused("", f"it has {entry.size // MB} MB, more than {limits.file_bytes // MB} MB, and was left out")
 
 
-def _pruned_folders(paths: object) -> set[str]:
+def _pruned_folders(paths: Collection[str]) -> set[str]:
     """Return the topmost folders among `paths` that tools made."""
     found: set[str] = set()
-    for path in paths:  # type: ignore[attr-defined]
+    venvs: set[str] = set()
+    for path in paths:
         *folders, last = path.split("/")
-        for depth, folder in enumerate(folders):
-            if never_kept(folder):
-                found.add("/".join(folders[: depth + 1]))
-                break
-        else:
-            if folders and (last == VENV_MARKER or (folders[-1] in BUILD_NAMES and last in BUILD_MARKERS)):
-                found.add("/".join(folders))
+        named = next((depth for depth, folder in enumerate(folders, 1) if never_kept(folder)), None)
+        if named is not None:
+            found.add("/".join(folders[:named]))
+        elif folders and last == VENV_MARKER:
+            venvs.add("/".join(folders))
+        elif folders and folders[-1] in BUILD_NAMES and last in BUILD_MARKERS:
+            found.add("/".join(folders))
+    # Somebody who made the environment right in the workspace has the package in there too.
+    found |= venvs - {venv for venv in venvs for path in paths if _is_source(path, venv)}
     return {path for path in found if not _below(path, found)}
+
+
+def _is_source(path: str, venv: str) -> bool:
+    """Say whether `path` is the package.xml of a package that was written, not installed, below `venv`."""
+    return (
+        path.startswith(venv + "/")
+        and path.endswith("/package.xml")
+        and not {"share", "site-packages"} & set(path.split("/"))
+    )
 
 
 def _below(path: str, folders: set[str]) -> bool:
@@ -206,7 +225,6 @@ class _Remarks:
     def __init__(self) -> None:
         self.flags: list[Flag] = []
         self.notes: list[str] = []
-        self._left_out = 0
 
     def add(self, refusal: _Refused, entry: Entry) -> None:
         if refusal.kind and len(self.flags) < MOST_REMARKS:
@@ -229,5 +247,5 @@ def _check_limits(name: str, count: int, total: int, limits: Limits, packed_byte
         )
     if packed_bytes is not None and total > limits.ratio_counts_above and total > limits.ratio * packed_bytes:
         raise SubmissionError(
-            f"{printable(name)} unpacks to {total // max(packed_bytes, 1)} times its size, as only a zip bomb does. {advice}"
+            f"{printable(name)} unpacks to {total // max(packed_bytes, 1)} times its size, as only bombs do. {advice}"
         )
