@@ -1,0 +1,40 @@
+"""A two-dimensional robot simulator for the course and its grader: exact, fast, repeatable. Works without ROS."""
+
+from sim.geometry import Pose, Twist, normalize_angle
+from sim.obstacles import Box, Chase, Circle, GridMap, Obstacle, Path, Polygon, Wall, room
+from sim.robot import COURSE, PROFILES, TB4, RobotProfile
+from sim.sensors import BatteryReading, ImuReading, OdometryReading, Reading, ScanReading
+from sim.simulator import SUBSTEP_S, Contact, Event, Simulator
+from sim.world import World, WorldError, load_world, world_names
+
+__all__ = [
+    "COURSE",
+    "PROFILES",
+    "SUBSTEP_S",
+    "TB4",
+    "BatteryReading",
+    "Box",
+    "Chase",
+    "Circle",
+    "Contact",
+    "Event",
+    "GridMap",
+    "ImuReading",
+    "Obstacle",
+    "OdometryReading",
+    "Path",
+    "Polygon",
+    "Pose",
+    "Reading",
+    "RobotProfile",
+    "ScanReading",
+    "Simulator",
+    "Twist",
+    "Wall",
+    "World",
+    "WorldError",
+    "load_world",
+    "normalize_angle",
+    "room",
+    "world_names",
+]

@@ -1,0 +1,83 @@
+"""Where a moving obstacle is: along waypoints, or in answer to the robot. The simulator stops it at the hull."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+from sim.geometry import Point
+from sim.obstacles import Chase, Motion, Obstacle, Path
+
+
+class Mover:
+    """The motion of one obstacle; x, y is its centre now (m, map frame)."""
+
+    def __init__(self, obstacle: Obstacle, motion: Motion) -> None:
+        self.x, self.y = obstacle.pose.x, obstacle.pose.y
+        self._motion = motion
+        self._started = False
+        self._travelled = 0.0
+        self._held_from = 0.0
+        self._route = _Route((self.x, self.y), motion) if isinstance(motion, Path) else None
+
+    def hear(self, event: str) -> None:
+        """Begin, if this is the event that the motion waits for."""
+        self._started = self._started or self._motion.starts == event
+
+    def advance(self, dt: float, now: float, robot_x: float, robot_y: float) -> float:
+        """Move on by dt seconds, given the time (s) and the robot's place; return how far it went in metres."""
+        motion = self._motion
+        distance = math.hypot(robot_x - self.x, robot_y - self.y)
+        if not self._started:
+            if isinstance(motion.starts, str) or now < motion.starts:
+                return 0.0
+            if isinstance(motion, Path) and motion.wakes_within is not None and not distance <= motion.wakes_within:
+                return 0.0
+            self._started = True
+        if isinstance(motion, Chase):
+            step = min(motion.speed * dt, distance - motion.standoff)
+            if step <= 0.0:
+                return 0.0
+            self.x += step * (robot_x - self.x) / distance
+            self.y += step * (robot_y - self.y) / distance
+            return step
+        if motion.yields_within is not None and distance <= motion.yields_within:
+            return 0.0
+        assert self._route is not None  # made in __init__ for every Path
+        self._held_from = self._travelled
+        self._travelled += motion.speed * dt
+        x, y = self.x, self.y
+        self.x, self.y = self._route.at(self._travelled)
+        return math.hypot(self.x - x, self.y - y)
+
+    def hold_at(self, place: Point) -> None:
+        """Go back to where it was before the last `advance`: something is in the way."""
+        self.x, self.y = place
+        self._travelled = self._held_from
+
+
+class _Route:
+    """A polyline by arc length."""
+
+    def __init__(self, begin: Point, path: Path) -> None:
+        corners = [begin, *path.waypoints]
+        if path.repeat == "back_and_forth":
+            corners += corners[-2::-1]
+        elif path.repeat == "loop":
+            corners.append(begin)
+        self._repeats = path.repeat != "once"
+        self._corners = corners
+        self._ends = [0.0]
+        for a, b in itertools.pairwise(corners):
+            self._ends.append(self._ends[-1] + math.dist(a, b))
+
+    def at(self, travelled: float) -> Point:
+        """Return the place after so many metres."""
+        length = self._ends[-1]
+        if length == 0.0 or (travelled >= length and not self._repeats):
+            return self._corners[-1]
+        s = travelled % length if self._repeats else travelled
+        leg = next(i for i, end in enumerate(self._ends[1:]) if s < end or i == len(self._ends) - 2)
+        along = (s - self._ends[leg]) / (self._ends[leg + 1] - self._ends[leg] or 1.0)
+        a, b = self._corners[leg], self._corners[leg + 1]
+        return a[0] + along * (b[0] - a[0]), a[1] + along * (b[1] - a[1])

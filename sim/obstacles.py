@@ -1,0 +1,320 @@
+"""What can stand or move in a world: walls, boxes, circles, polygons, grid maps, and how obstacles move.
+
+Values only. An obstacle knows its shape as convex parts in its own frame; who casts rays or looks for contacts takes it
+from there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+from sim.geometry import Point, Pose, normalize_angle
+
+When = float | str
+"""A moment: seconds of simulated time, or the name of an event given to `Simulator.trigger`."""
+
+
+@dataclass(frozen=True)
+class SegmentPart:
+    """A line without thickness, seen from both sides."""
+
+    start: Point
+    end: Point
+
+
+@dataclass(frozen=True)
+class CirclePart:
+    """A filled circle."""
+
+    center: Point
+    radius: float
+
+
+@dataclass(frozen=True)
+class PolygonPart:
+    """A filled convex polygon, corners counter-clockwise."""
+
+    corners: tuple[Point, ...]
+
+
+Part = SegmentPart | CirclePart | PolygonPart
+
+
+@dataclass(frozen=True)
+class Path:
+    """Scripted motion of an obstacle's centre along waypoints, beginning where the obstacle stands.
+
+    Attributes:
+        waypoints: where the centre goes, map frame, metres.
+        speed: m/s.
+        repeat: stop at the end, start over from the first place (`loop`), or come back the same way.
+        starts: simulated time in s, or an event's name.
+        wakes_within: reactive: wait until the robot's hull is this near (m, centre of obstacle to centre of robot).
+        yields_within: reactive: stand still while the robot is this near (m, centre to centre).
+    """
+
+    waypoints: tuple[Point, ...]
+    speed: float
+    repeat: Literal["once", "loop", "back_and_forth"] = "once"
+    starts: When = 0.0
+    wakes_within: float | None = None
+    yields_within: float | None = None
+
+
+@dataclass(frozen=True)
+class Chase:
+    """Reactive motion: the obstacle follows the robot and stops at a distance from it.
+
+    Attributes:
+        speed: m/s.
+        standoff: distance between the centres, in metres, at which it stops.
+        starts: simulated time in s, or an event's name.
+    """
+
+    speed: float
+    standoff: float = 1.0
+    starts: When = 0.0
+
+
+Motion = Path | Chase
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Common:
+    """What every obstacle may carry: a name, moments to appear and vanish, a motion."""
+
+    name: str = ""
+    appears: When | None = None
+    vanishes: When | None = None
+    motion: Motion | None = None
+
+
+@dataclass(frozen=True)
+class Wall(_Common):
+    """A straight wall from `start` to `end`; with a thickness its ends are round."""
+
+    start: Point
+    end: Point
+    thickness: float = 0.0
+
+    @property
+    def pose(self) -> Pose:
+        """The middle of the wall, axes along the map's."""
+        return Pose((self.start[0] + self.end[0]) / 2, (self.start[1] + self.end[1]) / 2)
+
+    def parts(self) -> tuple[Part, ...]:
+        """Return a line, or a rectangle with a circle at each end: the same shape as a pymunk segment with a radius."""
+        middle = self.pose
+        a, b = middle.point_from_parent(self.start), middle.point_from_parent(self.end)
+        r = self.thickness / 2
+        if r == 0:
+            return (SegmentPart(a, b),)
+        length = math.dist(a, b)
+        nx, ny = -(b[1] - a[1]) / length * r, (b[0] - a[0]) / length * r
+        rectangle = ((a[0] - nx, a[1] - ny), (b[0] - nx, b[1] - ny), (b[0] + nx, b[1] + ny), (a[0] + nx, a[1] + ny))
+        return (PolygonPart(rectangle), CirclePart(a, r), CirclePart(b, r))
+
+
+@dataclass(frozen=True)
+class Box(_Common):
+    """A filled rectangle: centre, size along its own x and y axes, yaw."""
+
+    center: Point
+    size: tuple[float, float]
+    yaw: float = 0.0
+
+    @property
+    def pose(self) -> Pose:
+        """The centre, turned by yaw."""
+        return Pose(*self.center, self.yaw)
+
+    def parts(self) -> tuple[Part, ...]:
+        """Return one rectangle."""
+        return (PolygonPart(_rectangle(-self.size[0] / 2, -self.size[1] / 2, self.size[0] / 2, self.size[1] / 2)),)
+
+
+@dataclass(frozen=True)
+class Circle(_Common):
+    """A filled circle."""
+
+    center: Point
+    radius: float
+
+    @property
+    def pose(self) -> Pose:
+        """The centre."""
+        return Pose(*self.center)
+
+    def parts(self) -> tuple[Part, ...]:
+        """Return the circle itself."""
+        return (CirclePart((0.0, 0.0), self.radius),)
+
+
+@dataclass(frozen=True)
+class Polygon(_Common):
+    """A filled polygon without self-intersection, convex or not; corners in either sense of rotation."""
+
+    points: tuple[Point, ...]
+
+    @property
+    def pose(self) -> Pose:
+        """The mean of the corners, axes along the map's."""
+        n = len(self.points)
+        return Pose(sum(p[0] for p in self.points) / n, sum(p[1] for p in self.points) / n)
+
+    def parts(self) -> tuple[Part, ...]:
+        """Return the polygon if it is convex, else the triangles that fill it."""
+        middle = self.pose
+        corners = [middle.point_from_parent(p) for p in self.points]
+        if signed_area(corners) < 0:
+            corners.reverse()
+        if _is_convex(corners):
+            return (PolygonPart(tuple(corners)),)
+        return tuple(PolygonPart(t) for t in triangulate(corners))
+
+
+@dataclass(frozen=True)
+class GridMap(_Common):
+    """The occupied cells of a map, merged into rectangles (x_min, y_min, x_max, y_max) in the map image's frame.
+
+    Attributes:
+        rectangles: filled, metres, in the frame of `origin`.
+        origin: pose of the image's lower left corner in the map frame.
+    """
+
+    rectangles: tuple[tuple[float, float, float, float], ...]
+    origin: Pose = field(default_factory=Pose)
+
+    @property
+    def pose(self) -> Pose:
+        """The image's lower left corner."""
+        return self.origin
+
+    def parts(self) -> tuple[Part, ...]:
+        """Return one rectangle per merged block of cells."""
+        return tuple(PolygonPart(_rectangle(*r)) for r in self.rectangles)
+
+
+Obstacle = Wall | Box | Circle | Polygon | GridMap
+
+
+def room(low: Point, high: Point, prefix: str = "") -> tuple[Wall, Wall, Wall, Wall]:
+    """Return the four walls of a rectangular room, named after the compass, north up the y axis."""
+    (x0, y0), (x1, y1) = low, high
+    label = f"{prefix} " if prefix else ""
+    return (
+        Wall((x0, y0), (x1, y0), name=f"{label}south wall"),
+        Wall((x1, y0), (x1, y1), name=f"{label}east wall"),
+        Wall((x1, y1), (x0, y1), name=f"{label}north wall"),
+        Wall((x0, y1), (x0, y0), name=f"{label}west wall"),
+    )
+
+
+def signed_area(points: Iterable[Point]) -> float:
+    """Return the polygon's area in m², positive when its corners run counter-clockwise."""
+    corners = list(points)
+    ring = zip(corners, corners[1:] + corners[:1], strict=True)
+    return 0.5 * math.fsum(a[0] * b[1] - b[0] * a[1] for a, b in ring)
+
+
+def triangulate(corners: list[Point]) -> list[tuple[Point, Point, Point]]:
+    """Return triangles that fill a simple counter-clockwise polygon, by cutting off ears.
+
+    Raises:
+        ValueError: the outline crosses itself.
+    """
+    ring = list(corners)
+    triangles: list[tuple[Point, Point, Point]] = []
+    while len(ring) > 3:
+        for i in range(len(ring)):
+            a, b, c = ring[i - 1], ring[i], ring[(i + 1) % len(ring)]
+            if _turn(a, b, c) > 0 and not any(_in_triangle(p, a, b, c) for p in ring if p not in (a, b, c)):
+                triangles.append((a, b, c))
+                del ring[i]
+                break
+        else:
+            flat = [i for i in range(len(ring)) if _turn(ring[i - 1], ring[i], ring[(i + 1) % len(ring)]) == 0]
+            if not flat:
+                raise ValueError("the outline crosses itself")
+            del ring[flat[0]]  # a corner on a straight line bounds nothing
+    if _turn(*ring) > 0:
+        triangles.append((ring[0], ring[1], ring[2]))
+    return triangles
+
+
+def with_name(obstacle: Obstacle, name: str) -> Obstacle:
+    """Return the same obstacle under another name."""
+    return replace(obstacle, name=name)
+
+
+def transformed(obstacle: Obstacle, rotate: float, mirror: bool, shift: Point) -> Obstacle:
+    """Return the obstacle mirrored at the x axis (if asked), then turned about the origin (rad), then shifted (m)."""
+    to = _Mapping(rotate, mirror, shift)
+    motion = obstacle.motion
+    if isinstance(motion, Path):
+        motion = replace(motion, waypoints=tuple(to.point(p) for p in motion.waypoints))
+    match obstacle:
+        case Wall():
+            return replace(obstacle, start=to.point(obstacle.start), end=to.point(obstacle.end), motion=motion)
+        case Box():
+            center, yaw = to.point(obstacle.center), to.angle(obstacle.yaw)
+            return replace(obstacle, center=center, yaw=yaw, motion=motion)
+        case Circle():
+            return replace(obstacle, center=to.point(obstacle.center), motion=motion)
+        case Polygon():
+            return replace(obstacle, points=tuple(to.point(p) for p in obstacle.points), motion=motion)
+        case GridMap():
+            flip = obstacle.rectangles
+            if mirror:
+                flip = tuple((x0, -y1, x1, -y0) for x0, y0, x1, y1 in flip)
+            return replace(obstacle, rectangles=flip, origin=to.pose(obstacle.origin), motion=motion)
+
+
+@dataclass(frozen=True)
+class _Mapping:
+    """Mirror at the x axis, then rotate about the origin, then shift."""
+
+    rotate: float
+    mirror: bool
+    shift: Point
+
+    def point(self, p: Point) -> Point:
+        return Pose(*self.shift, self.rotate).point_to_parent((p[0], -p[1] if self.mirror else p[1]))
+
+    def angle(self, yaw: float) -> float:
+        return normalize_angle((-yaw if self.mirror else yaw) + self.rotate)
+
+    def pose(self, pose: Pose) -> Pose:
+        return Pose(*self.point((pose.x, pose.y)), self.angle(pose.yaw))
+
+
+def transformed_pose(pose: Pose, rotate: float, mirror: bool, shift: Point) -> Pose:
+    """Return the pose under the same mapping as `transformed`."""
+    return _Mapping(rotate, mirror, shift).pose(pose)
+
+
+def _rectangle(x0: float, y0: float, x1: float, y1: float) -> tuple[Point, Point, Point, Point]:
+    return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+
+
+def _turn(a: Point, b: Point, c: Point) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def _in_triangle(p: Point, a: Point, b: Point, c: Point) -> bool:
+    return _turn(a, b, p) >= 0 and _turn(b, c, p) >= 0 and _turn(c, a, p) >= 0
+
+
+def _is_convex(corners: list[Point]) -> bool:
+    """Tell whether a counter-clockwise outline turns left at every corner and goes round once."""
+    n = len(corners)
+    if any(_turn(corners[i - 1], corners[i], corners[(i + 1) % n]) <= 0 for i in range(n)):
+        return False
+    heading = [
+        math.atan2(corners[(i + 1) % n][1] - c[1], corners[(i + 1) % n][0] - c[0]) for i, c in enumerate(corners)
+    ]
+    turned = math.fsum(normalize_angle(heading[i] - heading[i - 1]) for i in range(n))
+    return abs(turned - math.tau) < 1e-6

@@ -1,0 +1,159 @@
+"""A World: what stands where, where the robot starts, where it shall go. Values only: nothing moves here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path as FilePath
+from typing import Any
+
+from sim import worldfile
+from sim.geometry import Point, Pose
+from sim.obstacles import Box, Circle, GridMap, Obstacle, Polygon, Wall, transformed, transformed_pose, with_name
+from sim.worldfile import WorldError
+
+__all__ = ["World", "WorldError", "load_world", "world_names"]
+
+WORLDS = FilePath(__file__).parent / "worlds"
+
+
+@dataclass(frozen=True)
+class World:
+    """Geometry and start of a run, in the map frame. Every obstacle has its own name.
+
+    >>> World("wall ahead", obstacles=(Box((2.0, 0.0), (0.1, 2.0)),)).obstacles[0].name
+    'box 1'
+
+    Attributes:
+        name: short, for file names and titles.
+        obstacles: walls, boxes, circles, polygons, grid maps; those without a name get one ("box 1").
+        start: where the robot's centre is at time 0.
+        goals: places for the robot to go, in the order of the file.
+        seed: of all noise, unless the simulator is given another.
+        title: one line for people.
+    """
+
+    name: str = "world"
+    obstacles: tuple[Obstacle, ...] = ()
+    start: Pose = field(default_factory=Pose)
+    goals: tuple[Pose, ...] = ()
+    seed: int = 0
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "obstacles", named(self.obstacles))
+        object.__setattr__(self, "goals", tuple(self.goals))
+        if self.seed < 0:
+            raise ValueError(f"world {self.name!r}: seed must be 0 or more, got {self.seed}")
+
+    @property
+    def walls(self) -> tuple[Wall, ...]:
+        """The walls among the obstacles."""
+        return tuple(o for o in self.obstacles if isinstance(o, Wall))
+
+    @property
+    def boxes(self) -> tuple[Box, ...]:
+        """The boxes among the obstacles."""
+        return tuple(o for o in self.obstacles if isinstance(o, Box))
+
+    @property
+    def circles(self) -> tuple[Circle, ...]:
+        """The circles among the obstacles."""
+        return tuple(o for o in self.obstacles if isinstance(o, Circle))
+
+    @property
+    def polygons(self) -> tuple[Polygon, ...]:
+        """The polygons among the obstacles."""
+        return tuple(o for o in self.obstacles if isinstance(o, Polygon))
+
+    @property
+    def maps(self) -> tuple[GridMap, ...]:
+        """The grid maps among the obstacles."""
+        return tuple(o for o in self.obstacles if isinstance(o, GridMap))
+
+    @property
+    def movers(self) -> tuple[Obstacle, ...]:
+        """The obstacles that move by themselves."""
+        return tuple(o for o in self.obstacles if o.motion is not None)
+
+    def transformed(
+        self, *, rotate: float = 0.0, mirror: bool = False, shift: Point = (0.0, 0.0), seed: int | None = None
+    ) -> World:
+        """Return the same world in another place: mirrored at the x axis, turned by `rotate` rad, then shifted by m.
+
+        Start, goals and the paths of moving obstacles come along, so a controller that has no magic places in it does
+        the same in either world. `seed` replaces the seed.
+        """
+        return replace(
+            self,
+            obstacles=tuple(transformed(o, rotate, mirror, shift) for o in self.obstacles),
+            start=transformed_pose(self.start, rotate, mirror, shift),
+            goals=tuple(transformed_pose(g, rotate, mirror, shift) for g in self.goals),
+            seed=self.seed if seed is None else seed,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the world as plain data, in the schema of the world files."""
+        return worldfile.to_document(vars(self))
+
+    @classmethod
+    def from_dict(cls, document: Any, where: str = "world") -> World:
+        """Return the world that plain data describe; `where` stands for the file in messages.
+
+        Raises:
+            WorldError: a key is missing, unknown or makes no sense.
+        """
+        return cls(**worldfile.fields(document, where, folder=None))
+
+
+def named(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
+    """Return the obstacles with a name each: "box 1", "box 2" for those that have none.
+
+    Raises:
+        ValueError: two obstacles have the same name.
+    """
+    taken: set[str] = set()
+    result = []
+    given = list(obstacles)
+    for obstacle in given:
+        if obstacle.name in taken:
+            raise ValueError(f"two obstacles are named {obstacle.name!r}; give each its own, contacts go by it")
+        if obstacle.name:
+            taken.add(obstacle.name)
+    for obstacle in given:
+        if not obstacle.name:
+            obstacle = with_name(obstacle, free_name(type(obstacle).__name__.lower(), taken))
+            taken.add(obstacle.name)
+        result.append(obstacle)
+    return tuple(result)
+
+
+def free_name(kind: str, taken: Iterable[str]) -> str:
+    """Return "kind N" with the smallest N that is not taken."""
+    used = set(taken)
+    number = 1
+    while f"{kind} {number}" in used:
+        number += 1
+    return f"{kind} {number}"
+
+
+def world_names() -> tuple[str, ...]:
+    """Return the names of the worlds that come with the simulator, sorted."""
+    return tuple(sorted(p.stem for p in WORLDS.glob("*.yaml")))
+
+
+def load_world(name_or_path: str | FilePath) -> World:
+    """Return a world by its name in `sim/worlds`, or from a file.
+
+    Raises:
+        WorldError: there is no such world, or the file has a mistake; the message names file, key and remedy.
+    """
+    path = FilePath(name_or_path)
+    if path.suffix not in (".yaml", ".yml"):
+        path = WORLDS / f"{name_or_path}.yaml"
+        if not path.is_file():
+            raise WorldError(
+                f"There is no world named {str(name_or_path)!r}. "
+                f"Choose one of {', '.join(world_names())}, or give the path of a .yaml file."
+            )
+    return World(**worldfile.read(path))
