@@ -7,6 +7,7 @@ walled-in process is stopped, its whole tree is gone before anything it left beh
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import shutil
@@ -195,7 +196,9 @@ def run(command: Sequence[str], wall: Wall, limits: Limits | None = None) -> Run
         seconds = process.wall_seconds
     output = process.output
     if exit_code is not None and output.startswith("bwrap: "):
-        raise GraderError(f"The wall could not be built: {output.strip()}. Run `grader doctor`; it says how to mend it.")
+        raise GraderError(
+            f"The wall could not be built: {output.strip()}. Run `grader doctor`; it says how to mend it."
+        )
     return RunResult(exit_code, output, timed_out=exit_code is None, wall_seconds=seconds)
 
 
@@ -206,7 +209,9 @@ def require() -> None:
         GraderError: they cannot; the message says what to do.
     """
     if not sys.platform.startswith("linux"):
-        raise GraderError("Grading needs Linux: submissions are walled in with bubblewrap. Use a Linux machine or WSL 2.")
+        raise GraderError(
+            "Grading needs Linux: submissions are walled in with bubblewrap. Use Linux or WSL 2."
+        )
     if shutil.which("bwrap") is None:
         raise GraderError(
             "bubblewrap (bwrap) is not installed, so a submission cannot be walled in. Run `grader doctor`."
@@ -215,11 +220,13 @@ def require() -> None:
 
 
 def private_network(command: Sequence[str]) -> list[str]:
-    """Return the command line that runs a trusted `command` in a network namespace of its own, with loopback only."""
-    return [
-        "bwrap", "--bind", "/", "/", "--dev-bind", "/dev", "/dev", "--proc", "/proc", "--tmpfs", "/dev/shm",
-        "--unshare-net", "--unshare-pid", "--unshare-ipc", "--die-with-parent", "--", *command,
-    ]  # fmt: skip
+    """Return the command line that runs a trusted `command` in a network namespace of its own, with loopback only.
+
+    The host's /proc stays in sight: over a /proc of bubblewrap's making (parts of it are read-only) the kernel refuses
+    the walls inside one of their own.
+    """
+    outer = ["bwrap", "--dev-bind", "/", "/", "--tmpfs", "/dev/shm", "--unshare-net", "--unshare-ipc"]
+    return [*outer, "--die-with-parent", "--", *command]
 
 
 def _bwrap(wall: Wall, info_fd: int) -> list[str]:
@@ -294,7 +301,5 @@ def _children(pid: int) -> list[int]:
 
 
 def _signal(pid: int, number: signal.Signals) -> None:
-    try:
+    with contextlib.suppress(ProcessLookupError):
         os.kill(pid, number)
-    except ProcessLookupError:
-        pass

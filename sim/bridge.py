@@ -7,7 +7,7 @@ so a run takes as long as the node thinks and not as long as the clock says. How
    a row (`_barrier`) come back only when the callbacks of this tick and the timers they made due are done.
 2. A node with several threads may answer the calls while a timer's callback still runs elsewhere. The period in which
    it publishes is learnt, and a message that is due is waited for.
-3. /clock is best effort and one deep on the node's side, so it can get lost: it is sent again when an answer is missing.
+3. /clock is best effort and one deep on the node's side, so it can get lost: it is sent again when no answer comes.
 4. Wall-clock caps keep a dead or blocked node from holding up the run.
 
 A node that goes by wall time publishes while the clock stands still. It is noticed by that and then run in real time.
@@ -131,8 +131,8 @@ class Bridge:
         self.irregular = False
         self.follow_commands = True
         self.filter_scan: Callable[[ScanReading], ScanReading | None] = lambda scan: scan
-        self.on_command: Callable[[float, TwistMessage], None] = lambda t, message: None
-        self.on_scan: Callable[[ScanReading], None] = lambda scan: None
+        self.on_command: Callable[[float, TwistMessage], None] = lambda _t, _message: None
+        self.on_scan: Callable[[ScanReading], None] = lambda _scan: None
 
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain_id)

@@ -1,0 +1,72 @@
+"""The list of trials. A trial is a function over a Stage, with the node, the world and the requirements it serves."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from grader.trials.stage import Stage
+
+Script = Callable[["Stage"], None]
+
+SCRIPTS = "grader.trials.scripts"
+
+
+@dataclass(frozen=True)
+class TrialPlan:
+    """One trial: a script, the node it is done to, the world it happens in, and what it is evidence for.
+
+    `parameters` are the node's overrides; `reliable` says whether the robot's sensors are published reliably.
+    """
+
+    name: str
+    sentence: str
+    script: Script
+    node: str
+    world: str
+    serves: tuple[str, ...]
+    parameters: Mapping[str, object] = field(default_factory=dict)
+    reliable: bool = True
+
+
+_PLANS: dict[str, TrialPlan] = {}
+
+
+def trial(
+    *,
+    serves: Iterable[str],
+    node: str = "robot_controller",
+    world: str = "open_field",
+    parameters: Mapping[str, object] | None = None,
+    reliable: bool = True,
+) -> Callable[[Script], Script]:
+    """Enter the decorated script into the list of trials, under its own name; its docstring is the trial's sentence."""
+
+    def enter(script: Script) -> Script:
+        name = script.__name__
+        if name in _PLANS:
+            raise ValueError(f"two trials are called {name}")
+        sentence = (script.__doc__ or "").strip().partition("\n")[0]
+        _PLANS[name] = TrialPlan(name, sentence, script, node, world, tuple(serves), parameters or {}, reliable)
+        return script
+
+    return enter
+
+
+def trials() -> dict[str, TrialPlan]:
+    """Return every trial by its name. Each module of grader/trials/scripts is read; adding a file adds its trials."""
+    folder = Path(__file__).parent / "scripts"
+    for module in sorted(pkgutil.iter_modules([str(folder)]), key=lambda found: found.name):
+        importlib.import_module(f"{SCRIPTS}.{module.name}")
+    return dict(_PLANS)
+
+
+def serving(requirements: Iterable[str]) -> dict[str, TrialPlan]:
+    """Return the trials that at least one of the requirements needs."""
+    wanted = set(requirements)
+    return {name: plan for name, plan in trials().items() if wanted & set(plan.serves)}

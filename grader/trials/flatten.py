@@ -1,0 +1,37 @@
+"""Turn ROS messages into plain values for the evidence, and plain values into requests."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+_CAP = 2000  # a student's string is evidence, not a place to store a novel
+
+
+def plain(message: Any) -> Any:
+    """Return a message as nested dictionaries, lists, numbers and strings."""
+    if hasattr(message, "get_fields_and_field_types"):
+        return {name: plain(getattr(message, name)) for name in message.get_fields_and_field_types()}
+    if isinstance(message, str):
+        return message[:_CAP]
+    if isinstance(message, bool | int | float):
+        return message
+    if isinstance(message, bytes):
+        return message[:_CAP].hex()
+    return [plain(item) for item in list(message)[:_CAP]]
+
+
+def fill(message: Any, fields: dict[str, Any]) -> Any:
+    """Return `message` with `fields` set; a dictionary fills a nested message."""
+    for name, value in fields.items():
+        if isinstance(value, dict):
+            fill(getattr(message, name), value)
+        else:
+            setattr(message, name, value)
+    return message
+
+
+def yaw(orientation: Any) -> float:
+    """Return the yaw of a quaternion in radians, in [-pi, pi]."""
+    x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))

@@ -1,0 +1,101 @@
+"""One goal of the navigation action, as its client sees it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from action_msgs.msg import GoalStatus
+
+from grader import evidence
+from grader.trials.types import NavigateToPosition
+
+if TYPE_CHECKING:
+    from grader.trials.stage import Stage
+
+_STATUS = {
+    GoalStatus.STATUS_SUCCEEDED: "succeeded",
+    GoalStatus.STATUS_CANCELED: "canceled",
+    GoalStatus.STATUS_ABORTED: "aborted",
+}
+
+
+class GoalRun:
+    """A goal that was sent: its progress and, in the end, its facts."""
+
+    def __init__(self, stage: Stage, x: float, y: float, tolerance: float) -> None:
+        self._stage = stage
+        self._sent_t = stage.t
+        self._x, self._y, self._tolerance = x, y, tolerance
+        self._feedback: list[list[float]] = []
+        self._ended_t = math.nan
+        self._cancel_t = math.nan
+        self._cancel: Any = None
+        self._handle: Any = None
+        self._result: Any = None
+        self.problem = ""
+        goal = NavigateToPosition.Goal()
+        goal.target_pose.position.x, goal.target_pose.position.y = float(x), float(y)
+        goal.target_pose.orientation.w = 1.0
+        goal.tolerance = float(tolerance)
+        self._sending = stage.action.send_goal_async(goal, feedback_callback=self._take_feedback)
+        self._sending.add_done_callback(self._take_answer)
+
+    @property
+    def answered(self) -> bool:
+        """Return whether the node has accepted or rejected the goal."""
+        return self._handle is not None
+
+    @property
+    def accepted(self) -> bool:
+        """Return whether the node has accepted the goal."""
+        return self._handle is not None and bool(self._handle.accepted)
+
+    @property
+    def ended(self) -> bool:
+        """Return whether the result is there, or will never be."""
+        return self._result is not None or (self.answered and not self.accepted)
+
+    def cancel(self) -> None:
+        """Ask the node to cancel the goal."""
+        self._cancel_t = self._stage.t
+        if self._handle is not None and self._handle.accepted:
+            self._cancel = self._handle.cancel_goal_async()
+
+    def facts(self) -> evidence.Goal:
+        """Return what has come of the goal so far."""
+        result = self._result.result if self._result is not None else None
+        status = "unfinished" if result is None else _STATUS.get(self._result.status, "unfinished")
+        if self.answered and not self.accepted:
+            status = "rejected"
+        cancel_done = self._cancel is not None and self._cancel.done()
+        return evidence.Goal(
+            t=self._sent_t,
+            x=self._x,
+            y=self._y,
+            tolerance=self._tolerance,
+            accepted=self.accepted,
+            status=status,
+            success=None if result is None else bool(result.success),
+            final_x=math.nan if result is None else float(result.final_pose.position.x),
+            final_y=math.nan if result is None else float(result.final_pose.position.y),
+            ended_t=self._ended_t,
+            cancel_t=self._cancel_t,
+            cancel_accepted=bool(self._cancel.result().goals_canceling) if cancel_done else None,
+            feedback=self._feedback,
+            problem=self.problem,
+        )
+
+    def _take_answer(self, future: Any) -> None:
+        self._handle = future.result()
+        if self._handle.accepted:
+            self._handle.get_result_async().add_done_callback(self._take_result)
+
+    def _take_result(self, future: Any) -> None:
+        self._result = future.result()
+        self._ended_t = self._stage.t
+
+    def _take_feedback(self, message: Any) -> None:
+        pose = self._stage.simulator.pose
+        true = math.hypot(self._x - pose.x, self._y - pose.y)
+        self._feedback.append([self._stage.t, float(message.feedback.distance_remaining), true])

@@ -1,0 +1,69 @@
+"""Look at the running graph: which endpoints, services and actions a node shows. Reads only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rclpy.action.graph import get_action_server_names_and_types_by_node
+from rclpy.node import Node
+from rclpy.qos import QoSReliabilityPolicy
+
+from grader.evidence import Endpoint, Graph
+
+# Every rclpy node has these; they say nothing about the student's work.
+_RCLPY_SERVICES = (
+    "describe_parameters", "get_parameter_types", "get_parameters", "list_parameters", "set_parameters",
+    "set_parameters_atomically", "get_type_description",
+)  # fmt: skip
+
+
+def look(observer: Node, node_name: str) -> Graph:
+    """Return what the graph shows of `node_name`, seen by `observer`. Names carry no leading slash."""
+    names = [f"{space.rstrip('/')}/{name}" for name, space in observer.get_node_names_and_namespaces()]
+    own = [name for name in names if not name.endswith(f"/{observer.get_name()}")]
+    found = next((name for name in own if name.rpartition("/")[2] == node_name), None)
+    if found is None:
+        return Graph(nodes=sorted(name.lstrip("/") for name in own))
+    space, _, name = found.rpartition("/")
+    space = space or "/"
+    try:
+        services = dict(observer.get_service_names_and_types_by_node(name, space))
+        actions = dict(get_action_server_names_and_types_by_node(observer, name, space))
+    except RuntimeError:  # the node left while we looked
+        return Graph(nodes=sorted(name.lstrip("/") for name in own))
+    return Graph(
+        nodes=sorted(name.lstrip("/") for name in own),
+        endpoints=_endpoints(observer, node_name),
+        services={
+            service.lstrip("/"): list(types)
+            for service, types in services.items()
+            if service.rpartition("/")[2] not in _RCLPY_SERVICES and "/_action/" not in service
+        },
+        actions={action.lstrip("/"): list(types) for action, types in actions.items()},
+    )
+
+
+def _endpoints(observer: Node, node_name: str) -> list[Endpoint]:
+    found = []
+    asks: tuple[tuple[str, Callable[..., list[object]]], ...] = (
+        ("publisher", observer.get_publishers_info_by_topic),
+        ("subscription", observer.get_subscriptions_info_by_topic),
+    )
+    for topic, _ in observer.get_topic_names_and_types():
+        for kind, ask in asks:
+            for info in ask(topic):
+                if info.node_name == node_name:  # type: ignore[attr-defined]
+                    found.append(_endpoint(topic, kind, info))
+    return sorted(found, key=lambda endpoint: (endpoint.topic, endpoint.kind))
+
+
+def _endpoint(topic: str, kind: str, info: object) -> Endpoint:
+    best_effort = info.qos_profile.reliability == QoSReliabilityPolicy.BEST_EFFORT  # type: ignore[attr-defined]
+    return Endpoint(
+        topic=topic.lstrip("/"),
+        kind=kind,
+        node=info.node_name,  # type: ignore[attr-defined]
+        type=info.topic_type,  # type: ignore[attr-defined]
+        type_hash=str(info.topic_type_hash),  # type: ignore[attr-defined]
+        reliability="best_effort" if best_effort else "reliable",
+    )

@@ -1,0 +1,83 @@
+"""The trusted process that runs trials, inside a network namespace of its own. One request line in, one answer out.
+
+Its standard input brings one JSON object a trial; it writes the evidence file and answers with the trial's name. The
+node under trial sits behind a wall of its own inside the same network; nothing of this process is visible to it.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import traceback
+from pathlib import Path
+from typing import Any
+
+from grader import build, evidence, sandbox, toolchain
+from grader.trials import catalog
+from grader.trials.request import Request, unjudged
+from grader.trials.stage import Stage, TrialOver
+from sim import Simulator, load_world
+
+
+def main() -> int:
+    """Run the trials that standard input asks for."""
+    plans = catalog.trials()
+    for line in sys.stdin:
+        request = Request(**json.loads(line))
+        plan = plans[request.trial]
+        try:
+            facts = run_trial(plan, request)
+        except Exception:  # the one place where a fault of ours must not take the other trials along
+            facts = unjudged(plan, request.seed, traceback.format_exc())
+        Path(request.out).write_text(evidence.to_json(facts))
+        print(request.trial, flush=True)
+    return 0
+
+
+def run_trial(plan: catalog.TrialPlan, request: Request) -> evidence.Trial:
+    """Start the node behind its wall, play the trial's script, and return what was seen."""
+    install = Path(request.install)
+    executable = install / "lib" / build.PACKAGE / plan.node
+    if not executable.is_file():
+        return unjudged(plan, request.seed, "", ended=f"there is no executable {plan.node} in lib/{build.PACKAGE}")
+    simulator = Simulator(load_world(plan.world), seed=request.seed)
+    with sandbox.Process(_command(plan), _wall(install, request.domain_id), _LIMITS) as process:
+        stage = Stage(plan, request.seed, simulator, process, request.domain_id)
+        ended = script_error = ""
+        try:
+            stage.open()
+            plan.script(stage)
+        except TrialOver as over:
+            ended = str(over)
+        except Exception:
+            script_error = traceback.format_exc()
+        facts = stage.facts(ended, script_error)
+        stage.close()
+    return facts
+
+
+_LIMITS = sandbox.Limits(wall_seconds=300.0)
+
+
+def _wall(install: Path, domain_id: int) -> sandbox.Wall:
+    environment = toolchain.environment(build.INSTALL, home=sandbox.HOME)
+    return sandbox.Wall(
+        read_only={install: str(build.INSTALL)},
+        environment=environment | {"ROS_DOMAIN_ID": str(domain_id)},
+        network=True,
+    )
+
+
+def _command(plan: catalog.TrialPlan) -> list[str]:
+    command = [f"{build.INSTALL}/lib/{build.PACKAGE}/{plan.node}", "--ros-args", "-p", "use_sim_time:=true"]
+    for name, value in plan.parameters.items():
+        command += ["-p", f"{name}:={_parameter(value)}"]
+    return command
+
+
+def _parameter(value: Any) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,27 @@
+"""What the grader asks a trial host for. Imported on both sides, so it knows neither ROS nor bubblewrap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from grader import evidence
+from grader.trials.catalog import TrialPlan
+
+
+@dataclass(frozen=True)
+class Request:
+    """One trial to run: of which install tree, with which seed, in which DDS domain, and where its evidence goes."""
+
+    trial: str
+    install: str
+    seed: int
+    domain_id: int
+    out: str
+
+
+def unjudged(plan: TrialPlan, seed: int, script_error: str, ended: str = "") -> evidence.Trial:
+    """Return the facts of a trial that never began."""
+    return evidence.Trial(
+        name=plan.name, node=plan.node, world=plan.world, seed=seed, ready=False, pace="lockstep",
+        ended=ended, script_error=script_error,
+    )  # fmt: skip

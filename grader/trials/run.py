@@ -1,0 +1,146 @@
+"""Run trials in parallel, each worker in a network namespace of its own. The side that the grader sees."""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import secrets
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterable
+from dataclasses import asdict
+from pathlib import Path
+
+from grader import evidence, sandbox, toolchain
+from grader.errors import GraderError
+from grader.trials.catalog import TrialPlan
+from grader.trials.request import Request, unjudged
+
+_TRIAL_CAP_S = 180.0  # of wall time, above every cap inside
+
+
+def run(
+    plans: Iterable[TrialPlan],
+    *,
+    install: Path,
+    contract: Path,
+    folder: Path,
+    seed: int,
+    workers: int | None = None,
+    progress: Callable[[str], None] = lambda _name: None,
+) -> dict[str, evidence.Trial]:
+    """Run the trials and return their facts by name.
+
+    Args:
+        plans: the trials.
+        install: the submission's install tree.
+        contract: the install tree of the contract's interfaces.
+        folder: where workers leave what they saw, one file a trial.
+        seed: decides speeds, places and noise.
+        workers: how many trials run at once; by default one for each core, two at most.
+        progress: told the name of each trial that has ended.
+    """
+    todo: queue.SimpleQueue[TrialPlan] = queue.SimpleQueue()
+    for plan in plans:
+        todo.put(plan)
+    found: dict[str, evidence.Trial] = {}
+    count = workers or min(2, os.cpu_count() or 1)
+    workers_ = [_Worker(todo, found, install, contract, folder, seed, progress) for _ in range(count)]
+    for worker in workers_:
+        worker.start()
+    for worker in workers_:
+        worker.join()
+    problem = next((worker.problem for worker in workers_ if worker.problem), None)
+    if problem:
+        raise problem
+    return found
+
+
+class _Worker(threading.Thread):
+    """Feeds one host process with trials until there are none left; starts it anew when it dies."""
+
+    def __init__(
+        self,
+        todo: queue.SimpleQueue[TrialPlan],
+        found: dict[str, evidence.Trial],
+        install: Path,
+        contract: Path,
+        folder: Path,
+        seed: int,
+        progress: Callable[[str], None],
+    ) -> None:
+        super().__init__(daemon=True)
+        self.problem: Exception | None = None
+        self._todo, self._found = todo, found
+        self._install, self._contract, self._folder = install, contract, folder
+        self._seed, self._progress = seed, progress
+        self._host: subprocess.Popen[str] | None = None
+
+    def run(self) -> None:
+        try:
+            while True:
+                try:
+                    plan = self._todo.get_nowait()
+                except queue.Empty:
+                    return
+                self._found[plan.name] = self._trial(plan)
+                self._progress(plan.name)
+        except Exception as error:  # handed to the caller, who joins
+            self.problem = error
+        finally:
+            self._stop()
+
+    def _trial(self, plan: TrialPlan) -> evidence.Trial:
+        host = self._host or self._start()
+        out = self._folder / f"{plan.name}.json"
+        # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones.
+        request = Request(plan.name, str(self._install), self._seed, 1 + secrets.randbelow(100), str(out))
+        assert host.stdin is not None
+        assert host.stdout is not None
+        timer = threading.Timer(_TRIAL_CAP_S, host.kill)
+        timer.start()
+        try:
+            host.stdin.write(json.dumps(asdict(request)) + "\n")
+            host.stdin.flush()
+            answer = host.stdout.readline().strip()
+        except OSError:
+            answer = ""
+        finally:
+            timer.cancel()
+        if answer != plan.name:
+            self._stop()
+            return unjudged(plan, self._seed, f"the trial's host ended (answer {answer!r}, status {host.returncode})")
+        return evidence.from_json(out.read_text(), evidence.Trial)
+
+    def _start(self) -> subprocess.Popen[str]:
+        home = self._folder / "host-home"
+        home.mkdir(parents=True, exist_ok=True)
+        command = [sys.executable, "-m", "grader.trials.host"]
+        try:
+            self._host = subprocess.Popen(
+                sandbox.private_network(command),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                env=toolchain.environment(self._contract, home=home),
+                cwd=self._folder,
+                text=True,
+            )
+        except OSError as error:
+            raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it says how to mend it.") from error
+        return self._host
+
+    def _stop(self) -> None:
+        host, self._host = self._host, None
+        if host is None:
+            return
+        assert host.stdin is not None
+        assert host.stdout is not None
+        host.stdin.close()
+        try:
+            host.wait(5.0)
+        except subprocess.TimeoutExpired:
+            host.kill()
+            host.wait()
+        host.stdout.close()

@@ -1,0 +1,22 @@
+"""Trials in which nobody asks the robot for anything."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from grader.trials.catalog import trial
+
+if TYPE_CHECKING:
+    from grader.trials.stage import Stage
+
+
+@trial(serves=["F1", "I3", "I4"])
+def idle(stage: Stage) -> None:
+    """Five seconds without a command."""
+    stage.run(5.0)
+
+
+@trial(serves=["I3", "I4"], node="sensor_processor")
+def idle_processor(stage: Stage) -> None:
+    """The sensor processor beside a robot that stands."""
+    stage.run(1.0)

@@ -1,0 +1,45 @@
+"""Trials with something in the way."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from grader.trials.catalog import trial
+
+if TYPE_CHECKING:
+    from grader.trials.stage import Stage
+
+
+def _drive_at_the_wall(stage: Stage, speed: float) -> None:
+    stage.choices["speed"] = speed
+    stage.run(0.3)
+    stage.call("set_speed", speed=speed)
+    # The wall is at most 3 m away; what is left of the time shows whether the robot stays where it stopped.
+    stage.run(3.0 / speed + 2.0)
+
+
+@trial(serves=["F4"], world="wall_ahead")
+def wall_fast(stage: Stage) -> None:
+    """Drive at a wall at the highest allowed speed."""
+    _drive_at_the_wall(stage, 0.5)
+
+
+@trial(serves=["F4"], world="wall_ahead")
+def wall_slow(stage: Stage) -> None:
+    """Drive at a wall at a lower speed."""
+    _drive_at_the_wall(stage, stage.choose("speed", [0.25, 0.3125, 0.375]))
+
+
+@trial(serves=["F7"], world="wall_ahead")
+def status(stage: Stage) -> None:
+    """Ask for the status standing, driving, and before a wall."""
+    stage.run(0.5)
+    stage.call("get_status")
+    stage.call("set_speed", speed=stage.choose("speed", [0.25, 0.375]))
+    stage.run(1.5)
+    stage.call("get_status")
+    stage.mark("driving")
+    stage.run_until(lambda: bool(stage.scans) and stage.scans[-1].ahead < 0.45, 15.0)
+    stage.run(0.5)
+    stage.call("get_status")
+    stage.mark("at_wall")

@@ -1,0 +1,58 @@
+"""Trials of the set_speed service. Limits are tested with numbers that float32 holds exactly."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from grader.trials.catalog import trial
+
+if TYPE_CHECKING:
+    from grader.trials.stage import Stage
+
+_SETTLED_S = 1.0  # 0.5 m/s at 1.0 m/s² takes half a second
+_CRUISE_S = 2.0
+
+
+def _cruise(stage: Stage) -> None:
+    stage.run(_SETTLED_S)
+    stage.mark("cruise")
+    stage.run(_CRUISE_S)
+    stage.mark("cruise_end")
+
+
+@trial(serves=["F2"])
+def drive_forward(stage: Stage) -> None:
+    """A speed within the limit, then another one, then the limit itself, in an open field."""
+    stage.run(0.5)
+    stage.call("set_speed", speed=stage.choose("speed", [0.125, 0.1875, 0.25, 0.375]))
+    _cruise(stage)
+    stage.call("set_speed", speed=0.5)
+    stage.choices["limit"] = 0.5
+    stage.run(_SETTLED_S)
+    stage.mark("at_limit")
+    stage.run(1.0)
+    stage.mark("at_limit_end")
+
+
+@trial(serves=["F2"])
+def drive_backward(stage: Stage) -> None:
+    """A negative speed in an open field."""
+    stage.run(0.5)
+    stage.call("set_speed", speed=-stage.choose("speed", [0.125, 0.1875, 0.25, 0.375]))
+    _cruise(stage)
+
+
+@trial(serves=["F3"])
+def refuse_speed(stage: Stage) -> None:
+    """A good speed, then speeds above the limit on both sides and speeds that are no numbers."""
+    stage.run(0.5)
+    stage.call("set_speed", speed=stage.choose("speed", [0.125, 0.25]))
+    stage.run(_SETTLED_S)
+    stage.mark("refusals")
+    for speed in (stage.choose("too_fast", [0.75, 1.0, 2.5]), -0.75, math.nan, math.inf, -math.inf):
+        stage.call("set_speed", speed=speed)
+        stage.run(0.3)
+    stage.call("get_status")
+    stage.run(0.5)
+    stage.mark("refusals_end")

@@ -1,0 +1,270 @@
+"""What a trial's script can do: let time pass, call, send goals, move the world. Everything it does is recorded."""
+
+from __future__ import annotations
+
+import math
+import random
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+from rclpy.action import ActionClient
+
+from grader import evidence
+from grader.sandbox import Process
+from grader.trials import graph
+from grader.trials.catalog import TrialPlan
+from grader.trials.flatten import fill, plain
+from grader.trials.goal import GoalRun
+from grader.trials.types import SERVICES, NavigateToPosition, SensorFusionData
+from sim.bridge import CONTROLLER, PROCESSOR, TICK_S, Bridge
+from sim.sensors import ScanReading
+from sim.simulator import Simulator
+
+T = TypeVar("T")
+
+_ANSWER_WITHIN_S = 2.0  # simulated, for a service or a goal's acceptance
+_ANSWER_WALL_S = 1.0  # the clock stands still so long for an answer before time goes on
+_ACTION = "navigate_to_position"
+_SECTOR = math.radians(60)
+
+
+class TrialOver(Exception):
+    """The script cannot go on; the message says why. What was recorded so far is evidence all the same."""
+
+
+class Stage:
+    """A node, a robot and a world, in the hands of a trial's script. Times are simulated seconds since the start."""
+
+    def __init__(self, plan: TrialPlan, seed: int, simulator: Simulator, process: Process, domain_id: int) -> None:
+        self.plan = plan
+        self.simulator = simulator
+        self.process = process
+        # Seeded with a text, so that each trial draws its own numbers from the instructor's one seed.
+        self.random = random.Random(f"{seed}:{plan.name}")
+        self.bridge = Bridge(
+            simulator,
+            CONTROLLER if plan.node == "robot_controller" else PROCESSOR,
+            plan.node,
+            domain_id=domain_id,
+            alive=lambda: process.exit_code() is None,
+            reliable=plan.reliable,
+            # Nobody can address the observer who does not know its name.
+            own_name=f"observer_{random.SystemRandom().getrandbits(48):012x}",
+        )
+        self.bridge.on_command = self._take_command
+        self.bridge.on_scan = self._take_scan
+        self.ready = False
+        self.interrupted = False
+        self.choices: dict[str, float] = {}
+        self.marks: dict[str, float] = {}
+        self.commands: list[evidence.Command] = []
+        self.samples: list[evidence.Sample] = []
+        self.scans: list[evidence.ScanSummary] = []
+        self.calls: list[evidence.Call] = []
+        self.goals: list[GoalRun] = []
+        self.messages: list[evidence.Message] = []
+        self.graph: evidence.Graph | None = None
+        self._odometry = simulator.odometry()
+        self._started = time.monotonic()
+        self._wall_limit = 120.0
+        node = self.bridge.node
+        self._clients: dict[str, Any] = {}
+        self.action: Any = None
+        if plan.node == "robot_controller":
+            self._clients = {name: node.create_client(kind, name) for name, kind in SERVICES.items()}
+            self.action = ActionClient(node, NavigateToPosition, _ACTION)
+        else:
+            self.bridge.watch_answers(SensorFusionData)
+
+    # -- what scripts use -----------------------------------------------------------------------------------------
+
+    @property
+    def t(self) -> float:
+        """Return the simulated time since the trial began, in seconds."""
+        return self.bridge.time
+
+    def choose(self, name: str, options: Sequence[float]) -> float:
+        """Return one of `options`, picked by the seed, and put it on record under `name`."""
+        self.choices[name] = self.random.choice(list(options))
+        return self.choices[name]
+
+    def between(self, name: str, low: float, high: float) -> float:
+        """Return a number from [low, high], picked by the seed, and put it on record under `name`."""
+        self.choices[name] = round(self.random.uniform(low, high), 3)
+        return self.choices[name]
+
+    def mark(self, name: str) -> None:
+        """Put the present time on record under `name`."""
+        self.marks[name] = self.t
+
+    def run(self, seconds: float) -> None:
+        """Let `seconds` of simulated time pass."""
+        for _ in range(max(1, round(seconds / TICK_S))):
+            self._tick()
+
+    def run_until(self, condition: Callable[[], bool], limit: float) -> bool:
+        """Let time pass until `condition` holds, at most `limit` simulated seconds. Return whether it holds."""
+        end = self.t + limit - 1e-9
+        while not condition():
+            if self.t >= end:
+                return False
+            self._tick()
+        return True
+
+    def call(self, service: str, **fields: object) -> evidence.Call:
+        """Call a service of the contract and wait for the answer. No answer is a fact too, not an error."""
+        client = self._clients[service]
+        asked = self.t
+        if not client.service_is_ready():
+            return self._note_call(
+                asked, service, fields, None, f"there is no service {service} of the contract's type"
+            )
+        request = fill(SERVICES[service].Request(), dict(fields))
+        future = client.call_async(request)
+        self._await(future.done)
+        if not future.done():
+            client.remove_pending_request(future)
+            problem = f"no answer within {_ANSWER_WITHIN_S:g} s"
+            return self._note_call(asked, service, fields, None, problem)
+        response = future.result()
+        self.bridge.settle()
+        return self._note_call(asked, service, fields, plain(response), "")
+
+    def navigate(self, x: float, y: float, tolerance: float = 0.1) -> GoalRun:
+        """Send a goal and wait until it is accepted or rejected. Position in the odom frame, in metres."""
+        goal = GoalRun(self, x, y, tolerance)
+        self.goals.append(goal)
+        if not self.action.server_is_ready():
+            goal.problem = f"there is no action {_ACTION} of the contract's type"
+            return goal
+        self._await(lambda: goal.answered)
+        if not goal.answered:
+            goal.problem = f"the goal was neither accepted nor rejected within {_ANSWER_WITHIN_S:g} s"
+        elif goal.accepted and self.bridge.pace == "lockstep":
+            # A navigation loop that sleeps by wall time would fall behind a clock that races ahead.
+            self.bridge.find_pace()
+        return goal
+
+    def interrupt(self, limit: float = 5.0) -> None:
+        """Press Ctrl-C: send SIGINT to the node and wait for its end, `limit` wall seconds at most."""
+        self.mark("interrupt")
+        self.interrupted = True
+        self.process.interrupt()
+        deadline = time.monotonic() + limit
+        while self.process.exit_code() is None and time.monotonic() < deadline:
+            self.bridge.spin_until(lambda: False, 0.02)
+        # The node's last words may still be on their way.
+        self.bridge.alive = lambda: True
+        self.bridge.spin_until(lambda: False, 0.05)
+
+    # -- what the host uses ---------------------------------------------------------------------------------------
+
+    def open(self) -> None:
+        """Wait for the node to come up and look at the graph.
+
+        Raises:
+            TrialOver: it does not come up.
+        """
+        self.ready = self.bridge.await_node(self._all_there)
+        self.graph = graph.look(self.bridge.node, self.plan.node)
+        if not self.ready:
+            raise TrialOver(self._why_not_ready())
+        self._sample()
+
+    def facts(self, ended: str, script_error: str) -> evidence.Trial:
+        """Return everything that was recorded."""
+        code = self.process.exit_code()
+        by = "us" if code is None else "interrupt" if self.interrupted else "itself"
+        return evidence.Trial(
+            name=self.plan.name,
+            node=self.plan.node,
+            world=self.plan.world,
+            seed=self.simulator.seed,
+            ready=self.ready,
+            pace=self.bridge.pace,
+            ended=ended,
+            script_error=script_error,
+            choices=self.choices,
+            marks=self.marks,
+            commands=self.commands,
+            samples=self.samples,
+            scans=self.scans,
+            touches=[
+                evidence.Touch(contact.time, contact.obstacle, contact.speed) for contact in self.simulator.contacts
+            ],
+            calls=self.calls,
+            goals=[goal.facts() for goal in self.goals],
+            messages=self.messages,
+            graph=self.graph,
+            process=evidence.ProcessEnd(by, code, round(self.process.wall_seconds, 2), self.process.output[-4000:]),
+            wall_seconds=round(time.monotonic() - self._started, 2),
+        )
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self.bridge.close()
+
+    # -- inside ---------------------------------------------------------------------------------------------------
+
+    def _tick(self) -> None:
+        code = self.process.exit_code()
+        if code is not None:
+            raise TrialOver(f"the node ended at {self.t:.2f} s with exit status {code}")
+        if time.monotonic() - self._started > self._wall_limit:
+            raise TrialOver(f"the trial took more than {self._wall_limit:g} s of wall time")
+        self.bridge.tick()
+        self._sample()
+
+    def _await(self, condition: Callable[[], bool]) -> None:
+        """Wait with the clock standing still, which keeps the answer's time exact; if that is no use, let time pass."""
+        if self.bridge.pace == "lockstep" and self.bridge.spin_until(condition, _ANSWER_WALL_S):
+            return
+        self.run_until(condition, _ANSWER_WITHIN_S)
+
+    def _note_call(
+        self, asked: float, service: str, request: dict[str, object], response: Any, problem: str
+    ) -> evidence.Call:
+        answered = self.t if response is not None else math.nan
+        self.calls.append(evidence.Call(asked, service, dict(request), response, answered, problem))
+        return self.calls[-1]
+
+    def _all_there(self) -> bool:
+        services = all(client.service_is_ready() for client in self._clients.values())
+        return services and (self.action is None or self.action.server_is_ready())
+
+    def _why_not_ready(self) -> str:
+        code = self.process.exit_code()
+        if code is not None:
+            return f"the node ended before it came up, with exit status {code}"
+        others = ", ".join(self.graph.nodes) if self.graph and self.graph.nodes else "no node at all"
+        return f"no node {self.plan.node} came up within 20 s; the graph shows {others}"
+
+    def _take_command(self, t: float, message: Any) -> None:
+        others = (message.linear.y, message.linear.z, message.angular.x, message.angular.y)
+        other = max((abs(value) for value in others), default=0.0)
+        self.commands.append(evidence.Command(t, message.linear.x, message.angular.z, other))
+
+    def _take_scan(self, scan: ScanReading) -> None:
+        ranges = np.asarray(scan.ranges, dtype=float)
+        angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
+        ahead = np.cos(angles) >= math.cos(_SECTOR) - 1e-9
+        behind = np.cos(angles) <= -math.cos(_SECTOR) + 1e-9
+        valid = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges <= scan.range_max)
+
+        def closest(where: np.ndarray[Any, Any]) -> float:
+            found = ranges[valid & where]
+            return float(found.min()) if found.size else math.inf
+
+        everywhere = np.ones_like(valid)
+        self.scans.append(evidence.ScanSummary(scan.stamp, closest(ahead), closest(behind), closest(everywhere)))
+
+    def _sample(self) -> None:
+        pose, twist, odometry = self.simulator.pose, self.simulator.twist, self.simulator.odometry().pose
+        self.samples.append(
+            evidence.Sample(
+                self.t, pose.x, pose.y, pose.yaw, twist.v, twist.omega, odometry.x, odometry.y, odometry.yaw,
+                self.simulator.clearance(),
+            )
+        )  # fmt: skip
