@@ -1,10 +1,12 @@
 """A two-dimensional robot simulator for the course and its grader: exact, fast, repeatable. Works without ROS."""
 
+from sim.drive import Driver, Seen, Wanderer, drive
 from sim.geometry import Pose, Twist, normalize_angle
 from sim.obstacles import Box, Chase, Circle, GridMap, Obstacle, Path, Polygon, Wall, room
+from sim.recording import Recorder, Recording, RecordingError
 from sim.robot import COURSE, PROFILES, TB4, RobotProfile
 from sim.sensors import BatteryReading, ImuReading, OdometryReading, Reading, ScanReading
-from sim.simulator import SUBSTEP_S, Contact, Event, Simulator
+from sim.simulator import SUBSTEP_S, Contact, Event, Presence, Simulator
 from sim.world import World, WorldError, load_world, world_names
 
 __all__ = [
@@ -17,6 +19,7 @@ __all__ = [
     "Chase",
     "Circle",
     "Contact",
+    "Driver",
     "Event",
     "GridMap",
     "ImuReading",
@@ -25,14 +28,21 @@ __all__ = [
     "Path",
     "Polygon",
     "Pose",
+    "Presence",
     "Reading",
+    "Recorder",
+    "Recording",
+    "RecordingError",
     "RobotProfile",
     "ScanReading",
+    "Seen",
     "Simulator",
     "Twist",
     "Wall",
+    "Wanderer",
     "World",
     "WorldError",
+    "drive",
     "load_world",
     "normalize_angle",
     "room",

@@ -60,6 +60,15 @@ class Event:
     subject: str = ""
 
 
+@dataclass(frozen=True)
+class Presence:
+    """An obstacle was there from `since` to `until`, simulated time in s; inf while it still is."""
+
+    obstacle: Obstacle
+    since: float
+    until: float = math.inf
+
+
 class Simulator:
     """A robot in a world. Same world, profile, seed and commands: bit-equal readings, in any process.
 
@@ -101,6 +110,7 @@ class Simulator:
         self._waiting: dict[str, Obstacle] = {}
         self._vanishing: dict[str, When] = {}
         self._contacts: list[Contact] = []
+        self._presences: list[Presence] = []
         self._events: list[Event] = []
         self._touching: frozenset[str] = frozenset()
         self._hazards: frozenset[str] = frozenset()
@@ -213,6 +223,11 @@ class Simulator:
     def obstacles(self) -> tuple[tuple[Obstacle, Point], ...]:
         """The obstacles that are there now, each with the place of its centre."""
         return tuple((o, self._scene.position(o.name)) for o in self._scene.obstacles)
+
+    @property
+    def presences(self) -> tuple[Presence, ...]:
+        """Every obstacle since the reset, with the times between which it was there."""
+        return tuple(self._presences)
 
     def clearance(self) -> float:
         """Return the metres from the hull to the nearest surface: inf in an open world, below 0 inside an obstacle."""
@@ -421,6 +436,7 @@ class Simulator:
 
     def _put(self, obstacle: Obstacle) -> None:
         self._scene.add(obstacle)
+        self._presences.append(Presence(obstacle, self.time))
         self._free = 0.0
         if obstacle.motion is not None:
             self._movers[obstacle.name] = Mover(obstacle, obstacle.motion)
@@ -433,6 +449,9 @@ class Simulator:
 
     def _withdraw(self, name: str) -> None:
         self._scene.remove(name)
+        for i, presence in enumerate(self._presences):
+            if presence.obstacle.name == name and presence.until == math.inf:
+                self._presences[i] = replace(presence, until=self.time)
         self._movers.pop(name, None)
         self._vanishing.pop(name, None)
         self._touching -= {name}

@@ -111,6 +111,11 @@ def to_document(world: Mapping[str, Any]) -> dict[str, Any]:
     return document
 
 
+def obstacle_to_document(obstacle: Obstacle) -> dict[str, Any]:
+    """Return one obstacle as plain data: a document whose `fields` hold just this obstacle."""
+    return {key: [_obstacle_out(obstacle)] for key, kind in KINDS.items() if isinstance(obstacle, kind)}
+
+
 def _pose_out(pose: Pose) -> dict[str, float]:
     return {"x": pose.x, "y": pose.y, "yaw": pose.yaw}
 

@@ -1,0 +1,82 @@
+"""`python -m sim WORLD`: drive through a world without ROS, print what happened, write a picture."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from sim.drive import Wanderer, drive
+from sim.recording import Recording
+from sim.robot import PROFILES
+from sim.simulator import Simulator
+from sim.world import WorldError, load_world, world_names
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; return the exit code: 0 driven, 1 the world has a mistake, 2 wrong usage."""
+    parser = argparse.ArgumentParser(
+        prog="python -m sim",
+        description="Let a simple built-in driver go through a world, without ROS.",
+        epilog="example: python -m sim office --seed 3 --out office.png",
+    )
+    parser.add_argument("world", nargs="?", help=f"{', '.join(world_names())}, or a .yaml file")
+    parser.add_argument("--seed", type=int, help="of the noise; default: the world's own")
+    parser.add_argument("--seconds", type=float, default=40.0, help="of simulated time (default %(default)s)")
+    parser.add_argument(
+        "--profile", choices=sorted(PROFILES), default="course", help="which robot (default %(default)s)"
+    )
+    parser.add_argument("--no-noise", action="store_true", help="exact sensors")
+    parser.add_argument("--out", type=Path, help="picture (.png, .svg, .pdf), animation (.html) or recording (.npz)")
+    options = parser.parse_args(arguments)
+    if options.world is None:
+        for name in world_names():
+            print(f"{name:18} {load_world(name).title}")
+        return 0
+    try:
+        world = load_world(options.world)
+    except WorldError as error:
+        print(error, file=sys.stderr)
+        return 1
+    profile = PROFILES[options.profile]
+    simulator = Simulator(world, profile, seed=options.seed, noise=not options.no_noise)
+    origin = simulator.odom_origin.inverse()
+    driver = Wanderer(tuple(origin.compose(goal) for goal in world.goals), profile.lidar.pose.yaw)
+    recording = drive(simulator, driver, options.seconds)
+    print(summary(recording))
+    if options.out:
+        write(recording, options.out)
+        print(f"written to {options.out}")
+    return 0
+
+
+def summary(recording: Recording) -> str:
+    """Return the run in a few lines for people."""
+    lines = [
+        f"{recording.world.name}: {recording.world.title}",
+        f"{recording.duration:.1f} s simulated, {recording.distance:.2f} m driven, seed {recording.seed}",
+        f"smallest clearance {recording.clearance.min():.3f} m, {len(recording.contacts)} contacts",
+    ]
+    lines += [f"touched {c.obstacle} at {c.time:.2f} s, moving at {c.speed:.2f} m/s" for c in recording.contacts]
+    for i, goal in enumerate(recording.world.goals, start=1):
+        reached = ((recording.x - goal.x) ** 2 + (recording.y - goal.y) ** 2) ** 0.5
+        lines.append(f"goal {i} at ({goal.x:.2f}, {goal.y:.2f}): came within {reached.min():.2f} m")
+    return "\n".join(lines)
+
+
+def write(recording: Recording, path: Path) -> None:
+    """Write the recording in the way that the file's suffix asks for."""
+    if path.suffix == ".npz":
+        recording.save(path)
+    elif path.suffix == ".html":
+        from sim.replay import Replay
+
+        Replay(recording).save(path)
+    else:
+        from sim.views import run_view
+
+        run_view(recording).savefig(path, dpi=120)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

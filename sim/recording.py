@@ -1,0 +1,291 @@
+"""What happened in a run, sampled: take it down, save it, load it. No pickle: it is read where grades are made."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import math
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.geometry import Pose
+from sim.sensors import Reading, ScanReading
+from sim.simulator import Contact, Event, Presence, Simulator
+from sim.world import World, WorldError
+from sim.worldfile import fields, obstacle_to_document
+
+Array = NDArray[np.float64]
+
+FORMAT = "sim recording 1"
+MAX_BYTES = 256 * 2**20  # unpacked; an hour at 20 Hz with all its scans is half of that
+
+COLUMNS = {
+    "t": "simulated time, s",
+    "x": "true place, map frame, m",
+    "y": "true place, map frame, m",
+    "yaw": "true heading, rad",
+    "v": "true forward speed, m/s",
+    "omega": "true turning speed, rad/s",
+    "odom_x": "place by odometry, odom frame, m",
+    "odom_y": "place by odometry, odom frame, m",
+    "odom_yaw": "heading by odometry, rad",
+    "cmd_v": "commanded forward speed, m/s",
+    "cmd_omega": "commanded turning speed, rad/s",
+    "clearance": "hull to the nearest surface, m, inf in the open",
+    "closest": "closest valid reading of the last scan, m, inf if none",
+}
+
+
+class RecordingError(Exception):
+    """A recording cannot be read; the message says what is wrong with it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A sampled run.
+
+    Attributes:
+        world: where it took place.
+        profile: the robot's name; `radius` its hull in m.
+        seed: of the noise.
+        samples: one array per column of `COLUMNS`, all of the same length.
+        scan_t: when each kept scan was taken, s; shape (scans,).
+        scan_index: the sample that each kept scan belongs to.
+        scan_ranges: m, shape (scans, beams).
+        scan_angles: of the beams, rad, in the lidar's frame; `lidar` is that frame's pose on the robot.
+        contacts, events: as the simulator reported them.
+        presences: which obstacles were there, from when to when.
+        movers: name of each moving obstacle -> its centre at each sample, shape (samples, 2), NaN while it is away.
+        notes: whatever else the one who recorded wants to say, plain JSON.
+    """
+
+    world: World
+    profile: str
+    radius: float
+    seed: int
+    samples: dict[str, Array]
+    scan_t: Array
+    scan_index: NDArray[np.int64]
+    scan_ranges: Array
+    scan_angles: Array
+    lidar: Pose
+    odom_origin: Pose
+    contacts: tuple[Contact, ...] = ()
+    events: tuple[Event, ...] = ()
+    presences: tuple[Presence, ...] = ()
+    movers: dict[str, Array] = field(default_factory=dict)
+    notes: dict[str, Any] = field(default_factory=dict)
+
+    def __getattr__(self, name: str) -> Array:
+        """Give the columns as attributes: `recording.x` is `recording.samples["x"]`."""
+        if name in COLUMNS and "samples" in vars(self):
+            return self.samples[name]
+        raise AttributeError(f"a recording has no {name!r}; its columns are {', '.join(COLUMNS)}")
+
+    def __len__(self) -> int:
+        return len(self.samples["t"])
+
+    @property
+    def duration(self) -> float:
+        """Simulated seconds from the first sample to the last."""
+        t = self.samples["t"]
+        return float(t[-1] - t[0]) if t.size else 0.0
+
+    @property
+    def distance(self) -> float:
+        """Metres driven, along the sampled path."""
+        return float(np.hypot(np.diff(self.samples["x"]), np.diff(self.samples["y"])).sum())
+
+    def pose_at(self, index: int) -> Pose:
+        """Return the true pose at a sample."""
+        return Pose(*(float(self.samples[c][index]) for c in ("x", "y", "yaw")))
+
+    def digest(self) -> str:
+        """Return a hash of everything in the recording: equal if and only if two runs were equal to the last bit."""
+        return hashlib.sha256(self._to_bytes()).hexdigest()
+
+    def save(self, path: str | Path) -> None:
+        """Write the recording to an .npz file (compressed arrays and JSON)."""
+        Path(path).write_bytes(self._to_bytes(compress=True))
+
+    @classmethod
+    def load(cls, path: str | Path) -> Recording:
+        """Return the recording from a file that `save` wrote.
+
+        Raises:
+            RecordingError: the file is missing, too large, or not what `save` writes.
+        """
+        try:
+            with zipfile.ZipFile(path) as archive:
+                size = sum(info.file_size for info in archive.infolist())
+            if size > MAX_BYTES:
+                raise RecordingError(f"{path}: unpacks to {size} bytes, more than {MAX_BYTES}")
+            with np.load(path, allow_pickle=False) as data:
+                return cls._from_arrays({key: data[key] for key in data.files})
+        except (OSError, zipfile.BadZipFile, ValueError, KeyError, TypeError, WorldError) as error:
+            raise RecordingError(f"{path}: is no recording of this simulator ({error})") from error
+
+    def _to_bytes(self, compress: bool = False) -> bytes:
+        meta = {
+            "format": FORMAT,
+            "world": self.world.to_dict(),
+            "profile": self.profile,
+            "radius": self.radius,
+            "seed": self.seed,
+            "lidar": [self.lidar.x, self.lidar.y, self.lidar.yaw],
+            "odom_origin": [self.odom_origin.x, self.odom_origin.y, self.odom_origin.yaw],
+            "contacts": [[c.time, c.obstacle, *c.point, c.speed] for c in self.contacts],
+            "events": [[e.time, e.kind, e.subject] for e in self.events],
+            "presences": [_presence_out(p, self.world) for p in self.presences],
+            "movers": list(self.movers),
+            "notes": self.notes,
+        }
+        arrays: dict[str, Any] = {"meta": np.frombuffer(json.dumps(meta).encode(), np.uint8)}
+        arrays |= {f"sample_{name}": self.samples[name] for name in COLUMNS}
+        arrays |= {f"mover_{i}": track for i, track in enumerate(self.movers.values())}
+        arrays |= {name: getattr(self, name) for name in ("scan_t", "scan_index", "scan_ranges", "scan_angles")}
+        out = io.BytesIO()
+        (np.savez_compressed if compress else np.savez)(out, allow_pickle=False, **arrays)
+        return out.getvalue()
+
+    @classmethod
+    def _from_arrays(cls, data: dict[str, NDArray[Any]]) -> Recording:
+        meta = json.loads(bytes(data["meta"].astype(np.uint8)))
+        if meta.get("format") != FORMAT:
+            raise ValueError(f"format {meta.get('format')!r}, expected {FORMAT!r}")
+        samples = {name: _floats(data[f"sample_{name}"], 1) for name in COLUMNS}
+        ranges, scan_t = _floats(data["scan_ranges"], 2), _floats(data["scan_t"], 1)
+        angles, index = _floats(data["scan_angles"], 1), data["scan_index"].astype(np.int64)
+        n = len(samples["t"])
+        movers = {name: _floats(data[f"mover_{i}"], 2) for i, name in enumerate(meta["movers"])}
+        fits = (
+            all(len(column) == n for column in samples.values())
+            and all(track.shape == (n, 2) for track in movers.values())
+            and ranges.shape == (len(scan_t), len(angles))
+            and index.shape == scan_t.shape
+            and not ((index < 0) | (index >= n)).any()
+        )
+        if not fits:
+            raise ValueError("the arrays do not fit together")
+        world = World.from_dict(meta["world"])
+        return cls(
+            world=world,
+            profile=str(meta["profile"]),
+            radius=float(meta["radius"]),
+            seed=int(meta["seed"]),
+            samples=samples,
+            scan_t=scan_t,
+            scan_index=index,
+            scan_ranges=ranges,
+            scan_angles=angles,
+            lidar=Pose(*map(float, meta["lidar"])),
+            odom_origin=Pose(*map(float, meta["odom_origin"])),
+            contacts=tuple(
+                Contact(float(t), str(name), (float(x), float(y)), float(v)) for t, name, x, y, v in meta["contacts"]
+            ),
+            events=tuple(Event(float(t), str(kind), str(subject)) for t, kind, subject in meta["events"]),
+            presences=tuple(_presence_in(entry, world) for entry in meta["presences"]),
+            movers=movers,
+            notes=dict(meta["notes"]),
+        )
+
+
+class Recorder:
+    """Takes down a run: call `take(readings)` after each step, `recording()` at the end.
+
+    A sample is taken at the first step that is `period` s or more after the last; every `scan_every`-th scan is kept.
+    """
+
+    def __init__(self, simulator: Simulator, period: float = 0.05, scan_every: int = 1) -> None:
+        self._simulator = simulator
+        self._period = period
+        self._scan_every = scan_every
+        self._rows: list[tuple[float, ...]] = []
+        self._scans: list[tuple[int, ScanReading]] = []
+        self._scan_count = 0
+        self._closest = simulator.scan().closest
+        self._places: list[dict[str, tuple[float, float]]] = []
+        self._events: list[Event] = []
+        self._next = -math.inf
+        self.notes: dict[str, Any] = {}
+        self.take([])
+
+    def take(self, readings: list[Reading]) -> None:
+        """Take down the readings of the step just made and, if it is time, a sample."""
+        simulator = self._simulator
+        now = simulator.time
+        for reading in readings:
+            if isinstance(reading, ScanReading):
+                self._closest = reading.closest
+                if self._scan_count % self._scan_every == 0:
+                    self._scans.append((len(self._rows), reading))
+                self._scan_count += 1
+        if now < self._next - 1e-9:
+            return
+        # Keep to the grid, so that steps that do not divide the period do not stretch it.
+        self._next = now + self._period if self._next < now - self._period else self._next + self._period
+        pose, twist, command = simulator.pose, simulator.twist, simulator.commanded
+        odom = simulator.odometry().pose
+        self._rows.append(
+            (
+                *(now, pose.x, pose.y, pose.yaw, twist.v, twist.omega, odom.x, odom.y, odom.yaw),
+                *(command.v, command.omega, simulator.clearance(), self._closest),
+            )
+        )
+        self._places.append({o.name: place for o, place in simulator.obstacles if o.motion is not None})
+
+    def event(self, kind: str, subject: str = "") -> None:
+        """Add an event of one's own, at the simulator's time."""
+        self._events.append(Event(self._simulator.time, kind, subject))
+
+    def recording(self) -> Recording:
+        """Return what was taken down so far."""
+        simulator = self._simulator
+        table = np.array(self._rows, dtype=np.float64)
+        scans = [(i, s) for i, s in self._scans if i < len(self._rows)]
+        beams = simulator.profile.lidar.beams
+        names = sorted({name for places in self._places for name in places})
+        away = (math.nan, math.nan)
+        return Recording(
+            world=simulator.world,
+            profile=simulator.profile.name,
+            radius=simulator.profile.radius,
+            seed=simulator.seed,
+            samples={name: table[:, i].copy() for i, name in enumerate(COLUMNS)},
+            scan_t=np.array([s.stamp for _, s in scans], dtype=np.float64),
+            scan_index=np.array([i for i, _ in scans], dtype=np.int64),
+            scan_ranges=np.array([s.ranges for _, s in scans], dtype=np.float64).reshape(len(scans), beams.count),
+            scan_angles=beams.angles,
+            lidar=simulator.profile.lidar.pose,
+            odom_origin=simulator.odom_origin,
+            contacts=simulator.contacts,
+            events=tuple(sorted((*simulator.events, *self._events), key=lambda e: e.time)),
+            presences=simulator.presences,
+            movers={n: np.array([places.get(n, away) for places in self._places]).reshape(-1, 2) for n in names},
+            notes=dict(self.notes),
+        )
+
+
+def _presence_out(presence: Presence, world: World) -> list[Any]:
+    """Return [what, since, until]: an obstacle of the world goes by its number, any other by its description."""
+    known = presence.obstacle in world.obstacles
+    what = world.obstacles.index(presence.obstacle) if known else obstacle_to_document(presence.obstacle)
+    return [what, presence.since, presence.until if math.isfinite(presence.until) else None]
+
+
+def _presence_in(entry: Any, world: World) -> Presence:
+    what, since, until = entry
+    obstacle = world.obstacles[what] if isinstance(what, int) else fields(what, "obstacle", None)["obstacles"][0]
+    return Presence(obstacle, float(since), math.inf if until is None else float(until))
+
+
+def _floats(array: NDArray[Any], dimensions: int) -> Array:
+    if array.ndim != dimensions or array.dtype != np.float64:
+        raise ValueError(f"expected {dimensions}-dimensional float64, got {array.ndim} and {array.dtype}")
+    return array

@@ -1,0 +1,331 @@
+"""Pictures of worlds and runs with matplotlib: units on every axis, equal aspect on maps, one colour per thing.
+
+Every function returns a Figure and touches no global state: good in a notebook, in a script and without a display.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle as CirclePatch
+from matplotlib.patches import Polygon as PolygonPatch
+
+from sim.geometry import Point, Pose
+from sim.obstacles import CirclePart, Obstacle, Path, PolygonPart, SegmentPart, transformed
+from sim.recording import Recording
+from sim.sensors import ScanReading
+from sim.simulator import Simulator
+from sim.world import World
+
+# One colour per thing, everywhere: after Okabe and Ito, told apart by colour-blind readers too.
+COLORS = {
+    "obstacle": "#7d8590",
+    "mover": "#CC79A7",
+    "path": "#0072B2",
+    "odometry": "#56B4E9",
+    "command": "#333333",
+    "scan": "#E69F00",
+    "closest": "#E69F00",
+    "clearance": "#5D3A9B",
+    "goal": "#009E73",
+    "contact": "#D55E00",
+    "threshold": "#b03060",
+    "other": "#882255",
+}
+
+# The contract's distances (robot_controller's parameters), drawn into plots of ranges unless others are given.
+THRESHOLDS = {"obstacle_detection_threshold": 0.5, "emergency_stop_distance": 0.2}
+
+
+class View(Figure):
+    """A Figure that shows itself in a notebook once, whatever backend is in use."""
+
+    def _repr_png_(self) -> bytes:
+        out = io.BytesIO()
+        self.savefig(out, format="png", dpi=96)
+        return out.getvalue()
+
+
+def map_view(what: Recording | World | Simulator, at: float | None = None, *, title: str | None = None) -> View:
+    """Return the map: obstacles, goals and, of a recording, path, odometry, contacts, robot and scan at time `at` (s).
+
+    Without `at` a recording shows its end.
+    """
+    figure = View(figsize=(7.0, 6.0), layout="constrained")
+    axes = figure.add_subplot()
+    if isinstance(what, World):
+        draw_world(axes, what)
+        draw_robot(axes, what.start, 0.171)
+        axes.set_title(title if title is not None else f"{what.name}: {what.title}" if what.title else what.name)
+    elif isinstance(what, Simulator):
+        draw_obstacles(axes, [_shifted(o, place) for o, place in what.obstacles])
+        draw_goals(axes, what.world.goals)
+        draw_scan(axes, what.scan(), what.pose.compose(what.profile.lidar.pose))
+        draw_robot(axes, what.pose, what.profile.radius)
+        axes.set_title(title if title is not None else f"{what.world.name} at {what.time:.2f} s")
+    else:
+        draw_run(axes, what, at)
+        axes.set_title(title if title is not None else _run_title(what, at))
+    _finish_map(axes)
+    return figure
+
+
+def time_view(recording: Recording, thresholds: Mapping[str, float] | None = None, *, title: str | None = None) -> View:
+    """Return speed, turning speed and distances over simulated time; thresholds (name -> m) are drawn in."""
+    figure = View(figsize=(8.0, 6.5), layout="constrained")
+    axes = figure.subplots(3, 1, sharex=True, height_ratios=[1, 1, 1.3])
+    draw_speeds(axes[0], axes[1], recording)
+    draw_distances(axes[2], recording, THRESHOLDS if thresholds is None else thresholds)
+    axes[2].set_xlabel("simulated time (s)")
+    figure.suptitle(title if title is not None else _run_title(recording, None))
+    return figure
+
+
+def run_view(recording: Recording, thresholds: Mapping[str, float] | None = None, at: float | None = None) -> View:
+    """Return map and time lines of one run side by side."""
+    figure = View(figsize=(13.0, 6.0), layout="constrained")
+    plan, axes = _map_and_lines(figure)
+    draw_run(plan, recording, at)
+    _finish_map(plan)
+    draw_speeds(axes[0], axes[1], recording)
+    draw_distances(axes[2], recording, THRESHOLDS if thresholds is None else thresholds)
+    figure.suptitle(_run_title(recording, at))
+    return figure
+
+
+def compare_view(a: Recording, b: Recording, labels: tuple[str, str] = ("first", "second")) -> View:
+    """Return two runs in one picture: both paths on the map, speeds and closest ranges over the same time."""
+    figure = View(figsize=(13.0, 6.0), layout="constrained")
+    plan, (speed, turn, distance) = _map_and_lines(figure)
+    draw_obstacles(plan, [p.obstacle for p in a.presences])
+    draw_goals(plan, a.world.goals)
+    for run, label, color, style in ((a, labels[0], COLORS["path"], "-"), (b, labels[1], COLORS["other"], "--")):
+        line: dict[str, Any] = {"color": color, "linestyle": style, "label": label, "linewidth": 1.6}
+        plan.plot(run.x, run.y, zorder=3, **line)
+        plan.plot(run.x[-1:], run.y[-1:], "o", color=color, zorder=4)
+        _mark_contacts(plan, run)
+        speed.plot(run.t, run.v, **line)
+        turn.plot(run.t, run.omega, **line)
+        distance.plot(run.t, _gaps(run.closest), **line)
+    apart = _first_difference(a, b)
+    plan.set_title("the same path" if apart is None else f"apart by 1 cm from {apart:.2f} s on", fontsize=10)
+    _finish_map(plan)
+    _label(speed, "v (m/s)")
+    _label(turn, "omega (rad/s)")
+    _label(distance, "closest reading (m)")
+    distance.set_ylim(bottom=0.0)
+    _legend(speed)
+    figure.suptitle(f"{a.world.name}: {labels[0]} and {labels[1]}")
+    return figure
+
+
+# ------------------------------------------------------------------- pieces for pictures of one's own
+
+
+def draw_world(axes: Axes, world: World) -> None:
+    """Draw obstacles, the paths of moving ones, and goals."""
+    draw_obstacles(axes, world.obstacles)
+    draw_goals(axes, world.goals)
+
+
+def draw_obstacles(axes: Axes, obstacles: Iterable[Obstacle], alpha: float = 1.0) -> None:
+    """Draw obstacles where their own figures say; a scripted path is dotted."""
+    for obstacle in obstacles:
+        color = COLORS["mover" if obstacle.motion is not None else "obstacle"]
+        lines: list[tuple[Point, Point]] = []
+        place = obstacle.pose.point_to_parent
+        for part in obstacle.parts():
+            match part:
+                case SegmentPart():
+                    lines.append((place(part.start), place(part.end)))
+                case CirclePart():
+                    axes.add_patch(
+                        CirclePatch(place(part.center), part.radius, color=color, lw=0, alpha=alpha, zorder=2)
+                    )
+                case PolygonPart():
+                    corners = [place(c) for c in part.corners]
+                    axes.add_patch(PolygonPatch(corners, color=color, lw=0.3, alpha=alpha, zorder=2))
+        if lines:
+            axes.add_collection(LineCollection(lines, colors=color, linewidths=2.5, alpha=alpha, zorder=2))
+        if isinstance(obstacle.motion, Path):
+            route = [(obstacle.pose.x, obstacle.pose.y), *obstacle.motion.waypoints]
+            axes.plot(*zip(*route, strict=True), ":", color=color, linewidth=1.2, zorder=1)
+
+
+def draw_goals(axes: Axes, goals: Iterable[Pose]) -> None:
+    """Draw goals, numbered in their order."""
+    for number, goal in enumerate(goals, start=1):
+        label = "goal" if number == 1 else None
+        axes.plot(goal.x, goal.y, "*", color=COLORS["goal"], markersize=14, zorder=4, label=label)
+        axes.annotate(str(number), (goal.x, goal.y), (7, 5), textcoords="offset points", color=COLORS["goal"])
+
+
+def draw_robot(axes: Axes, pose: Pose, radius: float) -> None:
+    """Draw the hull and where its front is."""
+    axes.add_patch(CirclePatch((pose.x, pose.y), radius, facecolor="white", edgecolor=COLORS["path"], lw=1.6, zorder=5))
+    nose = pose.point_to_parent((radius, 0.0))
+    axes.plot([pose.x, nose[0]], [pose.y, nose[1]], color=COLORS["path"], linewidth=1.6, zorder=6)
+
+
+def draw_scan(axes: Axes, scan: ScanReading, sensor: Pose) -> None:
+    """Draw a scan's valid readings as points, seen from the sensor's pose in the map frame."""
+    _scan_points(axes, scan.ranges, scan.angles, sensor)
+
+
+def draw_run(axes: Axes, recording: Recording, at: float | None = None) -> None:
+    """Draw a recorded run on a map; the robot, the scan and what moves are shown at time `at` (s), else at the end."""
+    time = recording.t[-1] if at is None else at
+    index = int(np.searchsorted(recording.t, time + 1e-9, side="right")) - 1
+    index = max(index, 0)
+    for presence in recording.presences:
+        obstacle = presence.obstacle
+        track = recording.movers.get(obstacle.name)
+        if track is not None and not np.isnan(track[index]).any():
+            obstacle = _shifted(obstacle, (float(track[index, 0]), float(track[index, 1])))
+        there = presence.since <= time < presence.until or (presence.until == math.inf and presence.since <= time)
+        draw_obstacles(axes, [obstacle], alpha=1.0 if there else 0.25)
+    draw_goals(axes, recording.world.goals)
+    kept = np.flatnonzero(recording.scan_index <= index)
+    if kept.size:
+        last = int(kept[-1])
+        taken = recording.pose_at(int(recording.scan_index[last])).compose(recording.lidar)
+        _scan_points(axes, recording.scan_ranges[last], recording.scan_angles, taken)
+    origin = recording.odom_origin
+    odometry = [origin.point_to_parent(p) for p in zip(recording.odom_x, recording.odom_y, strict=True)]
+    axes.plot(recording.x, recording.y, color=COLORS["path"], linewidth=1.8, zorder=3, label="path")
+    if np.abs(np.array(odometry) - np.stack([recording.x, recording.y], axis=1)).max() > 1e-3:
+        axes.plot(*zip(*odometry, strict=True), "--", color=COLORS["odometry"], lw=1.2, zorder=3, label="odometry")
+    axes.plot(recording.x[:1], recording.y[:1], "o", color=COLORS["path"], markersize=4, zorder=4)
+    draw_robot(axes, recording.pose_at(index), recording.radius)
+    _mark_contacts(axes, recording)
+
+
+def draw_speeds(speed: Axes, turn: Axes, recording: Recording) -> None:
+    """Draw commanded and true speeds over time."""
+    for axes, true, command in ((speed, "v", "cmd_v"), (turn, "omega", "cmd_omega")):
+        axes.step(
+            recording.t,
+            recording.samples[command],
+            where="post",
+            color=COLORS["command"],
+            lw=1.0,
+            ls="--",
+            label="commanded",
+        )
+        axes.plot(recording.t, recording.samples[true], color=COLORS["path"], linewidth=1.6, label="driven")
+    _label(speed, "v (m/s)")
+    _label(turn, "omega (rad/s)")
+    _legend(speed)
+    _widen(speed, 0.5)
+    _widen(turn, 1.0)
+
+
+def draw_distances(axes: Axes, recording: Recording, thresholds: Mapping[str, float]) -> None:
+    """Draw closest reading and clearance over time, with thresholds and contacts marked."""
+    axes.plot(recording.t, _gaps(recording.closest), color=COLORS["closest"], lw=1.6, label="closest reading")
+    axes.plot(recording.t, _gaps(recording.clearance), color=COLORS["clearance"], lw=1.6, label="clearance of the hull")
+    right = recording.t[-1]
+    for name, value in thresholds.items():
+        axes.axhline(value, color=COLORS["threshold"], linewidth=1.0, linestyle=":")
+        axes.annotate(
+            f"{name} {value:g} m", (right, value), (0, 2), textcoords="offset points", ha="right", fontsize=8,
+            color=COLORS["threshold"],
+        )  # fmt: skip
+    for i, contact in enumerate(recording.contacts):
+        axes.axvline(contact.time, color=COLORS["contact"], linewidth=1.2, label="contact" if i == 0 else None)
+    finite = recording.closest[np.isfinite(recording.closest)]
+    axes.set_ylim(0.0, max(1.0, 1.15 * float(finite.max())) if finite.size else 1.0)
+    if not finite.size:
+        axes.text(0.5, 0.5, "nothing in range", transform=axes.transAxes, ha="center", color=COLORS["closest"])
+    _label(axes, "distance (m)")
+    _legend(axes)
+
+
+def _mark_contacts(axes: Axes, recording: Recording) -> None:
+    if recording.contacts:
+        places = np.array([c.point for c in recording.contacts])
+        label = None if any(t.get_label() == "contact" for t in axes.get_lines()) else "contact"
+        axes.plot(
+            *places.T, "X", color=COLORS["contact"], markersize=11, markeredgecolor="white", zorder=7, label=label
+        )
+
+
+def _scan_points(axes: Axes, ranges: Any, angles: Any, sensor: Pose) -> None:
+    valid = np.isfinite(ranges)
+    bearing = angles[valid] + sensor.yaw
+    x, y = sensor.x + ranges[valid] * np.cos(bearing), sensor.y + ranges[valid] * np.sin(bearing)
+    axes.plot(x, y, ".", color=COLORS["scan"], markersize=3, zorder=4, label="scan")
+
+
+def _shifted(obstacle: Obstacle, place: Point) -> Obstacle:
+    pose = obstacle.pose
+    if place == (pose.x, pose.y):
+        return obstacle
+    moved = transformed(replace(obstacle, motion=None), 0.0, False, (place[0] - pose.x, place[1] - pose.y))
+    return replace(moved, motion=obstacle.motion)
+
+
+def _gaps(values: Any) -> Any:
+    """Return the values with a gap in the line wherever nothing is in range."""
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def _first_difference(a: Recording, b: Recording) -> float | None:
+    n = min(len(a), len(b))
+    apart = np.hypot(a.x[:n] - b.x[:n], a.y[:n] - b.y[:n]) > 0.01
+    return float(a.t[int(np.argmax(apart))]) if apart.any() else None
+
+
+def _run_title(recording: Recording, at: float | None) -> str:
+    moment = f", at {at:.2f} s" if at is not None else ""
+    return f"{recording.world.name}: {recording.duration:.1f} s simulated, {recording.distance:.2f} m driven{moment}"
+
+
+def _label(axes: Axes, label: str) -> None:
+    axes.set_ylabel(label)
+    axes.grid(alpha=0.3)
+
+
+def _legend(axes: Axes) -> None:
+    """Put the legend above the axes, where it hides no data."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=4, fontsize=8, frameon=False, borderaxespad=0.2)
+
+
+def _widen(axes: Axes, least: float) -> None:
+    """Show at least from 0 to `least`, or to -`least`, so that a trickle of noise does not fill the axes."""
+    low, high = axes.dataLim.y0, axes.dataLim.y1
+    low, high = min(low, 0.0), max(high, 0.0)
+    if high - low < least:
+        low, high = (low, low + least) if high > -low else (high - least, high)
+    axes.set_ylim(low - 0.07 * (high - low), high + 0.07 * (high - low))
+
+
+def _map_and_lines(figure: Figure) -> tuple[Axes, tuple[Axes, Axes, Axes]]:
+    """Return axes for a map at the left and three time lines at the right."""
+    grid = figure.add_gridspec(3, 2, width_ratios=[1, 1.05], height_ratios=[1, 1, 1.3])
+    speed = figure.add_subplot(grid[0, 1])
+    turn = figure.add_subplot(grid[1, 1], sharex=speed)
+    distance = figure.add_subplot(grid[2, 1], sharex=speed)
+    for axes in (speed, turn):
+        axes.tick_params(labelbottom=False)
+    distance.set_xlabel("simulated time (s)")
+    return figure.add_subplot(grid[:, 0]), (speed, turn, distance)
+
+
+def _finish_map(axes: Axes) -> None:
+    axes.set_aspect("equal", adjustable="box")
+    axes.autoscale_view()
+    axes.margins(0.05)
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    axes.grid(alpha=0.3)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, fontsize=8, frameon=False)
