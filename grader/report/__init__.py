@@ -1,0 +1,19 @@
+"""Render a grading for people and for programs: console, HTML, JSON. Shows what was judged; judges nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from grader.report.data import write_json
+from grader.report.grading import Grading
+from grader.report.html import write_html
+
+__all__ = ["Grading", "write"]
+
+
+def write(grading: Grading, folder: Path, *, pictures: bool = True) -> tuple[Path, Path]:
+    """Write report.json and report.html into `folder` and return where they are."""
+    as_json, as_html = folder / "report.json", folder / "report.html"
+    write_json(grading, as_json)
+    write_html(grading, as_html, pictures=pictures)
+    return as_json, as_html

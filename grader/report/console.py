@@ -1,0 +1,151 @@
+"""Render a grading as text for a terminal. To print it, and to say where the report lies, is left to the CLI."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TextIO
+
+from grader.report.grading import Grading, Loss, judged, place, points
+from grader.score import CriterionScore, Outcome, RequirementScore
+
+WIDTH = 100
+BAR = 20
+
+WORDS = {
+    Outcome.PASSED: "passed",
+    Outcome.PARTIAL: "PARTIAL",
+    Outcome.FAILED: "FAILED",
+    Outcome.NOT_REACHED: "not reached",
+    Outcome.ERROR: "ERROR",
+    Outcome.NOT_GRADED: "not graded",
+}
+COLOURS = {
+    Outcome.PASSED: "32",  # green
+    Outcome.PARTIAL: "33",  # yellow
+    Outcome.FAILED: "31",  # red
+    Outcome.NOT_REACHED: "2",  # dim
+    Outcome.ERROR: "35",  # magenta: not a colour of the student's
+}
+
+
+def wants_colour(stream: TextIO, environ: Mapping[str, str]) -> bool:
+    """Tell whether to colour what goes to `stream`: a terminal that knows colours, and no NO_COLOR in `environ`."""
+    return stream.isatty() and not environ.get("NO_COLOR") and environ.get("TERM") != "dumb"
+
+
+def render(grading: Grading, *, colour: bool = False, width: int = WIDTH, encoding: str = "utf-8") -> str:
+    """Return the report as text without a final newline.
+
+    Characters that `encoding` does not know are spelt out, so that printing the text cannot fail.
+    """
+    page = _Page(grading.shown(), colour, width)
+    text = "\n".join(page.lines())
+    return text.encode(encoding, "backslashreplace").decode(encoding)
+
+
+class _Page:
+    """The lines of one report; `grading` is fit to be shown."""
+
+    def __init__(self, grading: Grading, colour: bool, width: int) -> None:
+        self.grading = grading
+        self.colour = colour
+        self.width = width
+
+    def lines(self) -> Iterator[str]:
+        yield from self.head()
+        yield from self.flags()
+        for criterion in self.grading.scorecard.criteria:
+            yield ""
+            yield from self.criterion(criterion)
+        yield from self.lost()
+        yield ""
+        yield from self.total()
+
+    def head(self) -> Iterator[str]:
+        package = self.grading.evidence.intake.package
+        yield from self.wrap(f"{self.grading.submission}: {f'package {package}' if package else 'no package found'}")
+        for note in self.grading.evidence.intake.notes:
+            yield from self.wrap(f"note: {note}", indent=2)
+
+    def flags(self) -> Iterator[str]:
+        if self.grading.evidence.flags:
+            yield ""
+            yield self.paint("Integrity: an instructor should look at this.", "31")
+        for flag in self.grading.evidence.flags:
+            where = f" ({flag.where})" if flag.where else ""
+            yield from self.wrap(f"{flag.kind}: {flag.what}{where}", indent=2)
+
+    def criterion(self, score: CriterionScore) -> Iterator[str]:
+        if not score.max:
+            yield f"{score.criterion.title:<20} not graded yet ({points(score.criterion.points)} points)"
+            return
+        share = score.points / score.max
+        filled = int(share * BAR + 1e-9)  # rounded down: a full bar means full points
+        bar = self.paint("#" * filled, "36") + "." * (BAR - filled)
+        of = points(score.points).rjust(5) + " / " + points(score.max)
+        yield f"{score.criterion.title:<20} {of:<13}{bar}  {score.level}"
+        for requirement in score.requirements:
+            if requirement.outcome is not Outcome.NOT_GRADED:
+                yield self.requirement(requirement)
+        yield from self.not_graded(score)
+
+    def requirement(self, score: RequirementScore) -> str:
+        of = "" if not score.max else points(score.points).rjust(5) + " / " + points(score.max)
+        word = self.paint(f"{WORDS[score.outcome]:<12}", COLOURS[score.outcome])
+        return f"  {word} {score.requirement.id:<4} {score.requirement.title:<34} {of}".rstrip()
+
+    def not_graded(self, score: CriterionScore) -> Iterator[str]:
+        names = [s.requirement.id for s in score.requirements if s.outcome is Outcome.NOT_GRADED]
+        if names:
+            yield from self.wrap(f"not graded yet: {', '.join(names)}", indent=2)
+
+    def lost(self) -> Iterator[str]:
+        waiting: dict[str, list[str]] = {}
+        for loss in self.grading.losses:
+            result = loss.result
+            if result.outcome is Outcome.NOT_REACHED:
+                because = result.because or result.seen or "something that it needs failed"
+                waiting.setdefault(because, []).append(loss.requirement.id)
+                continue
+            yield ""
+            yield from self.block(loss)
+        for because, names in waiting.items():
+            yield ""
+            yield self.paint("not reached", "2") + f"  {', '.join(dict.fromkeys(names))}"
+            yield from self.rows({"because": because})
+
+    def block(self, loss: Loss) -> Iterator[str]:
+        result = loss.result
+        word = self.paint(WORDS[result.outcome], COLOURS.get(result.outcome, "35"))
+        yield f"{word}  {loss.requirement.id}  {result.sentence or result.id} ({loss.price})"
+        rows = {"seen": result.seen, "expected": result.expected, "try": result.try_, "because": result.because}
+        if result.outcome is not Outcome.ERROR:
+            rows["learn"] = place(loss.requirement.section)
+        yield from self.rows(rows)
+
+    def rows(self, rows: Mapping[str, str]) -> Iterator[str]:
+        for name, value in rows.items():
+            if value:
+                first, *more = self.wrap(value, indent=18)
+                yield f"        {name:<10}{first.lstrip()}"
+                yield from more
+
+    def total(self) -> Iterator[str]:
+        card, worth = self.grading.scorecard, points(self.grading.worth)
+        graded, every = judged(card)
+        so_far = f" graded so far; {worth} when all is" if graded < every else ""
+        yield f"Points    {points(card.points)} of {points(card.max)}{so_far}"
+        if graded < every:
+            yield f"          {graded} of {every} requirements are graded so far"
+        if not card.complete:
+            names = ", ".join(score.requirement.id for score in self.grading.unjudged)
+            yield from self.wrap(f"Incomplete: a fault of the grader left {names} without a full verdict.", indent=10)
+
+    def wrap(self, text: str, indent: int = 0) -> Iterable[str]:
+        """Return the lines of `text`, indented and no longer than the width."""
+        wrapped = [part for line in text.split("\n") for part in textwrap.wrap(line, self.width - indent) or [""]]
+        return [" " * indent + line if line else "" for line in wrapped]
+
+    def paint(self, text: str, code: str) -> str:
+        return f"\x1b[{code}m{text}\x1b[0m" if self.colour else text

@@ -1,0 +1,119 @@
+"""Render a grading as report.json. The format is described in docs/report-format.md, field by field."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from grader.evidence import Trial
+from grader.report.files import write_atomically
+from grader.report.grading import Grading, foremost
+from grader.report.text import one_line
+from grader.rubric import Check
+from grader.score import CheckResult, CriterionScore, RequirementScore
+
+SCHEMA = "ros2-course-kit/report/1"
+
+
+def as_data(grading: Grading) -> dict[str, Any]:
+    """Return the report as plain data, all text in it fit to be shown."""
+    trials = grading.evidence.trials
+    grading = grading.shown()
+    card, evidence = grading.scorecard, grading.evidence
+    return {
+        "schema": SCHEMA,
+        "submission": grading.submission,
+        "sha256": evidence.intake.sha256,
+        "package": evidence.intake.package,
+        "total": card.points,
+        "max": card.max,
+        "worth": grading.worth,
+        "complete": card.complete,
+        "criteria": [_criterion(score) for score in card.criteria],
+        "requirements": [_requirement(score) for score in card.requirements],
+        "integrity": [{"kind": flag.kind, "what": flag.what, "where": flag.where} for flag in evidence.flags],
+        "notes": list(evidence.intake.notes),
+        "build": {"ok": evidence.build.ok, "cached": evidence.build.cached},
+        "trials": [_trial(trial) for trial in trials.values()],
+        "environment": dict(grading.environment),
+        "seed": grading.seed,
+        "wall_seconds": _finite(grading.wall_seconds),
+    }
+
+
+def as_json(grading: Grading) -> str:
+    """Return the report as strict JSON: ASCII, no NaN, a newline at the end."""
+    return json.dumps(as_data(grading), indent=2, allow_nan=False) + "\n"
+
+
+def write_json(grading: Grading, path: Path) -> None:
+    """Write the report as JSON, whole or not at all."""
+    write_atomically(path, as_json(grading))
+
+
+def _criterion(score: CriterionScore) -> dict[str, Any]:
+    return {
+        "id": score.criterion.id,
+        "title": score.criterion.title,
+        "points": score.points,
+        "max": score.max,
+        "worth": score.criterion.points,
+        "level": score.level,
+        "words": score.words,
+    }
+
+
+def _requirement(score: RequirementScore) -> dict[str, Any]:
+    requirement, first = score.requirement, foremost(score)
+    checks = zip(requirement.checks, score.results, strict=True)
+    return {
+        "id": requirement.id,
+        "criterion": requirement.criterion,
+        "title": requirement.title,
+        "text": requirement.text,
+        "section": requirement.section,
+        "level": requirement.level,
+        "points": score.points,
+        "max": score.max,
+        "worth": requirement.points,
+        "outcome": score.outcome.value,
+        "seen": first.seen if first else "",
+        "expected": first.expected if first else "",
+        "try": first.try_ if first else "",
+        "checks": [_check(check, result) for check, result in checks],
+    }
+
+
+def _check(check: Check, result: CheckResult) -> dict[str, Any]:
+    return {
+        "id": check.id,
+        "sentence": result.sentence,
+        "level": check.level,
+        "outcome": result.outcome.value,
+        "fraction": _finite(result.fraction) or 0.0,
+        "worth": check.points,
+        "seen": result.seen,
+        "expected": result.expected,
+        "try": result.try_,
+        "because": result.because,
+        "trial": result.trial,
+    }
+
+
+def _trial(trial: Trial) -> dict[str, Any]:
+    return {
+        "name": one_line(trial.name),
+        "node": one_line(trial.node),
+        "world": one_line(trial.world),
+        "seed": trial.seed,
+        "pace": one_line(trial.pace),
+        "ended": one_line(trial.ended),
+        "sim_seconds": _finite(trial.samples[-1].t if trial.samples else 0.0),
+        "wall_seconds": _finite(trial.wall_seconds),
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,156 @@
+"""Render a grading as one HTML file that needs nothing else: no network, no script, no file beside it."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from grader.evidence import Trial
+from grader.report.console import WORDS
+from grader.report.files import write_atomically
+from grader.report.grading import Grading, judged, losses, place, points
+from grader.report.text import one_line
+from grader.score import CheckResult, Outcome, RequirementScore
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+HERE = Path(__file__).parent
+
+# A picture takes a fifth of a second; a package that fails everything fails for a few reasons.
+PICTURES = 6
+
+SIGNS = {
+    Outcome.PASSED: "✓",
+    Outcome.PARTIAL: "◐",
+    Outcome.FAILED: "✗",
+    Outcome.NOT_REACHED: "⋯",
+    Outcome.ERROR: "!",
+    Outcome.NOT_GRADED: "○",
+}
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The picture of a trial: an image source, and what it shows in words."""
+
+    trial: str
+    source: str
+    words: str
+
+
+@dataclass
+class Album:
+    """The pictures of the trials, each drawn once, no more than PICTURES of them, none if `wanted` is false."""
+
+    trials: dict[str, Trial]
+    wanted: bool
+    drawn: dict[str, Picture | None] = field(default_factory=dict)
+
+    def of(self, results: Iterable[CheckResult]) -> list[Picture]:
+        """Return the pictures for lost checks, leaving out those that the report has shown already."""
+        names = dict.fromkeys(r.trial for r in results if r.outcome in (Outcome.FAILED, Outcome.PARTIAL))
+        new = [self._draw(self.trials[name]) for name in names if name in self.trials and name not in self.drawn]
+        return [picture for picture in new if picture is not None]
+
+    def longest_drive(self) -> Picture | None:
+        """Return the picture of the trial with most to see, None if there is none or the report has it already."""
+        from grader.report import pictures
+
+        trial = pictures.worth_drawing(self.trials.values())
+        return None if trial is None or trial.name in self.drawn else self._draw(trial)
+
+    def _draw(self, trial: Trial) -> Picture | None:
+        from grader.report import pictures
+
+        picture = None
+        if self.wanted and len(self.drawn) < PICTURES and pictures.drawable(trial):
+            picture = Picture(one_line(trial.name), pictures.data_uri(trial), one_line(pictures.describe(trial), 1_000))
+        self.drawn[trial.name] = picture
+        return picture
+
+
+@dataclass(frozen=True)
+class TrialRow:
+    """What the table at the foot says of a trial."""
+
+    name: str
+    node: str
+    world: str
+    pace: str
+    sim_seconds: str
+    wall_seconds: str
+    ended: str
+
+
+def render(grading: Grading, *, pictures: bool = True) -> str:
+    """Return the report as HTML, without `pictures` where the layout of a held-out trial must not be seen."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {"code": _code, "points": points, "place": place}
+    style = (HERE / "style.css").read_text(encoding="utf-8")
+    clean = grading.shown()
+    album = Album(grading.evidence.trials, pictures)
+    # Drawn in the order of the page, so that each trial is shown where it first cost points.
+    pictures_of = {score.requirement.id: album.of(score.lost) for score in grading.scorecard.requirements}
+    graded, every = judged(clean.scorecard)
+    return environment.get_template("template.html.j2").render(
+        grading=clean,
+        card=clean.scorecard,
+        evidence=clean.evidence,
+        style=style,
+        style_hash=base64.b64encode(hashlib.sha256(style.encode()).digest()).decode("ascii"),
+        pictures=pictures_of,
+        drive=album.longest_drive(),
+        trials=[_row(trial) for trial in grading.evidence.trials.values()],
+        graded=graded,
+        every=every,
+        words=WORDS,
+        signs=SIGNS,
+        losses=losses,
+        is_open=is_open,
+        share=share,
+    )
+
+
+def write_html(grading: Grading, path: Path, *, pictures: bool = True) -> None:
+    """Write the report as HTML, whole or not at all."""
+    write_atomically(path, render(grading, pictures=pictures))
+
+
+def is_open(score: RequirementScore) -> bool:
+    """Tell whether a requirement is unfolded from the start: when there is something in it to mend or to look at."""
+    return score.outcome in (Outcome.FAILED, Outcome.PARTIAL, Outcome.ERROR)
+
+
+def share(reached: float, maximum: float) -> float:
+    """Return the percentage of a maximum that was reached, 0 where there is none."""
+    return round(100 * reached / maximum, 1) if maximum > 0 else 0.0
+
+
+def _row(trial: Trial) -> TrialRow:
+    return TrialRow(
+        name=one_line(trial.name),
+        node=one_line(trial.node),
+        world=one_line(trial.world),
+        pace=one_line(trial.pace),
+        sim_seconds=f"{trial.samples[-1].t:.1f}" if trial.samples else "",
+        wall_seconds=f"{trial.wall_seconds:.1f}",
+        ended=one_line(trial.ended or ("complete" if trial.ready else "the node never got ready")),
+    )
+
+
+def _code(text: str) -> Markup:
+    """Return text as HTML, all of it escaped, what stands between backticks as code."""
+    from markupsafe import Markup, escape
+
+    parts = re.split(r"`([^`\n]+)`", text)  # the odd ones stood between backticks
+    return Markup().join(Markup("<code>{}</code>").format(p) if i % 2 else escape(p) for i, p in enumerate(parts))

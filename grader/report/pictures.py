@@ -1,0 +1,237 @@
+"""Draw one trial: the map with the way driven, and the speeds and ranges over time. Evidence in, PNG out."""
+
+from __future__ import annotations
+
+import base64
+import io
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, TypeVar
+
+from grader.evidence import Trial
+from sim.world import World, WorldError, load_world
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+T = TypeVar("T")
+
+THRESHOLD_M = 0.5  # the contract's obstacle_detection_threshold
+HULL_M = 0.171  # the contract's hull radius
+MARGIN_M = 0.9  # around the way driven, so that the walls near it are in sight
+POINTS = 1_500  # more than a picture has columns for a curve; a long trial is thinned to it
+SPEED_LIMIT = 3.0  # m/s, for drawing: a command of 1e300 m/s must not flatten everything else
+RANGE_LIMIT = 4.0  # m, for drawing: farther away nothing matters to a stop
+
+PAPER, INK, FAINT = "#fcfcfa", "#2b2f36", "#9aa0a8"
+WALL, PATH, COMMANDED, AHEAD, TOUCH, GOAL = "#c5c8cc", "#1769aa", "#e08214", "#1769aa", "#c62828", "#2e7d32"
+
+
+def drawable(trial: Trial) -> bool:
+    """Tell whether a trial holds something to draw: at least two states of the robot."""
+    return len(trial.samples) > 1
+
+
+def data_uri(trial: Trial) -> str:
+    """Return the picture of a trial as a data URI, to be the source of an image."""
+    return "data:image/png;base64," + base64.b64encode(png(trial)).decode("ascii")
+
+
+def describe(trial: Trial) -> str:
+    """Return in a sentence or two what the picture shows, for those who do not see it."""
+    last = trial.samples[-1]
+    said = [f"The robot went from (0, 0) to ({last.x:.2f}, {last.y:.2f}) m in {last.t:.1f} s of simulated time."]
+    said += [f"It was sent to ({goal.x:.2f}, {goal.y:.2f}) m; the goal {goal.status}." for goal in trial.goals[:1]]
+    if trial.touches:
+        touch = trial.touches[0]
+        said.append(f"It touched {touch.obstacle} at {touch.t:.1f} s, moving at {abs(touch.speed):.2f} m/s.")
+    nearest = min((scan.ahead for scan in trial.scans), default=math.inf)
+    if math.isfinite(nearest):
+        said.append(f"The closest reading ahead was {nearest:.2f} m.")
+    return " ".join(said)
+
+
+def png(trial: Trial) -> bytes:
+    """Return the picture of a trial that is `drawable`, as PNG."""
+    # Imported here: matplotlib takes half a second, and most commands draw nothing.
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.6, 3.7), dpi=120, facecolor=PAPER, layout="constrained")
+    FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.5))
+    chart = figure.add_subplot(grid[:, 0])
+    speeds = figure.add_subplot(grid[0, 1])
+    ranges = figure.add_subplot(grid[1, 1], sharex=speeds)
+    for axes in (chart, speeds, ranges):
+        _dress(axes)
+    _draw_map(chart, trial)
+    _draw_speeds(speeds, trial)
+    _draw_ranges(ranges, trial)
+    for axes in (speeds, ranges):
+        _draw_moments(axes, trial)
+    speeds.tick_params(labelbottom=False)
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", metadata={"Software": None})
+    return stream.getvalue()
+
+
+def _dress(axes: Axes) -> None:
+    axes.set_facecolor(PAPER)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(FAINT)
+    axes.tick_params(colors=INK, labelsize=8)
+    axes.grid(True, color="#e8e9ea", linewidth=0.6)
+    axes.set_axisbelow(True)
+
+
+def _draw_map(axes: Axes, trial: Trial) -> None:
+    samples = _thin(trial.samples)
+    world = _world(trial)
+    if world is not None:
+        _draw_world(axes, world)
+    axes.plot([s.x for s in samples], [s.y for s in samples], color=PATH, linewidth=1.8, label="way driven")
+    first, last = samples[0], samples[-1]
+    axes.plot(first.x, first.y, "o", color=INK, markersize=5, label="start")
+    _draw_hull(axes, last.x, last.y, last.yaw)
+    for goal in trial.goals:
+        axes.plot(goal.x, goal.y, "*", color=GOAL, markersize=12, label="goal")
+        _draw_circle(axes, goal.x, goal.y, goal.tolerance, GOAL)
+    for touch in trial.touches:
+        at = min(samples, key=lambda sample: abs(sample.t - touch.t))
+        axes.plot(at.x, at.y, "X", color=TOUCH, markersize=11, markeredgecolor="white", label="contact", zorder=5)
+    _frame(axes, [(s.x, s.y) for s in samples] + [(goal.x, goal.y) for goal in trial.goals])
+    axes.set_xlabel("x (m), odom frame", fontsize=8, color=INK)
+    axes.set_ylabel("y (m)", fontsize=8, color=INK)
+    _legend(axes)
+
+
+def _frame(axes: Axes, places: Sequence[tuple[float, float]]) -> None:
+    """Show a square of the map with all the places in it, to scale."""
+    finite = [place for place in places if all(map(math.isfinite, place))]
+    (left, right), (low, high) = ((min(values), max(values)) for values in zip(*finite, strict=True))
+    half = max(right - left, high - low) / 2 + MARGIN_M
+    axes.set_xlim((left + right) / 2 - half, (left + right) / 2 + half)
+    axes.set_ylim((low + high) / 2 - half, (low + high) / 2 + half)
+    axes.set_aspect("equal")
+
+
+def _world(trial: Trial) -> World | None:
+    """Return the trial's world in the odom frame, whose origin is where the robot starts; None if there is none."""
+    try:
+        world = load_world(trial.world)
+    except (WorldError, OSError):
+        return None
+    to_odom = world.start.inverse()
+    return world.transformed(rotate=to_odom.yaw, shift=(to_odom.x, to_odom.y))
+
+
+def _draw_world(axes: Axes, world: World) -> None:
+    from matplotlib.patches import Circle, Polygon
+
+    from sim.obstacles import CirclePart, SegmentPart
+
+    for obstacle in world.obstacles:
+        passing = obstacle.motion is not None or obstacle.appears is not None or obstacle.vanishes is not None
+        fill, line = ("none", "--") if passing else (WALL, "-")
+        for part in obstacle.parts():
+            if isinstance(part, CirclePart):
+                axes.add_patch(
+                    Circle(
+                        obstacle.pose.point_to_parent(part.center),
+                        part.radius,
+                        facecolor=fill,
+                        edgecolor=FAINT,
+                        linestyle=line,
+                    )
+                )
+            elif isinstance(part, SegmentPart):
+                ends = [obstacle.pose.point_to_parent(p) for p in (part.start, part.end)]
+                axes.plot(*zip(*ends, strict=True), color=FAINT, linewidth=2.5, linestyle=line)
+            else:
+                corners = [obstacle.pose.point_to_parent(p) for p in part.corners]
+                axes.add_patch(Polygon(corners, facecolor=fill, edgecolor=FAINT, linestyle=line))
+
+
+def _draw_hull(axes: Axes, x: float, y: float, yaw: float) -> None:
+    _draw_circle(axes, x, y, HULL_M, PATH)
+    axes.plot([x, x + HULL_M * math.cos(yaw)], [y, y + HULL_M * math.sin(yaw)], color=PATH, linewidth=1.2)
+
+
+def _draw_circle(axes: Axes, x: float, y: float, radius: float, colour: str) -> None:
+    from matplotlib.patches import Circle
+
+    axes.add_patch(Circle((x, y), radius, facecolor="none", edgecolor=colour, linewidth=1.2))
+
+
+def _draw_speeds(axes: Axes, trial: Trial) -> None:
+    commands, samples = _thin(trial.commands), _thin(trial.samples)
+    times, speeds = [c.t for c in commands], [_within(c.v, SPEED_LIMIT) for c in commands]
+    axes.plot([s.t for s in samples], [s.v for s in samples], color=PATH, linewidth=1.6, label="true v")
+    axes.step(times, speeds, where="post", color=COMMANDED, linewidth=1.2, label="commanded v")
+    axes.set_ylabel("v (m/s)", fontsize=8, color=INK)
+    _legend(axes, above=True)
+
+
+def _draw_ranges(axes: Axes, trial: Trial) -> None:
+    scans = _thin(trial.scans)
+    # A scan without a valid reading ahead (inf) leaves a gap.
+    ahead = [scan.ahead if scan.ahead <= RANGE_LIMIT else math.nan for scan in scans]
+    axes.plot([scan.t for scan in scans], ahead, color=AHEAD, linewidth=1.6, label="closest reading ahead")
+    axes.axhline(THRESHOLD_M, color=TOUCH, linewidth=1.0, linestyle=":", label=f"threshold {THRESHOLD_M} m")
+    if all(map(math.isnan, ahead)):
+        said = f"nothing ahead within {RANGE_LIMIT:g} m" if scans else "no scan was published"
+        axes.text(0.5, 0.5, said, transform=axes.transAxes, ha="center", fontsize=8, color=INK)
+    axes.set_ylim(0.0, max([THRESHOLD_M, *(r for r in ahead if math.isfinite(r))]) * 1.15)
+    axes.set_xlabel("simulated time (s)", fontsize=8, color=INK)
+    axes.set_ylabel("range (m)", fontsize=8, color=INK)
+    _legend(axes, above=True)
+
+
+def _draw_moments(axes: Axes, trial: Trial) -> None:
+    """Draw what happened at a moment as an upright line."""
+    for goal in trial.goals:
+        for moment in (goal.t, goal.ended_t):
+            if math.isfinite(moment):
+                axes.axvline(moment, color=GOAL, linewidth=0.9, linestyle="--")
+    for touch in trial.touches[:1]:
+        axes.axvline(touch.t, color=TOUCH, linewidth=1.1)
+
+
+def _legend(axes: Axes, *, above: bool = False) -> None:
+    handles, labels = axes.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))  # many contacts, one entry
+    if above:
+        axes.legend(
+            once.values(),
+            once.keys(),
+            fontsize=7,
+            loc="lower right",
+            bbox_to_anchor=(1.0, 0.98),
+            ncols=2,
+            frameon=False,
+        )
+    else:
+        axes.legend(once.values(), once.keys(), fontsize=7, loc="best", framealpha=0.85, edgecolor="none")
+
+
+def _thin(values: Sequence[T]) -> Sequence[T]:
+    """Return at most about POINTS of the values, evenly, the last one among them."""
+    stride = max(1, math.ceil(len(values) / POINTS))
+    return [*values[::stride], *values[-1:]]
+
+
+def _within(value: float, limit: float) -> float:
+    """Return the value cut to -limit ... limit; NaN, which draws a gap, stays."""
+    return math.nan if math.isnan(value) else max(-limit, min(limit, value))
+
+
+def worth_drawing(trials: Iterable[Trial]) -> Trial | None:
+    """Return the drawable trial in which the robot went the longest way, None if there is none."""
+    return max((trial for trial in trials if drawable(trial)), key=_way, default=None)
+
+
+def _way(trial: Trial) -> float:
+    places = [(sample.x, sample.y) for sample in _thin(trial.samples)]
+    return sum(math.dist(a, b) for a, b in itertools.pairwise(places))
