@@ -118,7 +118,7 @@ class _Page:
     def block(self, loss: Loss) -> Iterator[str]:
         result = loss.result
         word = self.paint(WORDS[result.outcome], COLOURS.get(result.outcome, "35"))
-        yield f"{word}  {loss.requirement.id}  {result.sentence or result.id} ({loss.price})"
+        yield f"{word}  {loss.requirement.id}  {loss.heading or loss.requirement.title} ({loss.price})"
         rows = {"seen": result.seen, "expected": result.expected, "try": result.try_, "because": result.because}
         if result.outcome is not Outcome.ERROR:
             rows["learn"] = place(loss.requirement.section)

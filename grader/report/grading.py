@@ -23,8 +23,14 @@ class Loss:
     result: CheckResult
 
     @property
+    def heading(self) -> str:
+        """Return the check's sentence, "" where it is the same as what was expected."""
+        sentence = self.result.sentence or self.result.id
+        return "" if sentence == self.result.expected else sentence
+
+    @property
     def price(self) -> str:
-        """Return in words what it costs."""
+        """Return in words what the loss costs."""
         if self.result.outcome is Outcome.ERROR:
             return "a fault of the grader: costs no points"
         lost = self.check.points * (1.0 - min(1.0, max(0.0, self.result.fraction)))

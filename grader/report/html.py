@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import hashlib
 import re
 from collections.abc import Iterable
@@ -60,19 +61,24 @@ class Album:
 
     def longest_drive(self) -> Picture | None:
         """Return the picture of the trial with most to see, None if there is none or the report has it already."""
-        from grader.report import pictures
+        if not self.wanted or not self.trials:
+            return None
+        from grader.report import pictures  # matplotlib takes half a second: only where there is something to draw
 
         trial = pictures.worth_drawing(self.trials.values())
         return None if trial is None or trial.name in self.drawn else self._draw(trial)
 
     def _draw(self, trial: Trial) -> Picture | None:
-        from grader.report import pictures
+        self.drawn[trial.name] = None
+        if self.wanted and sum(picture is not None for picture in self.drawn.values()) < PICTURES:
+            from grader.report import pictures
 
-        picture = None
-        if self.wanted and len(self.drawn) < PICTURES and pictures.drawable(trial):
-            picture = Picture(one_line(trial.name), pictures.data_uri(trial), one_line(pictures.describe(trial), 1_000))
-        self.drawn[trial.name] = picture
-        return picture
+            # A picture is an extra: whatever goes wrong in drawing one, the grade is still to be shown.
+            with contextlib.suppress(Exception):
+                if pictures.drawable(trial):
+                    words = one_line(pictures.describe(trial), 1_000)
+                    self.drawn[trial.name] = Picture(one_line(trial.name), pictures.data_uri(trial), words)
+        return self.drawn[trial.name]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""Draw one trial: the map with the way driven, and the speeds and ranges over time. Evidence in, PNG out."""
+"""Draw one trial: the map with the way driven, and the speeds and ranges over time. Evidence in, PNG out.
+
+Import this where a picture is to be drawn, not before: matplotlib takes half a second.
+"""
 
 from __future__ import annotations
 
@@ -7,25 +10,30 @@ import io
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from grader.evidence import Trial
+from sim.geometry import Pose
+from sim.views import COLORS, draw_obstacles, draw_robot
 from sim.world import World, WorldError, load_world
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 T = TypeVar("T")
 
 THRESHOLD_M = 0.5  # the contract's obstacle_detection_threshold
 HULL_M = 0.171  # the contract's hull radius
 MARGIN_M = 0.9  # around the way driven, so that the walls near it are in sight
+FAR_M = 30.0  # a goal farther away is there to be refused; it would shrink the way driven to a dot
+TOUCHES = 20  # a robot that scrapes along a wall touches it at every tick
 POINTS = 1_500  # more than a picture has columns for a curve; a long trial is thinned to it
 SPEED_LIMIT = 3.0  # m/s, for drawing: a command of 1e300 m/s must not flatten everything else
 RANGE_LIMIT = 4.0  # m, for drawing: farther away nothing matters to a stop
 
 PAPER, INK, FAINT = "#fcfcfa", "#2b2f36", "#9aa0a8"
-WALL, PATH, COMMANDED, AHEAD, TOUCH, GOAL = "#c5c8cc", "#1769aa", "#e08214", "#1769aa", "#c62828", "#2e7d32"
 
 
 def drawable(trial: Trial) -> bool:
@@ -54,10 +62,6 @@ def describe(trial: Trial) -> str:
 
 def png(trial: Trial) -> bytes:
     """Return the picture of a trial that is `drawable`, as PNG."""
-    # Imported here: matplotlib takes half a second, and most commands draw nothing.
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
     figure = Figure(figsize=(9.6, 3.7), dpi=120, facecolor=PAPER, layout="constrained")
     FigureCanvasAgg(figure)
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.5))
@@ -90,27 +94,33 @@ def _draw_map(axes: Axes, trial: Trial) -> None:
     samples = _thin(trial.samples)
     world = _world(trial)
     if world is not None:
-        _draw_world(axes, world)
-    axes.plot([s.x for s in samples], [s.y for s in samples], color=PATH, linewidth=1.8, label="way driven")
+        passing = [o for o in world.obstacles if o.motion or o.appears is not None or o.vanishes is not None]
+        draw_obstacles(axes, [o for o in world.obstacles if o not in passing])
+        draw_obstacles(axes, passing, alpha=0.4)
+    axes.plot([s.x for s in samples], [s.y for s in samples], color=COLORS["path"], linewidth=1.8, label="way driven")
     first, last = samples[0], samples[-1]
     axes.plot(first.x, first.y, "o", color=INK, markersize=5, label="start")
-    _draw_hull(axes, last.x, last.y, last.yaw)
-    for goal in trial.goals:
-        axes.plot(goal.x, goal.y, "*", color=GOAL, markersize=12, label="goal")
-        _draw_circle(axes, goal.x, goal.y, goal.tolerance, GOAL)
-    for touch in trial.touches:
+    draw_robot(axes, Pose(last.x, last.y, last.yaw), HULL_M)
+    goals = [goal for goal in trial.goals if math.hypot(goal.x, goal.y) < FAR_M]  # false for NaN
+    for goal in goals:
+        axes.plot(goal.x, goal.y, "*", color=COLORS["goal"], markersize=9, label="goal", zorder=7)
+        if 0 < goal.tolerance < FAR_M:
+            circle = Circle((goal.x, goal.y), goal.tolerance, facecolor="none", edgecolor=COLORS["goal"], zorder=6)
+            axes.add_patch(circle)
+    for touch in trial.touches[:TOUCHES]:
         at = min(samples, key=lambda sample: abs(sample.t - touch.t))
-        axes.plot(at.x, at.y, "X", color=TOUCH, markersize=11, markeredgecolor="white", label="contact", zorder=5)
-    _frame(axes, [(s.x, s.y) for s in samples] + [(goal.x, goal.y) for goal in trial.goals])
+        axes.plot(
+            at.x, at.y, "X", color=COLORS["contact"], markersize=10, markeredgecolor="white", label="contact", zorder=7
+        )
+    _frame(axes, [(s.x, s.y) for s in samples] + [(goal.x, goal.y) for goal in goals])
     axes.set_xlabel("x (m), odom frame", fontsize=8, color=INK)
     axes.set_ylabel("y (m)", fontsize=8, color=INK)
-    _legend(axes)
+    _legend(axes, columns=3)
 
 
 def _frame(axes: Axes, places: Sequence[tuple[float, float]]) -> None:
     """Show a square of the map with all the places in it, to scale."""
-    finite = [place for place in places if all(map(math.isfinite, place))]
-    (left, right), (low, high) = ((min(values), max(values)) for values in zip(*finite, strict=True))
+    (left, right), (low, high) = ((min(values), max(values)) for values in zip(*places, strict=True))
     half = max(right - left, high - low) / 2 + MARGIN_M
     axes.set_xlim((left + right) / 2 - half, (left + right) / 2 + half)
     axes.set_ylim((low + high) / 2 - half, (low + high) / 2 + half)
@@ -127,66 +137,30 @@ def _world(trial: Trial) -> World | None:
     return world.transformed(rotate=to_odom.yaw, shift=(to_odom.x, to_odom.y))
 
 
-def _draw_world(axes: Axes, world: World) -> None:
-    from matplotlib.patches import Circle, Polygon
-
-    from sim.obstacles import CirclePart, SegmentPart
-
-    for obstacle in world.obstacles:
-        passing = obstacle.motion is not None or obstacle.appears is not None or obstacle.vanishes is not None
-        fill, line = ("none", "--") if passing else (WALL, "-")
-        for part in obstacle.parts():
-            if isinstance(part, CirclePart):
-                axes.add_patch(
-                    Circle(
-                        obstacle.pose.point_to_parent(part.center),
-                        part.radius,
-                        facecolor=fill,
-                        edgecolor=FAINT,
-                        linestyle=line,
-                    )
-                )
-            elif isinstance(part, SegmentPart):
-                ends = [obstacle.pose.point_to_parent(p) for p in (part.start, part.end)]
-                axes.plot(*zip(*ends, strict=True), color=FAINT, linewidth=2.5, linestyle=line)
-            else:
-                corners = [obstacle.pose.point_to_parent(p) for p in part.corners]
-                axes.add_patch(Polygon(corners, facecolor=fill, edgecolor=FAINT, linestyle=line))
-
-
-def _draw_hull(axes: Axes, x: float, y: float, yaw: float) -> None:
-    _draw_circle(axes, x, y, HULL_M, PATH)
-    axes.plot([x, x + HULL_M * math.cos(yaw)], [y, y + HULL_M * math.sin(yaw)], color=PATH, linewidth=1.2)
-
-
-def _draw_circle(axes: Axes, x: float, y: float, radius: float, colour: str) -> None:
-    from matplotlib.patches import Circle
-
-    axes.add_patch(Circle((x, y), radius, facecolor="none", edgecolor=colour, linewidth=1.2))
-
-
 def _draw_speeds(axes: Axes, trial: Trial) -> None:
     commands, samples = _thin(trial.commands), _thin(trial.samples)
     times, speeds = [c.t for c in commands], [_within(c.v, SPEED_LIMIT) for c in commands]
-    axes.plot([s.t for s in samples], [s.v for s in samples], color=PATH, linewidth=1.6, label="true v")
-    axes.step(times, speeds, where="post", color=COMMANDED, linewidth=1.2, label="commanded v")
+    axes.plot([s.t for s in samples], [s.v for s in samples], color=COLORS["path"], linewidth=1.6, label="true v")
+    axes.step(times, speeds, where="post", color=COLORS["command"], linestyle="--", linewidth=1.2, label="commanded v")
     axes.set_ylabel("v (m/s)", fontsize=8, color=INK)
-    _legend(axes, above=True)
+    _legend(axes, columns=2)
 
 
 def _draw_ranges(axes: Axes, trial: Trial) -> None:
     scans = _thin(trial.scans)
     # A scan without a valid reading ahead (inf) leaves a gap.
     ahead = [scan.ahead if scan.ahead <= RANGE_LIMIT else math.nan for scan in scans]
-    axes.plot([scan.t for scan in scans], ahead, color=AHEAD, linewidth=1.6, label="closest reading ahead")
-    axes.axhline(THRESHOLD_M, color=TOUCH, linewidth=1.0, linestyle=":", label=f"threshold {THRESHOLD_M} m")
+    axes.plot([scan.t for scan in scans], ahead, color=COLORS["closest"], linewidth=1.6, label="closest reading ahead")
+    axes.axhline(
+        THRESHOLD_M, color=COLORS["threshold"], linewidth=1.0, linestyle=":", label=f"threshold {THRESHOLD_M} m"
+    )
     if all(map(math.isnan, ahead)):
         said = f"nothing ahead within {RANGE_LIMIT:g} m" if scans else "no scan was published"
         axes.text(0.5, 0.5, said, transform=axes.transAxes, ha="center", fontsize=8, color=INK)
     axes.set_ylim(0.0, max([THRESHOLD_M, *(r for r in ahead if math.isfinite(r))]) * 1.15)
     axes.set_xlabel("simulated time (s)", fontsize=8, color=INK)
     axes.set_ylabel("range (m)", fontsize=8, color=INK)
-    _legend(axes, above=True)
+    _legend(axes, columns=2)
 
 
 def _draw_moments(axes: Axes, trial: Trial) -> None:
@@ -194,26 +168,17 @@ def _draw_moments(axes: Axes, trial: Trial) -> None:
     for goal in trial.goals:
         for moment in (goal.t, goal.ended_t):
             if math.isfinite(moment):
-                axes.axvline(moment, color=GOAL, linewidth=0.9, linestyle="--")
+                axes.axvline(moment, color=COLORS["goal"], linewidth=0.9, linestyle="--")
     for touch in trial.touches[:1]:
-        axes.axvline(touch.t, color=TOUCH, linewidth=1.1)
+        axes.axvline(touch.t, color=COLORS["contact"], linewidth=1.1)
 
 
-def _legend(axes: Axes, *, above: bool = False) -> None:
+def _legend(axes: Axes, *, columns: int) -> None:
+    """Put the legend above the axes, where it hides nothing; what was drawn several times is named once."""
     handles, labels = axes.get_legend_handles_labels()
-    once = dict(zip(labels, handles, strict=True))  # many contacts, one entry
-    if above:
-        axes.legend(
-            once.values(),
-            once.keys(),
-            fontsize=7,
-            loc="lower right",
-            bbox_to_anchor=(1.0, 0.98),
-            ncols=2,
-            frameon=False,
-        )
-    else:
-        axes.legend(once.values(), once.keys(), fontsize=7, loc="best", framealpha=0.85, edgecolor="none")
+    once = dict(zip(labels, handles, strict=True))
+    legend = axes.legend(once.values(), once.keys(), fontsize=7, ncols=columns, frameon=False, loc="lower right")
+    legend.set_bbox_to_anchor((1.0, 0.98), transform=axes.transAxes)
 
 
 def _thin(values: Sequence[T]) -> Sequence[T]:
