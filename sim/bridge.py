@@ -155,7 +155,7 @@ class Bridge:
         """Leave the graph."""
         self._executor.shutdown()
         self.node.destroy_node()
-        rclpy.try_shutdown(context=self._context)
+        self._context.try_shutdown()
 
     def watch_answers(self, message_type: type) -> None:
         """Count messages of the answer topic as answers (the command topic is watched anyway)."""

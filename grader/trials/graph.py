@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from rclpy.action.graph import get_action_server_names_and_types_by_node
 from rclpy.node import Node
 from rclpy.qos import QoSReliabilityPolicy
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from grader.evidence import Endpoint, Graph
 
@@ -45,25 +44,25 @@ def look(observer: Node, node_name: str) -> Graph:
 
 def _endpoints(observer: Node, node_name: str) -> list[Endpoint]:
     found = []
-    asks: tuple[tuple[str, Callable[..., list[object]]], ...] = (
+    asks = (
         ("publisher", observer.get_publishers_info_by_topic),
         ("subscription", observer.get_subscriptions_info_by_topic),
     )
     for topic, _ in observer.get_topic_names_and_types():
         for kind, ask in asks:
             for info in ask(topic):
-                if info.node_name == node_name:  # type: ignore[attr-defined]
+                if info.node_name == node_name:
                     found.append(_endpoint(topic, kind, info))
     return sorted(found, key=lambda endpoint: (endpoint.topic, endpoint.kind))
 
 
-def _endpoint(topic: str, kind: str, info: object) -> Endpoint:
-    best_effort = info.qos_profile.reliability == QoSReliabilityPolicy.BEST_EFFORT  # type: ignore[attr-defined]
+def _endpoint(topic: str, kind: str, info: TopicEndpointInfo) -> Endpoint:
+    best_effort = info.qos_profile.reliability == QoSReliabilityPolicy.BEST_EFFORT
     return Endpoint(
         topic=topic.lstrip("/"),
         kind=kind,
-        node=info.node_name,  # type: ignore[attr-defined]
-        type=info.topic_type,  # type: ignore[attr-defined]
-        type_hash=str(info.topic_type_hash),  # type: ignore[attr-defined]
+        node=info.node_name,
+        type=info.topic_type,
+        type_hash=str(info.topic_type_hash),
         reliability="best_effort" if best_effort else "reliable",
     )

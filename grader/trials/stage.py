@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
-from rclpy.action import ActionClient
+from rclpy.action.client import ActionClient
 
 from grader import evidence
 from grader.sandbox import Process

@@ -1,0 +1,81 @@
+"""Give the checks their evidence and write down how each came out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from grader import evidence
+from grader.checks.judge import Failed, Judge, NotReached
+from grader.score import Outcome
+
+_JUDGE = pytest.StashKey[Judge]()
+_RESULTS = pytest.StashKey[list[dict[str, Any]]]()
+_EVIDENCE = pytest.StashKey[evidence.Evidence]()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add where the evidence is and where the results go."""
+    parser.addoption("--evidence", type=Path, required=True)
+    parser.addoption("--results", type=Path, required=True)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Read the evidence once."""
+    config.stash[_RESULTS] = []
+    config.stash[_EVIDENCE] = evidence.load(config.getoption("--evidence"))
+
+
+@pytest.fixture
+def judge(request: pytest.FixtureRequest) -> Judge:
+    """Return the judge of one check."""
+    judge = Judge(request.config.stash[_EVIDENCE])
+    request.node.stash[_JUDGE] = judge
+    return judge
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
+    """Note a check's result. A failure that no judge spoke of is a fault of ours."""
+    yield
+    if call.when == "call" or (call.when == "setup" and call.excinfo is not None):
+        item.config.stash[_RESULTS].append(_result(item, call))
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Write the results."""
+    results: Path = session.config.getoption("--results")
+    results.write_text(json.dumps(session.config.stash[_RESULTS], indent=1))
+
+
+def _result(item: pytest.Item, call: pytest.CallInfo[None]) -> dict[str, Any]:
+    judge = item.stash.get(_JUDGE, None)
+    sentence = " ".join((getattr(item, "function", None).__doc__ or "").split())
+    result: dict[str, Any] = {
+        "id": f"{item.path.stem}::{item.name}",
+        "outcome": Outcome.PASSED.value,
+        "fraction": judge.fraction if judge else 0.0,
+        "sentence": sentence,
+        "seen": judge.seen if judge else "",
+        "expected": sentence,
+        "try_": judge.try_ if judge else "",
+        "trial": judge.trials[-1] if judge and judge.trials else "",
+    }
+    if call.excinfo is None:
+        if result["fraction"] < 1:
+            result["outcome"] = (Outcome.PARTIAL if result["fraction"] > 0 else Outcome.FAILED).value
+        return result
+    error = call.excinfo.value
+    result["fraction"] = 0.0
+    if isinstance(error, Failed):
+        result |= {"outcome": Outcome.FAILED.value, "seen": error.seen, "try_": error.try_}
+        result["expected"] = error.expected or sentence
+    elif isinstance(error, NotReached):
+        result |= {"outcome": Outcome.NOT_REACHED.value, "because": str(error)}
+    else:
+        result |= {"outcome": Outcome.ERROR.value, "seen": f"{type(error).__name__}: {error}"}
+    return result

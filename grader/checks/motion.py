@@ -1,0 +1,59 @@
+"""Measure a trial: speeds, zeros, rates. Pure functions over evidence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from grader.evidence import Command, Sample, Trial
+
+ZERO = 1e-6  # m/s and rad/s: a command below is a zero
+THRESHOLD_M = 0.5  # obstacle_detection_threshold
+
+
+def is_zero(command: Command) -> bool:
+    """Return whether a command asks the robot to stand, in every component. NaN does not."""
+    return all(abs(value) <= ZERO for value in (command.v, command.omega, command.other))
+
+
+def between(commands: Sequence[Command], start: float, end: float) -> list[Command]:
+    """Return the commands with start < t <= end."""
+    return [command for command in commands if start + 1e-9 < command.t <= end + 1e-9]
+
+
+def rate(commands: Sequence[Command], start: float, end: float) -> float:
+    """Return how often per simulated second commands came between `start` and `end`, in Hz."""
+    return len(between(commands, start, end)) / (end - start)
+
+
+def odometry_speed(samples: Sequence[Sample], start: float, end: float) -> float:
+    """Return the mean speed by odometry between two times along the robot's heading, m/s, negative for backwards."""
+    a, b = (min(samples, key=lambda sample: abs(sample.t - t)) for t in (start, end))
+    dx, dy = b.odom_x - a.odom_x, b.odom_y - a.odom_y
+    return (dx * math.cos(a.odom_yaw) + dy * math.sin(a.odom_yaw)) / (b.t - a.t)
+
+
+def stays_still(samples: Sequence[Sample], start: float, distance_m: float = 0.03, turn_rad: float = 0.05) -> bool:
+    """Return whether the robot truly stays where it is from `start` on.
+
+    Judged by the way it makes, not by its speed: at an obstacle the noise of the lidar may let it twitch for a tick.
+    """
+    later = [sample for sample in samples if sample.t >= start - 1e-9]
+    if not later:
+        return False
+    first = later[0]
+    return all(
+        math.hypot(s.x - first.x, s.y - first.y) <= distance_m
+        and abs(math.remainder(s.yaw - first.yaw, math.tau)) <= turn_rad
+        for s in later
+    )
+
+
+def first_near(trial: Trial, threshold: float = THRESHOLD_M) -> float:
+    """Return when the first scan with a valid reading ahead below `threshold` was published, inf if none was."""
+    return next((scan.t for scan in trial.scans if scan.ahead < threshold), math.inf)
+
+
+def closest_ahead(trial: Trial) -> float:
+    """Return the smallest valid reading ahead in the whole trial, in metres."""
+    return min((scan.ahead for scan in trial.scans), default=math.inf)

@@ -1,0 +1,25 @@
+"""F1: what the controller does when nobody asks for anything."""
+
+from grader.checks import motion
+from grader.checks.judge import Judge
+
+_TRY = "publish from the control timer's callback in every cycle, moving or not"
+
+
+def test_publishes_zero_without_a_command(judge: Judge) -> None:
+    """With no command, `robot_controller` publishes a zero `cmd_vel`."""
+    trial = judge.trial("idle")
+    judge.expect(bool(trial.commands), "no message on cmd_vel in 5 s", _TRY)
+    bad = next((command for command in trial.commands if not motion.is_zero(command)), None)
+    if bad is not None:
+        seen = f"v = {bad.v:.3g} m/s, omega = {bad.omega:.3g} rad/s at {bad.t:.2f} s, before any command"
+        judge.expect(False, seen, "which value does the speed start with, and what changes it?")
+
+
+def test_publishes_at_the_control_rate(judge: Judge) -> None:
+    """`cmd_vel` comes at 10 Hz ± 20 % in node-clock time."""
+    trial = judge.trial("idle")
+    start, end = 1.0, trial.samples[-1].t
+    hertz = motion.rate(trial.commands, start, end)
+    seen = f"{hertz:.1f} Hz between {start:g} and {end:g} s of simulated time"
+    judge.expect(8.0 <= hertz <= 12.0, seen, "create the timer with 1 / laser_processing_rate on the node's clock")

@@ -1,0 +1,75 @@
+"""F8: the navigate_to_position action in an open field."""
+
+import math
+
+from grader.checks import motion
+from grader.checks.judge import Judge, NotReached, at
+from grader.evidence import Goal, Trial
+
+_TRIALS = ("navigate_ahead", "navigate_beside", "navigate_behind")
+_DRIFT_M = 0.02  # what the simulated odometry may be off after two metres: not the student's fault
+_AGREE_M = 0.05  # final_pose against odometry: one tick at full speed, doubled
+
+
+def test_reaches_a_target_ahead(judge: Judge) -> None:
+    """`navigate_to_position` reaches a target ahead: the result says success and the robot is within `tolerance`."""
+    _expect_reached(judge, "navigate_ahead")
+
+
+def test_reaches_a_target_beside(judge: Judge) -> None:
+    """`navigate_to_position` reaches a target beside: the result says success and the robot is within `tolerance`."""
+    _expect_reached(judge, "navigate_beside")
+
+
+def test_reaches_a_target_behind(judge: Judge) -> None:
+    """`navigate_to_position` reaches a target behind: the result says success and the robot is within `tolerance`."""
+    _expect_reached(judge, "navigate_behind")
+
+
+def test_final_pose_agrees_with_odometry(judge: Judge) -> None:
+    """The result's `final_pose` agrees with odometry."""
+    for trial, goal in _ended(judge):
+        sample = at(trial.samples, goal.ended_t)
+        off = math.hypot(goal.final_x - sample.odom_x, goal.final_y - sample.odom_y)
+        seen = (
+            f"final_pose ({goal.final_x:.2f}, {goal.final_y:.2f}), odom said ({sample.odom_x:.2f}, {sample.odom_y:.2f})"
+        )
+        judge.expect(off <= _AGREE_M, seen, "fill result.final_pose from the latest odometry, not from the target")
+
+
+def test_stands_still_after_arrival(judge: Judge) -> None:
+    """After arrival the robot stands still."""
+    for trial, goal in _ended(judge):
+        still = motion.stays_still(trial.samples, goal.ended_t + 1.0)
+        last = trial.samples[-1]
+        seen = f"v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s {last.t - goal.ended_t:.1f} s after the result"
+        judge.expect(still, seen, "publish zero when the goal ends, whatever its outcome")
+
+
+def _expect_reached(judge: Judge, name: str) -> None:
+    trial = judge.trial(name)
+    goal = judge.goal(trial)
+    if goal.success is None:
+        last = trial.samples[-1]
+        left = math.hypot(goal.x - last.x, goal.y - last.y)
+        seen = f"no result within 40 s; the robot is {left:.2f} m from the target"
+        judge.expect(False, seen, "when is the goal reached, and who tells the action so?")
+    sample = at(trial.samples, goal.ended_t)
+    off = math.hypot(goal.x - sample.x, goal.y - sample.y)
+    words = f"the goal ended as {goal.status} with success = {goal.success} at {goal.ended_t:.1f} s, {off:.3f} m off"
+    judge.expect(goal.success is True and goal.status == "succeeded", words, "set result.success, call succeed()")
+    judge.expect(
+        off <= goal.tolerance + _DRIFT_M, f"{words}; the tolerance was {goal.tolerance:g} m", "compare with tolerance"
+    )
+
+
+def _ended(judge: Judge) -> list[tuple[Trial, Goal]]:
+    """Return the trials whose goal succeeded; what happens at the end needs an end."""
+    pairs = []
+    for name in _TRIALS:
+        trial = judge.trial(name, complete=False)
+        if trial.goals and trial.goals[0].success and not trial.ended:
+            pairs.append((trial, trial.goals[0]))
+    if not pairs:
+        raise NotReached("no goal ended with success, so there is no arrival to look at")
+    return pairs

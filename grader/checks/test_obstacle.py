@@ -1,0 +1,47 @@
+"""F4: what the controller does about an obstacle ahead."""
+
+import math
+
+from grader.checks import motion
+from grader.checks.judge import Judge, NotReached
+from grader.evidence import Trial
+
+_TRIALS = ("wall_fast", "wall_slow")
+_SLACK_S = 0.05  # one tick of the trial: a command is known to be sent no better than that
+
+
+def test_never_touches_the_obstacle(judge: Judge) -> None:
+    """Driven at an obstacle at any allowed speed, the robot stops and never touches it."""
+    for name in _TRIALS:
+        trial = _driven(judge, name)
+        if trial.touches:
+            touch = trial.touches[0]
+            seen = f"touched the {touch.obstacle} at {touch.t:.2f} s, moving at {touch.speed:.2f} m/s"
+            judge.expect(False, seen, "which readings look ahead, and what does the callback do when one is near?")
+        last = trial.samples[-1]
+        seen = f"still on its way {motion.closest_ahead(trial):.2f} m before the obstacle when the trial ended"
+        still = motion.stays_still(trial.samples, last.t - 1.0)
+        judge.expect(still, seen, "publish zero for as long as there is an obstacle")
+
+
+def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
+    """`cmd_vel` is zero within 0.3 s of the first scan whose closest valid reading is below the threshold."""
+    for name in _TRIALS:
+        trial = _driven(judge, name)
+        near = motion.first_near(trial)
+        if math.isinf(near):
+            continue  # it stopped earlier than it had to
+        zero = next((c.t for c in trial.commands if c.t >= near - 1e-9 and motion.is_zero(c)), math.inf)
+        delay = zero - near
+        after = f"{delay:.2f} s after" if math.isfinite(delay) else "never after"
+        seen = f"a zero came {after} the first scan below {motion.THRESHOLD_M} m (at {near:.2f} s)"
+        judge.expect(delay <= 0.3 + _SLACK_S, seen, "stop in the cycle that sees the scan: no averaging, no waiting")
+
+
+def _driven(judge: Judge, name: str) -> Trial:
+    """Return the trial, in which the robot did come near: a robot that never drove has avoided nothing."""
+    trial = judge.trial(name)
+    judge.call(trial, "set_speed", 0)
+    if motion.closest_ahead(trial) > 1.0 and not trial.touches:
+        raise NotReached(f"the robot never came near the obstacle: {motion.closest_ahead(trial):.2f} m at best (F2)")
+    return trial

@@ -1,0 +1,93 @@
+"""F2 and F3: the set_speed service."""
+
+import math
+
+from grader.checks import motion
+from grader.checks.judge import Judge
+from grader.evidence import Call, Trial
+
+
+def test_accepts_a_speed_within_the_limit(judge: Judge) -> None:
+    """`set_speed` with abs(speed) <= `max_linear_speed` answers success with a message."""
+    for name in ("drive_forward", "drive_backward"):
+        trial = judge.trial(name)
+        for index in range(sum(call.service == "set_speed" for call in trial.calls)):
+            call = judge.call(trial, "set_speed", index)
+            response = call.response or {}
+            seen = f"speed {_asked(call):g} answered success = {response['success']}, message {response['message']!r}"
+            judge.expect(response["success"] is True, seen, "compare abs(speed) with the limit, the limit included")
+            judge.expect(bool(str(response["message"]).strip()), seen, "fill response.message too")
+
+
+def test_drives_at_the_set_speed(judge: Judge) -> None:
+    """The robot then drives at that speed (odometry within 5 %)."""
+    trial = judge.trial("drive_forward")
+    judge.call(trial, "set_speed", 0)
+    _expect_speed(judge, trial, trial.choices["speed"], "cruise", "cruise_end")
+    _expect_speed(judge, trial, trial.choices["limit"], "at_limit", "at_limit_end")
+
+
+def test_drives_backwards_at_a_negative_speed(judge: Judge) -> None:
+    """A negative speed drives the robot backwards, at that speed (odometry within 5 %)."""
+    trial = judge.trial("drive_backward")
+    judge.call(trial, "set_speed", 0)
+    _expect_speed(judge, trial, -trial.choices["speed"], "cruise", "cruise_end")
+
+
+def test_refuses_a_speed_above_the_limit(judge: Judge) -> None:
+    """`set_speed` above the limit, forwards or backwards, answers success = false."""
+    _expect_refused(judge, lambda speed: math.isfinite(speed) and abs(speed) > 0.5, "compare abs(speed) with the limit")
+
+
+def test_refuses_a_speed_that_is_not_finite(judge: Judge) -> None:
+    """`set_speed` with NaN or infinity answers success = false."""
+    _expect_refused(judge, lambda speed: not math.isfinite(speed), "NaN compares False with everything; math.isfinite")
+
+
+def test_a_refusal_states_the_limit(judge: Judge) -> None:
+    """A refusal's message states the limit."""
+    for call in _refusals(judge):
+        response = call.response or {}
+        if response["success"] is False:
+            message = str(response["message"])
+            seen = f"speed {_asked(call):g} was refused with the message {message!r}"
+            judge.expect("0.5" in message or "0,5" in message, seen, "say in the message which limit holds, in m/s")
+
+
+def test_a_refusal_leaves_the_speed_in_force(judge: Judge) -> None:
+    """After a refusal the speed in force stays as it was."""
+    calls = _refusals(judge)
+    trial = judge.trial("refuse_speed")
+    accepted = [_asked(call) for call in calls if (call.response or {}).get("success") is not False]
+    judge.expect(not accepted, f"the speeds {accepted} were not refused", "first refuse them, then see what stays")
+    _expect_speed(judge, trial, trial.choices["speed"], "refusals", "refusals_end")
+
+
+def _expect_speed(judge: Judge, trial: Trial, wanted: float, start: str, end: str) -> None:
+    seen_speed = motion.odometry_speed(trial.samples, trial.marks[start], trial.marks[end])
+    seen = (
+        f"{seen_speed:.3f} m/s by odometry from {trial.marks[start]:.1f} to {trial.marks[end]:.1f} s, "
+        f"after set_speed {wanted:g}"
+    )
+    holds = abs(seen_speed - wanted) <= 0.05 * abs(wanted)
+    judge.expect(holds, seen, "does every control cycle publish the speed that was set, in m/s?")
+
+
+def _expect_refused(judge: Judge, which: object, try_: str) -> None:
+    assert callable(which)
+    for call in _refusals(judge):
+        if which(_asked(call)):
+            response = call.response or {}
+            seen = f"speed {_asked(call):g} answered success = {response['success']}"
+            judge.expect(response["success"] is False, seen, try_)
+
+
+def _refusals(judge: Judge) -> list[Call]:
+    """Return the answered calls with senseless speeds; the first call of the trial is the good one."""
+    trial = judge.trial("refuse_speed")
+    count = sum(call.service == "set_speed" for call in trial.calls)
+    return [judge.call(trial, "set_speed", index) for index in range(1, count)]
+
+
+def _asked(call: Call) -> float:
+    return float(call.request["speed"])

@@ -1,0 +1,58 @@
+"""F7: the get_status service."""
+
+from typing import Any
+
+from grader.checks.judge import Judge, at
+from grader.evidence import Call, Trial
+
+_MOMENTS = ("standing", "driving", "before an obstacle 0.45 m ahead")
+
+
+def test_status_gives_the_speed_in_force(judge: Judge) -> None:
+    """`get_status` gives the speed in force."""
+    trial, calls = _calls(judge)
+    for moment, call, wanted in zip(_MOMENTS, calls, (0.0, trial.choices["speed"]), strict=False):
+        speed = float(_answer(call)["speed"])
+        judge.expect(
+            abs(speed - wanted) <= 0.01, f"speed {speed:g} while {moment}, after set_speed {wanted:g}",
+            "answer with the speed that set_speed put in force",
+        )  # fmt: skip
+
+
+def test_status_tells_of_an_obstacle(judge: Judge) -> None:
+    """`get_status` gives the obstacle flag."""
+    _, calls = _calls(judge)
+    for moment, call, wanted in zip(_MOMENTS, calls, (False, False, True), strict=True):
+        flag = _answer(call)["obstacle_detected"]
+        judge.expect(flag is wanted, f"obstacle_detected = {flag} {moment}", "set the flag from each scan, both ways")
+
+
+def test_status_gives_the_pose_from_odometry(judge: Judge) -> None:
+    """`get_status` gives the pose from `odom`."""
+    trial, calls = _calls(judge)
+    for moment, call in zip(_MOMENTS, calls, strict=True):
+        position = _answer(call)["pose"]["position"]
+        sample = at(trial.samples, call.t)
+        off = max(abs(float(position["x"]) - sample.odom_x), abs(float(position["y"]) - sample.odom_y))
+        seen = (
+            f"pose ({float(position['x']):.2f}, {float(position['y']):.2f}) {moment}, "
+            f"odom said ({sample.odom_x:.2f}, {sample.odom_y:.2f})"
+        )
+        judge.expect(off <= 0.1, seen, "keep the pose of the latest odometry message and answer with it")
+
+
+def test_status_is_one_of_the_contracts_words(judge: Judge) -> None:
+    """Status is `ACTIVE`, or `OBSTACLE_DETECTED` while there is an obstacle."""
+    _, calls = _calls(judge)
+    for moment, call, wanted in zip(_MOMENTS, calls, ("ACTIVE", "ACTIVE", "OBSTACLE_DETECTED"), strict=True):
+        status = _answer(call)["status"]
+        judge.expect(status == wanted, f"status {status!r} {moment}", f"the word for this moment is {wanted}")
+
+
+def _calls(judge: Judge) -> tuple[Trial, list[Call]]:
+    trial = judge.trial("status")
+    return trial, [judge.call(trial, "get_status", index) for index in range(3)]
+
+
+def _answer(call: Call) -> dict[str, Any]:
+    return call.response or {}

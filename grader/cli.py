@@ -1,0 +1,138 @@
+"""The `grader` command: verbs, printing, exit codes. Everything else is done elsewhere."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from grader.errors import GraderError, SubmissionError
+
+EXIT_GRADED, EXIT_NOT_GRADED, EXIT_USAGE, EXIT_OUR_FAULT = 0, 1, 2, 3
+_KIT = Path(__file__).resolve().parent.parent
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one verb and return the exit status: 0 graded, 1 could not be graded, 2 wrong usage, 3 our fault."""
+    options = _parser().parse_args(arguments)
+    try:
+        return int(options.run(options))
+    except SubmissionError as error:
+        return _fail(error, EXIT_NOT_GRADED, options.debug)
+    except GraderError as error:
+        return _fail(error, EXIT_OUR_FAULT, options.debug)
+    except KeyboardInterrupt:
+        print("grader: interrupted; nothing was written.", file=sys.stderr)
+        return 130
+    except Exception as error:
+        if options.debug:
+            raise
+        words = f"grader: a fault of the kit: {type(error).__name__}: {error}. No points are lost by it. "
+        print(words + "Run again with --debug and send the traceback to the kit's maintainers.", file=sys.stderr)
+        return EXIT_OUR_FAULT
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="grader",
+        description="Grade a ROS 2 package: build it, wall it in, drive it through trials, score what was seen.",
+        epilog="Example:  grader grade solution_pkg/ros2_robot_controller --out out/reference",
+    )
+    parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
+    verbs = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
+
+    grade = verbs.add_parser(
+        "grade",
+        help="grade a submission",
+        description="Grade a submission (a folder or an archive) and write report.json, report.html and evidence/.",
+        epilog="Example:  grader grade team07.zip --out out/team07\n"
+        "Exit status: 0 graded whatever the points, 1 could not be graded, 2 wrong usage, 3 a fault of ours.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    grade.add_argument("submission", type=Path, help="the package's folder, or an archive of it")
+    grade.add_argument("--out", type=Path, required=True, help="the folder for the reports and the evidence")
+    grade.add_argument("--rubric", type=Path, help="another rubric than the kit's own")
+    grade.add_argument("--seed", type=int, default=0, help="decides speeds, places and noise of the trials (default 0)")
+    grade.add_argument("--build-timeout", type=_seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
+    grade.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
+    grade.set_defaults(run=_grade)
+
+    doctor = verbs.add_parser("doctor", help="say what this host has and lacks, and how to mend it")
+    doctor.set_defaults(run=_doctor)
+    return parser
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not 1 <= value <= 3600:
+        raise argparse.ArgumentTypeError("choose between 1 and 3600 seconds")
+    return value
+
+
+def _grade(options: argparse.Namespace) -> int:
+    # Imported here: `grader --help` and `grader doctor` answer at once, and on hosts that lack half of this.
+    from grader import build, pipeline, report, rubric
+    from grader.report import console
+
+    progress = _Progress()
+    settings = pipeline.Settings(
+        rubric=rubric.load(options.rubric or rubric_file()),
+        cache=options.cache or build.cache_folder(),
+        seed=options.seed,
+        build_seconds=options.build_timeout,
+        progress=progress.say,
+    )
+    grading = pipeline.grade(options.submission, options.out, settings)
+    progress.say("writing the report")
+    _, page = report.write(grading, options.out)
+    progress.done()
+    colour = console.wants_colour(sys.stdout, os.environ)
+    print(console.render(grading, colour=colour, encoding=sys.stdout.encoding or "utf-8"))
+    print(f"Report: {page}")
+    return EXIT_GRADED
+
+
+def _doctor(_options: argparse.Namespace) -> int:
+    from grader import doctor
+
+    findings = doctor.examine()
+    print(doctor.render(findings))
+    return doctor.exit_status(findings)
+
+
+def rubric_file() -> Path:
+    """Return the kit's rubric.yaml: beside the packages in a checkout."""
+    return _KIT / "rubric.yaml"
+
+
+class _Progress:
+    """Says on standard error what is being done: on a terminal in one line, in a log only what is new."""
+
+    def __init__(self) -> None:
+        self._started = time.monotonic()
+        self._terminal = sys.stderr.isatty()
+
+    def say(self, what: str) -> None:
+        line = f"[{time.monotonic() - self._started:5.1f} s] {what}"
+        if self._terminal:
+            print(f"\r\x1b[K{line[:110]}", end="", file=sys.stderr, flush=True)
+        else:
+            print(line, file=sys.stderr, flush=True)
+
+    def done(self) -> None:
+        if self._terminal:
+            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
+
+
+def _fail(error: Exception, status: int, debug: bool) -> int:
+    if debug:
+        raise error
+    print(f"grader: {error}", file=sys.stderr)
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

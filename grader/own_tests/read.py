@@ -1,0 +1,96 @@
+"""Read a package's test modules as text: which are generated stubs, how many tests there are, what they assert."""
+
+from __future__ import annotations
+
+import ast
+import re
+import warnings
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from grader.evidence import TestModule
+
+NODES = ("robot_controller", "sensor_processor")
+_FOLDERS = ("test", "tests")
+# What `ros2 pkg create` puts into every package, and its cousins: they call a linter and say nothing of the code.
+_LINTERS = re.compile(r"\bament_(copyright|flake8|pep257|mypy|xmllint|pycodestyle|lint)\b")
+_READ_CAP = 1_000_000
+
+_Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def read_modules(package: Path) -> list[TestModule]:
+    """Return what the test modules below test/ and tests/ hold, ordered by path. Nothing is run."""
+    files = sorted(path for folder in _FOLDERS for path in (package / folder).rglob("*.py") if path.is_file())
+    trees = {path: tree for path in files if (tree := _parse(path)) is not None}
+    helpers = _asserting_names(tree for tree in trees.values())
+    found = []
+    for path in files:
+        if not (path.name.startswith("test_") or path.name.endswith("_test.py")):
+            continue
+        name = str(path.relative_to(package))
+        if path not in trees:
+            failures = [f"{name} is no Python that can be read"]
+            found.append(TestModule(name, stub=False, tests=0, asserting=0, subjects=[], failures=failures))
+            continue
+        found.append(_describe(name, trees[path], helpers))
+    return found
+
+
+def _describe(name: str, tree: ast.Module, helpers: set[str]) -> TestModule:
+    tests = list(_tests(tree))
+    code = ast.unparse(tree)
+    return TestModule(
+        path=name,
+        stub=bool(_LINTERS.search(code)) and not any(re.search(rf"\b{node}\b", code) for node in NODES),
+        tests=len(tests),
+        asserting=sum(_asserts(test, helpers) for test in tests),
+        subjects=[node for node in NODES if re.search(rf"\b{node}\b", code)],
+    )
+
+
+def _parse(path: Path) -> ast.Module | None:
+    if path.stat().st_size > _READ_CAP:
+        return None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # a stray "\d" in a student's string is Q's matter
+            return ast.parse(path.read_bytes())
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return None
+
+
+def _tests(tree: ast.Module) -> Iterator[_Function]:
+    """Yield the functions that pytest would collect."""
+    for node in tree.body:
+        if isinstance(node, _Function) and node.name.startswith("test"):
+            yield node
+        if isinstance(node, ast.ClassDef) and (node.name.startswith("Test") or _is_unittest(node)):
+            yield from (item for item in node.body if isinstance(item, _Function) and item.name.startswith("test"))
+
+
+def _is_unittest(node: ast.ClassDef) -> bool:
+    return any("TestCase" in ast.unparse(base) for base in node.bases)
+
+
+def _asserting_names(trees: Iterable[ast.Module]) -> set[str]:
+    """Return the names of the helper functions that assert something, themselves or through another helper."""
+    functions = [node for tree in trees for node in ast.walk(tree) if isinstance(node, _Function)]
+    names: set[str] = set()
+    while True:
+        more = {function.name for function in functions if _asserts(function, names)}
+        if more <= names:
+            return names
+        names |= more
+
+
+def _asserts(function: _Function, helpers: set[str]) -> bool:
+    """Return whether a function can fail by what it asserts: `assert True` cannot."""
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assert) and not isinstance(node.test, ast.Constant):
+            return True
+        if isinstance(node, ast.Call):
+            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            if called in helpers or called.startswith("assert") or called in ("raises", "warns", "fail"):
+                return True
+    return False

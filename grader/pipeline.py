@@ -1,0 +1,162 @@
+"""From a submission to a grading: take in, build, try, keep the evidence, check, score. The list one can read.
+
+Everything of the submission runs in `gather`; below it no student code runs, and `judge` can be repeated at any time.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from importlib import metadata
+from pathlib import Path
+
+from grader import build, evidence, own_tests, sandbox
+from grader.checks import run as checks
+from grader.errors import GraderError
+from grader.report.grading import Grading
+from grader.rubric import Requirement, Rubric
+from grader.score import score
+from grader.submission import Submission, open_submission
+from grader.trials import catalog
+from grader.trials import run as trials
+
+EVIDENCE = "evidence"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to grade. Times are wall seconds; `seed` decides the trials' speeds, places and noise."""
+
+    rubric: Rubric
+    cache: Path
+    seed: int = 0
+    build_seconds: float = 300.0
+    test_seconds: float = own_tests.run.MODULE_SECONDS
+    requirements: tuple[str, ...] = ()
+    """Judge only these; by default all that have checks."""
+    progress: Callable[[str], None] = lambda _what: None
+
+    @property
+    def wanted(self) -> list[Requirement]:
+        """Return the requirements to be judged."""
+        return [r for r in self.rubric.requirements if not self.requirements or r.id in self.requirements]
+
+
+def grade(source: Path, out: Path, settings: Settings) -> Grading:
+    """Grade the submission `source`, leave the evidence in `out`, and return the grading.
+
+    Raises:
+        SubmissionError: there is nothing in it that could be graded.
+        GraderError: this host cannot grade.
+    """
+    started = time.monotonic()
+    sandbox.require()
+    with tempfile.TemporaryDirectory(prefix="grading-") as scratch:
+        room = Path(scratch)
+        settings.progress(f"taking in {source.name}")
+        submission = open_submission(source, room / "submission")
+        found = gather(submission, room, settings)
+    folder = store(found, out)
+    settings.progress("checking the evidence")
+    grading = judge(folder, settings)
+    return replace(grading, wall_seconds=time.monotonic() - started)
+
+
+def gather(submission: Submission, room: Path, settings: Settings) -> evidence.Evidence:
+    """Build the submission and try it out behind walls. Return what was seen."""
+    settings.progress("building the contract's interfaces (once on this machine, about a minute)")
+    contract = build.contract(settings.cache)
+    settings.progress("building the package")
+    folders = [submission.package] + ([submission.interfaces] if submission.interfaces else [])
+    built = build.build(folders, settings.cache, seconds=settings.build_seconds)
+    facts = replace(
+        built.facts, contract_hashes=contract.facts.type_hashes, contract_texts=contract.facts.interface_texts
+    )
+    found = evidence.Evidence(intake=submission.intake, build=facts, flags=list(submission.flags))
+    if not facts.ok:
+        return found
+    (room / "trials").mkdir()
+    plans = catalog.serving(requirement.id for requirement in settings.wanted)
+    with ThreadPoolExecutor(1) as pool:
+        # The tests are mostly one long module: they run beside the trials, or the grading would wait for it alone.
+        own = pool.submit(_own_tests, submission, built, settings)
+        tried = trials.run(
+            plans.values(), install=built.install, contract=contract.install, folder=room / "trials",
+            seed=settings.seed, progress=lambda name: settings.progress(f"trial {name}: {plans[name].sentence}"),
+        )  # fmt: skip
+        return replace(found, trials=tried, tests=own.result())
+
+
+def store(found: evidence.Evidence, out: Path) -> Path:
+    """Put the evidence below `out` in one step and return its folder: a reader never meets half of it."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        fresh = Path(tempfile.mkdtemp(prefix=".evidence-", dir=out))
+        evidence.save(found, fresh)
+        folder = out / EVIDENCE
+        if folder.exists():
+            shutil.rmtree(folder)
+        fresh.rename(folder)
+        folder.chmod(0o755)
+    except OSError as error:
+        raise GraderError(
+            f"Cannot write the evidence to {out}: {error}. Choose another --out or free space."
+        ) from error
+    return folder
+
+
+def judge(folder: Path, settings: Settings) -> Grading:
+    """Run the checks over the evidence in `folder` and score what they find."""
+    ids = [check.id for requirement in settings.wanted for check in requirement.checks]
+    results = checks.run(folder, ids)
+    wanted = {requirement.id for requirement in settings.wanted}
+    found = evidence.load(folder)
+    return Grading(
+        scorecard=score(_only(settings.rubric, wanted), results),
+        evidence=found,
+        environment=environment(),
+        submission=found.intake.name,
+        seed=settings.seed,
+        wall_seconds=0.0,
+    )
+
+
+def environment() -> dict[str, str]:
+    """Return what graded: versions that decide a result, so that an appeal can run the same."""
+    names = ("ros2-course-kit", "ros-jazzy-rclpy", "pymunk", "numpy", "pytest", "coverage")
+    versions = {name: _version(name) for name in names}
+    return versions | {"python": platform.python_version(), "system": platform.platform(), "cores": str(os.cpu_count())}
+
+
+def _own_tests(submission: Submission, built: build.Built, settings: Settings) -> evidence.OwnTests | None:
+    if not any(requirement.id.startswith("T") and requirement.checks for requirement in settings.wanted):
+        return None
+    modules = own_tests.read_modules(submission.package)
+    return own_tests.run_modules(
+        submission.package, built.install, modules, seconds=settings.test_seconds,
+        progress=lambda path: settings.progress(f"own tests: {path}"),
+    )  # fmt: skip
+
+
+def _only(whole: Rubric, wanted: Sequence[str] | set[str]) -> Rubric:
+    """Return the rubric with the checks of unwanted requirements left out, which makes them "not graded"."""
+    return replace(
+        whole,
+        criteria=tuple(
+            replace(c, requirements=tuple(r if r.id in wanted else replace(r, checks=()) for r in c.requirements))
+            for c in whole.criteria
+        ),
+    )
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "not installed"
