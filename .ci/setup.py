@@ -132,7 +132,7 @@ def pip(what: str, *arguments: str, total: int = 0) -> None:
     done, shown, last = 0, 0, ""
     with LOG.open("a") as log:
         running = subprocess.Popen(
-            [*command, *arguments],
+            [*command, *arguments, "--progress-bar", "off"],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             stdin=subprocess.DEVNULL,

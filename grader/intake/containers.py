@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import IO, Protocol
+from typing import IO, NoReturn, Protocol
 
 from grader.errors import GraderError, KitError, SubmissionError
 from grader.intake.names import never_kept, printable
@@ -122,6 +122,14 @@ class Folder:
 
     def entries(self) -> list[Entry]:
         """Return the files below the folder in alphabetical order; folders that are never kept are not entered."""
+        try:
+            found = self._walk()
+        except OSError as error:
+            _raise(error)
+        self._names = [entry.name for entry in found]
+        return found
+
+    def _walk(self) -> list[Entry]:
         found: list[Entry] = []
         for folder, folders, files, handle in os.fwalk(self._path, onerror=_raise, follow_symlinks=False):
             inside = os.path.relpath(folder, self._path)
@@ -132,7 +140,6 @@ class Folder:
             links = [name for name in sorted(folders) if stat.S_ISLNK(os.lstat(name, dir_fd=handle).st_mode)]
             found += [self._entry(len(found) + i, prefix, name, handle) for i, name in enumerate(links)]
             folders[:] = sorted(name for name in folders if self._entered(Path(folder, name), links))
-        self._names = [entry.name for entry in found]
         return found
 
     def _entered(self, folder: Path, links: list[str]) -> bool:
@@ -370,7 +377,7 @@ def _too_many(name: str) -> str:
     )
 
 
-def _raise(error: OSError) -> None:
+def _raise(error: OSError) -> NoReturn:
     raise GraderError(
         f"Cannot read {printable(str(error.filename))}: {error.strerror}. Make the submission readable and grade again."
     ) from error
