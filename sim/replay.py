@@ -1,4 +1,4 @@
-"""An animation of a recording as one piece of HTML: plays in a saved notebook and on a static page, without a server."""
+"""An animation of a recording as one piece of HTML: plays in a saved notebook and on a page without a server."""
 
 from __future__ import annotations
 

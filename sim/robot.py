@@ -153,7 +153,7 @@ class RobotProfile:
 
 COURSE = RobotProfile()
 """The contract's robot. Its wheels speed up and brake at 5 m/s²: from 0.5 m/s it stands after 0.1 s and 2.5 cm, so the
-ramp of whoever commands it decides. Its odometry agrees with the map at the start and errs by about 0.2 %: 1 cm in 5 m."""
+ramp of whoever commands it decides. Its odometry agrees with the map at the start and errs by about 1 cm in 5 m."""
 
 TB4 = RobotProfile(
     name="tb4",

@@ -13,6 +13,8 @@ from sim.geometry import Point, Pose
 from sim.lidar import Array, Beams, Outline, Shapes, cast
 from sim.obstacles import CirclePart, Obstacle, Part, PolygonPart, SegmentPart
 
+EVERYTHING = pymunk.ShapeFilter()
+
 
 @dataclass(frozen=True)
 class Nearest:
@@ -93,10 +95,10 @@ class Scene:
         pose, shift = self._obstacles[name].pose, self._shift.get(name, (0.0, 0.0))
         return pose.x + shift[0], pose.y + shift[1]
 
-    def nearest(self, x: float, y: float) -> Nearest | None:
-        """Return the surface nearest to a point, None in an empty scene."""
+    def nearest(self, x: float, y: float, reach: float = math.inf) -> Nearest | None:
+        """Return the surface nearest to a point, None if there is none within `reach` m."""
         self._sync()
-        hit = self._space.point_query_nearest((x, y), math.inf, pymunk.ShapeFilter())
+        hit = self._space.point_query_nearest((x, y), reach, EVERYTHING)
         if hit is None or hit.shape is None:
             return None
         return Nearest(hit.distance, self._names[hit.shape], (hit.point.x, hit.point.y))
@@ -105,7 +107,7 @@ class Scene:
         """Return the nearest surface of every obstacle that is less than `reach` m away, sorted by name."""
         self._sync()
         nearest: dict[str, Nearest] = {}
-        for hit in self._space.point_query((x, y), reach, pymunk.ShapeFilter()):
+        for hit in self._space.point_query((x, y), reach, EVERYTHING):
             assert hit.shape is not None  # point_query reports hits only
             name = self._names[hit.shape]
             if name not in nearest or hit.distance < nearest[name].distance:
@@ -122,10 +124,10 @@ class Scene:
             self._outline = Outline((o.pose, o.parts()) for o in self._obstacles.values())
             self._shapes = None
         if self._shapes is None:
-            moved = None
+            shift = None
             if self._shift:
-                moved = np.array([self._shift.get(name, (0.0, 0.0)) for name in self._obstacles]).T
-            self._shapes = self._outline.shapes(moved)
+                shift = np.array([complex(*self._shift.get(name, (0.0, 0.0))) for name in self._obstacles])
+            self._shapes = self._outline.shapes(shift)
         return self._shapes
 
     def _sync(self) -> None:

@@ -32,6 +32,7 @@ SUBSTEPS_PER_S = 200
 SUBSTEP_S = 1 / SUBSTEPS_PER_S
 TOUCH_M = 1e-6  # nearer than this the hull touches
 PART_M = 1e-3  # further than this a contact is over
+LOOK_M = 1.0  # further than this from the hull nothing is looked for in a substep
 
 
 @dataclass(frozen=True)
@@ -126,6 +127,7 @@ class Simulator:
         self._x, self._y, self._yaw = start.x, start.y, normalize_angle(start.yaw)
         self._start_odometry()
         self._free = 0.0  # metres that the hull can certainly go before it touches anything
+        self._pressed: Nearest | None = None  # the surface that has stopped the hull
         self._schedule = [
             _Due(p.imu.rate_hz, self.imu),
             _Due(p.odometry.rate_hz, self.odometry),
@@ -378,33 +380,48 @@ class Simulator:
         return Twist(0.0, target.omega) if refused else target
 
     def _is_clear(self, x: float, y: float) -> bool:
-        """Tell whether the hull may be at x, y; remember how far it can go from there without asking again."""
-        nearest = self._scene.nearest(x, y)
-        gap = nearest.distance - self.profile.radius if nearest else math.inf
-        self._free = gap
+        """Tell whether the hull may go on to x, y; remember how far it can go from there without asking again."""
+        if self._pressed is not None and self._leads_into(self._pressed, x, y):
+            return False
+        self._pressed = None
+        self._free = gap = self._gap(x, y)
         if gap >= PART_M:
             self._touching = frozenset()
         elif self._touching:
             self._touching = self._touching & frozenset(hit.name for hit in self._touched(x, y, PART_M))
-        # Whoever is in contact, or has been put inside an obstacle, may leave.
-        return gap >= 0.0 or gap >= self.clearance()
+        # Whoever touches something, or has been put inside an obstacle, may leave.
+        return gap >= 0.0 or gap >= self._gap(self._x, self._y)
+
+    def _gap(self, x: float, y: float) -> float:
+        """Return the clearance of a hull at x, y, as far as it is below `LOOK_M`."""
+        nearest = self._scene.nearest(x, y, self.profile.radius + LOOK_M)
+        return nearest.distance - self.profile.radius if nearest else LOOK_M
+
+    def _leads_into(self, pressed: Nearest, x: float, y: float) -> bool:
+        """Tell whether the way to x, y leads towards the surface that the standing hull is pressed against."""
+        return (x - self._x) * (pressed.point[0] - self._x) + (y - self._y) * (pressed.point[1] - self._y) > 0.0
 
     def _stop_at_surface(self, x: float, y: float) -> Point:
         """Return the last free place on the way to x, y; record the contact; the wheels stall."""
+        speed = abs(self._v)
+        self._v = 0.0
+        self._free = 0.0
+        if self._pressed is not None:
+            return self._x, self._y
         free, blocked = 0.0, 1.0
-        if self.clearance() > TOUCH_M:
+        if self._gap(self._x, self._y) > TOUCH_M:
             for _ in range(30):
                 middle = (free + blocked) / 2
-                nearest = self._scene.nearest(self._x + middle * (x - self._x), self._y + middle * (y - self._y))
-                if nearest is not None and nearest.distance < self.profile.radius:
+                if self._gap(self._x + middle * (x - self._x), self._y + middle * (y - self._y)) < 0.0:
                     blocked = middle
                 else:
                     free = middle
         x, y = self._x + free * (x - self._x), self._y + free * (y - self._y)
-        speed = abs(self._v)
-        self._v = 0.0
-        self._free = 0.0
-        self._record(self._touched(x, y, TOUCH_M), speed)
+        touched = self._touched(x, y, TOUCH_M)
+        self._record(touched, speed)
+        nearest = min(touched, key=lambda hit: hit.distance, default=None)
+        if nearest is not None and nearest.distance > 0.0 and nearest.name not in self._movers:
+            self._pressed = nearest
         return x, y
 
     def _touched(self, x: float, y: float, reach: float) -> list[Nearest]:
@@ -413,6 +430,7 @@ class Simulator:
     def _note_contacts(self, speed: float) -> None:
         """Record what touches the hull where it is now, after something was put somewhere."""
         self._free = 0.0
+        self._pressed = None
         touched = self._touched(self._x, self._y, TOUCH_M)
         self._touching &= frozenset(hit.name for hit in touched)
         self._record(touched, speed)
@@ -455,6 +473,7 @@ class Simulator:
         self._movers.pop(name, None)
         self._vanishing.pop(name, None)
         self._touching -= {name}
+        self._pressed = None
         self._events.append(Event(self.time, "vanishes", name))
 
     def _follow_timetable(self) -> None:
@@ -482,7 +501,8 @@ class Simulator:
 
     def _check_mover(self, name: str, mover: Mover, before: Point) -> None:
         """Stop an obstacle that would run into the hull, and record the contact."""
-        self._free = gap = self.clearance()
+        self._pressed = None
+        self._free = gap = self._gap(self._x, self._y)
         if gap >= PART_M:
             self._touching = frozenset()
         if gap >= 0.0:
