@@ -48,8 +48,9 @@ def data_uri(trial: Trial) -> str:
 
 def describe(trial: Trial) -> str:
     """Return in a sentence or two what the picture shows, for those who do not see it."""
-    last = trial.samples[-1]
-    said = [f"The robot went from (0, 0) to ({last.x:.2f}, {last.y:.2f}) m in {last.t:.1f} s of simulated time."]
+    first, last = trial.samples[0], trial.samples[-1]
+    way = f"from ({first.x:.2f}, {first.y:.2f}) to ({last.x:.2f}, {last.y:.2f}) m"
+    said = [f"The robot went {way} in {last.t:.1f} s of simulated time."]
     said += [f"It was sent to ({goal.x:.2f}, {goal.y:.2f}) m; the goal {goal.status}." for goal in trial.goals[:1]]
     if trial.touches:
         touch = trial.touches[0]
@@ -62,9 +63,11 @@ def describe(trial: Trial) -> str:
 
 def png(trial: Trial) -> bytes:
     """Return the picture of a trial that is `drawable`, as PNG."""
-    figure = Figure(figsize=(9.6, 3.7), dpi=120, facecolor=PAPER, layout="constrained")
+    figure = Figure(figsize=(9.6, 3.7), dpi=120, facecolor=PAPER)
     FigureCanvasAgg(figure)
-    grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.5))
+    grid = figure.add_gridspec(
+        2, 2, width_ratios=(1.0, 1.5), left=0.06, right=0.99, bottom=0.12, top=0.93, wspace=0.12, hspace=0.25
+    )
     chart = figure.add_subplot(grid[:, 0])
     speeds = figure.add_subplot(grid[0, 1])
     ranges = figure.add_subplot(grid[1, 1], sharex=speeds)
