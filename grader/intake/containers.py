@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import IO, NoReturn, Protocol
 
 from grader.errors import GraderError, KitError, SubmissionError
-from grader.intake.names import never_kept, printable
+from grader.intake.names import DEEPEST, never_kept, printable
 
 # A listing longer than this is not read to its end: 20 times the files that may be kept leaves room for what is pruned.
 MOST_ENTRIES = 100_000
@@ -139,7 +139,9 @@ class Folder:
             found += [self._entry(len(found) + i, prefix, name, handle) for i, name in enumerate(sorted(files))]
             links = [name for name in sorted(folders) if stat.S_ISLNK(os.lstat(name, dir_fd=handle).st_mode)]
             found += [self._entry(len(found) + i, prefix, name, handle) for i, name in enumerate(links)]
-            folders[:] = sorted(name for name in folders if self._entered(Path(folder, name), links))
+            # What is one level too deep is still listed, so that it is noted; more could exhaust the stack of fwalk.
+            deep = prefix.count("/") > DEEPEST
+            folders[:] = [] if deep else sorted(n for n in folders if self._entered(Path(folder, n), links))
         return found
 
     def _entered(self, folder: Path, links: list[str]) -> bool:

