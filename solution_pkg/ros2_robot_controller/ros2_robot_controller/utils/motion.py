@@ -19,13 +19,13 @@ FLOAT32_SLACK = 1e-6  # 0.3 arrives in a float32 message as 0.30000001
 class Limits:
     """What the robot may do, in SI units; the fields are the node's parameters."""
 
-    max_linear_speed: float = 0.5
-    max_angular_speed: float = 1.0
-    linear_acceleration: float = 1.0
-    angular_acceleration: float = 2.0
-    obstacle_detection_threshold: float = 0.5
-    emergency_stop_distance: float = 0.2
-    safety_margin: float = 0.3
+    max_linear_speed: float
+    max_angular_speed: float
+    linear_acceleration: float
+    angular_acceleration: float
+    obstacle_detection_threshold: float
+    emergency_stop_distance: float
+    safety_margin: float
 
 
 @dataclass(frozen=True)
