@@ -316,7 +316,7 @@ def from_json(text: str, kind: type[T]) -> T:
     """
     try:
         return _CONVERTER.structure(json.loads(text), kind)
-    except (cattrs.BaseValidationError, TypeError, KeyError) as error:
+    except (cattrs.BaseValidationError, AttributeError, TypeError, KeyError) as error:
         raise ValueError(f"not a {getattr(kind, '__name__', kind)}: {error!r}") from error
 
 
