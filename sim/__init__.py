@@ -1,6 +1,6 @@
 """A two-dimensional robot simulator for the course and its grader: exact, fast, repeatable. Works without ROS."""
 
-from sim.drive import Driver, Seen, Wanderer, drive
+from sim.drive import Driver, Seen, Tourist, drive
 from sim.geometry import Pose, Twist, normalize_angle
 from sim.obstacles import Box, Chase, Circle, GridMap, Obstacle, Path, Polygon, Wall, room
 from sim.recording import Recorder, Recording, RecordingError
@@ -37,9 +37,9 @@ __all__ = [
     "ScanReading",
     "Seen",
     "Simulator",
+    "Tourist",
     "Twist",
     "Wall",
-    "Wanderer",
     "World",
     "WorldError",
     "drive",

@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from sim.drive import Wanderer, drive
+from sim.drive import Tourist, drive
 from sim.recording import Recording
 from sim.robot import PROFILES
 from sim.simulator import Simulator
@@ -22,7 +22,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("world", nargs="?", help=f"{', '.join(world_names())}, or a .yaml file")
     parser.add_argument("--seed", type=int, help="of the noise; default: the world's own")
-    parser.add_argument("--seconds", type=float, default=40.0, help="of simulated time (default %(default)s)")
+    parser.add_argument("--seconds", type=float, default=60.0, help="of simulated time at most (default %(default)s)")
     parser.add_argument(
         "--profile", choices=sorted(PROFILES), default="course", help="which robot (default %(default)s)"
     )
@@ -40,9 +40,8 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     profile = PROFILES[options.profile]
     simulator = Simulator(world, profile, seed=options.seed, noise=not options.no_noise)
-    origin = simulator.odom_origin.inverse()
-    driver = Wanderer(tuple(origin.compose(goal) for goal in world.goals), profile.lidar.pose.yaw)
-    recording = drive(simulator, driver, options.seconds)
+    tourist = Tourist(simulator)
+    recording = drive(simulator, tourist, options.seconds, until=tourist.has_arrived)
     print(summary(recording))
     if options.out:
         write(recording, options.out)

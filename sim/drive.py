@@ -6,7 +6,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from sim.geometry import Pose, Twist, normalize_angle
+import numpy as np
+
+from sim.geometry import Point, Pose, Twist
+from sim.planner import plan
 from sim.recording import Recorder, Recording
 from sim.sensors import OdometryReading, Reading, ScanReading
 from sim.simulator import Simulator
@@ -30,7 +33,7 @@ def drive(simulator: Simulator, driver: Driver, duration: float, period: float =
     seen = Seen(simulator.time, simulator.scan(), simulator.odometry())
     end = simulator.time + duration
     sample = min(0.05, period)
-    while simulator.time < end - 1e-9:
+    while simulator.time < end - 1e-9 and not until():
         command = driver(seen)
         simulator.command(command.v, command.omega)
         for _ in range(round(period / sample)):
@@ -49,56 +52,64 @@ def _updated(seen: Seen, time: float, readings: list[Reading]) -> Seen:
     return replace(seen, time=time)
 
 
-class Wanderer:
-    """Drives to the goals one after the other, around what is in the way; without goals it just keeps going.
+class Tourist:
+    """Drives to a world's goals, one after the other, along a way planned on the map; stands while it is blocked.
 
-    A picture of a robot that moves, not a model solution: it steers to the free direction nearest to the goal's.
+    Without goals it goes straight ahead and turns away from what comes near. A robot to look at, not a model solution:
+    it knows the map.
     """
 
     CRUISE = 0.4  # m/s
-    ROOM = 0.35  # m kept free of the beams beside the path: hull radius and as much again
-    ARRIVED = 0.15  # m
+    ARRIVED = 0.06  # m
+    LANE = 0.19  # m to each side: the hull and 2 cm
+    STOP = 0.45  # m ahead, from the robot's centre
 
-    def __init__(self, goals: tuple[Pose, ...] = (), lidar_yaw: float = 0.0) -> None:
-        self._goals = list(goals)
-        self._endless = not goals
-        self._lidar_yaw = lidar_yaw
+    def __init__(self, simulator: Simulator) -> None:
+        self._simulator = simulator
+        self._to_odom = simulator.odom_origin.inverse()
+        self._lidar = simulator.profile.lidar.pose
+        self._goals = [(goal.x, goal.y) for goal in simulator.world.goals]
+        self._endless = not self._goals
+        self._way: list[Point] = []
 
     def __call__(self, seen: Seen) -> Twist:
         """Return the command for what is seen."""
-        pose = seen.odometry.pose
-        while self._goals and pose.distance_to(self._goals[0]) < self.ARRIVED:
-            self._goals.pop(0)
-        if not self._goals and not self._endless:
+        ahead = self._free_ahead(seen.scan)
+        if self._endless:
+            return Twist(0.0, 0.8) if ahead < 0.7 else Twist(self.CRUISE, 0.0)
+        target = self._next_target(seen.odometry.pose)
+        if target is None:
             return Twist()
-        wanted, distance = 0.0, 2.0
-        if self._goals:
-            goal = self._goals[0]
-            wanted = normalize_angle(math.atan2(goal.y - pose.y, goal.x - pose.x) - pose.yaw)
-            distance = pose.distance_to(goal)
-        heading, free = self._best_heading(seen.scan, wanted, min(distance, 1.5))
-        v = self.CRUISE * max(0.0, math.cos(heading)) * min(1.0, free) if abs(heading) < 1.0 else 0.0
-        return Twist(min(v, 0.1 + distance), max(-1.2, min(1.2, 2.0 * heading)))
+        pose = seen.odometry.pose
+        x, y = pose.point_from_parent(target)
+        bearing, distance = math.atan2(y, x), math.hypot(x, y)
+        slow = 0.05 + distance if len(self._way) == 1 else self.CRUISE
+        v = min(self.CRUISE, slow) * max(0.0, 1.0 - abs(bearing) / 0.8)
+        if v > 0.0 and ahead < self.STOP:
+            v = 0.0  # somebody is in the way
+        return Twist(v, max(-1.5, min(1.5, 2.5 * bearing)))
 
-    def _best_heading(self, scan: ScanReading, wanted: float, reach: float) -> tuple[float, float]:
-        """Return the heading (rad from straight ahead) that is free and nearest to `wanted`, and its room in m."""
-        points = [
-            (r, normalize_angle(a + self._lidar_yaw))
-            for r, a in zip(scan.ranges.tolist(), scan.angles.tolist(), strict=True)
-            if scan.range_min <= r <= reach + self.ROOM
-        ]
-        best = (math.inf, 0.0, 0.0)
-        for step in range(-36, 36):
-            heading = math.radians(5 * step)
-            free = min((self._room(r, bearing - heading) for r, bearing in points), default=reach)
-            short = max(0.0, reach - free)
-            cost = abs(normalize_angle(heading - wanted)) + 3.0 * short + 0.1 * abs(heading)
-            best = min(best, (cost, heading, free))
-        return best[1], best[2]
+    def has_arrived(self) -> bool:
+        """Tell whether all goals have been reached and the robot stands."""
+        return not (self._endless or self._goals or self._way) and self._simulator.twist == Twist()
 
-    def _room(self, distance: float, bearing: float) -> float:
-        """Return how far one can go straight ahead before passing nearer than `ROOM` to a point."""
-        ahead, beside = distance * math.cos(bearing), abs(distance * math.sin(bearing))
-        if ahead <= 0 or beside >= self.ROOM:
-            return math.inf
-        return max(0.0, ahead - math.sqrt(self.ROOM**2 - beside**2))
+    def _next_target(self, pose: Pose) -> Point | None:
+        """Return the next point of the way in the odometry frame; plan a new one when a goal is reached."""
+        while True:
+            while self._way:
+                target = self._to_odom.point_to_parent(self._way[0])
+                if math.hypot(target[0] - pose.x, target[1] - pose.y) > self.ARRIVED:
+                    return target
+                self._way.pop(0)
+            if not self._goals:
+                return None
+            here = self._simulator.odom_origin.point_to_parent((pose.x, pose.y))
+            self._way = plan(self._simulator.world, here, self._goals.pop(0), self.LANE + 0.08)
+
+    def _free_ahead(self, scan: ScanReading) -> float:
+        """Return how far ahead the first thing in the lane is, in m from the robot's centre."""
+        valid = np.isfinite(scan.ranges)
+        angles = scan.angles[valid] + self._lidar.yaw
+        x = scan.ranges[valid] * np.cos(angles) + self._lidar.x
+        y = scan.ranges[valid] * np.sin(angles) + self._lidar.y
+        return float(x[(x > 0) & (np.abs(y) < self.LANE)].min(initial=math.inf))

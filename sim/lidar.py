@@ -165,12 +165,13 @@ def _hides_sensor(shapes: Shapes, seen: NDArray[np.bool_], product: Complex, pow
 
 def _nearest_inverse(low: Array, span: Array, keys: Complex, power: Array, beams: Beams) -> Array:
     """Return 1 / range along each beam; where nothing is hit, something below 1 / range_max."""
-    if not beams.is_full_circle:
-        # An arc may reach the beams as it is, or a turn later.
-        once = _sweep(low, span, keys, power, beams, 0, beams.count)
-        return np.maximum(once, _sweep(low + math.tau, span, keys, power, beams, 0, beams.count))
     # Arcs begin after -3/4 of a turn and end before a whole one: a table of two turns holds them.
     n = beams.count
+    if not beams.is_full_circle:
+        turn = math.ceil(math.tau / beams.increment)
+        seen_at_once = _sweep(low, span, keys, power, beams, turn, 2 * turn + 1)[turn : turn + n]
+        a_turn_later = _sweep(low + math.tau, span, keys, power, beams, turn, 3 * turn + 1)[turn : turn + n]
+        return np.maximum(seen_at_once, a_turn_later)
     table = _sweep(low, span, keys, power, beams, n, 2 * n + 1)
     nearest = np.maximum(table[:n], table[n : 2 * n])
     nearest[0] = max(nearest[0], table[2 * n])
@@ -184,12 +185,9 @@ def _sweep(low: Array, span: Array, keys: Complex, power: Array, beams: Beams, s
     distance, a circle's its centre, with the sensor's power. 1 / range is linear in the beam's direction for a line,
     and the nearest hit is the greatest.
     """
-    first = np.floor(low / beams.increment + (shift + 1 - WIDER_BEAMS)).astype(np.intp)
-    stop = np.floor((low + span) / beams.increment + (shift + 1 + WIDER_BEAMS)).astype(np.intp)
-    if not shift:
-        stop = np.minimum(stop, size)
-        first = np.minimum(np.maximum(first, 0), np.maximum(stop, 0))
-        stop = np.maximum(stop, first)
+    begin = low / beams.increment + (shift + 1)  # above 0, so that cutting off the decimals rounds down
+    first = (begin - WIDER_BEAMS).astype(np.intp)
+    stop = (begin + (span / beams.increment + WIDER_BEAMS)).astype(np.intp)
     count = stop - first
     ends = count.cumsum()
     primitive = np.repeat(np.arange(low.size), count)

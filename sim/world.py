@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path as FilePath
 from typing import Any
@@ -120,19 +121,20 @@ def named(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
             raise ValueError(f"two obstacles are named {obstacle.name!r}; give each its own, contacts go by it")
         if obstacle.name:
             taken.add(obstacle.name)
+    numbers = Counter[str]()
     for obstacle in given:
         if not obstacle.name:
-            obstacle = with_name(obstacle, free_name(type(obstacle).__name__.lower(), taken))
+            kind = type(obstacle).__name__.lower()
+            obstacle = with_name(obstacle, free_name(kind, taken, numbers[kind] + 1))
+            numbers[kind] = int(obstacle.name.rsplit(" ", 1)[1])
             taken.add(obstacle.name)
         result.append(obstacle)
     return tuple(result)
 
 
-def free_name(kind: str, taken: Iterable[str]) -> str:
-    """Return "kind N" with the smallest N that is not taken."""
-    used = set(taken)
-    number = 1
-    while f"{kind} {number}" in used:
+def free_name(kind: str, taken: Collection[str], number: int = 1) -> str:
+    """Return "kind N" with the smallest N, from `number` on, that is not taken."""
+    while f"{kind} {number}" in taken:
         number += 1
     return f"{kind} {number}"
 

@@ -15,6 +15,7 @@ from sim.obstacles import signed_area
 RANGE = 12.0
 TOLERANCE = 1e-9
 SIDE = 1e-9  # rad
+GRAZING = 1e-6  # a beam that meets a corner: pymunk itself is blind to some exact corners
 
 
 # --------------------------------------------------------------------------- the oracle: pymunk, asked beam by beam
@@ -62,7 +63,7 @@ def assert_same(obstacles: list[Obstacle], sensor: Pose, beams: Beams) -> None:
         beside = [theirs, oracle(space, sensor, angle - SIDE), oracle(space, sensor, angle + SIDE)]
         grazes = max(beside) - min(beside) > 1e-6
         assert grazes, (obstacles, sensor, angle, mine, beside)
-        assert min(beside) - TOLERANCE <= mine <= max(beside) + TOLERANCE, (obstacles, sensor, angle, mine, beside)
+        assert min(beside) - GRAZING <= mine <= max(beside) + GRAZING, (obstacles, sensor, angle, mine, beside)
 
 
 # ---------------------------------------------------------------------------------------------------- random scenes
