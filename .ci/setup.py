@@ -12,6 +12,7 @@ import subprocess
 import sys
 import sysconfig
 import time
+import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -53,8 +54,10 @@ def main() -> int:
 
 def fingerprint() -> str:
     """Return what the environment is made from: the lock, the packaging, and the place (scripts name it)."""
-    parts = [(ROOT / name).read_bytes() for name in ("requirements.txt", "pyproject.toml")]
-    return hashlib.sha256(b"\0".join([*parts, os.fsencode(ROOT)])).hexdigest()
+    packaging = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    packaging.pop("tool", None)  # the settings of linters change more often, and nothing here hangs on them
+    parts = [(ROOT / "requirements.txt").read_text(), repr(packaging), str(ROOT)]
+    return hashlib.sha256("\0".join(parts).encode(errors="surrogateescape")).hexdigest()
 
 
 def ready() -> bool:
@@ -65,7 +68,8 @@ def ready() -> bool:
 def set_up(host: Host) -> None:
     """Check the tools, make the environment, install what is pinned."""
     started = time.monotonic()
-    say("Setting up, once; this takes about two minutes.")
+    fresh = not STAMP.exists()
+    say("Setting up, once; this takes about two minutes." if fresh else "Bringing .venv up to date.")
     check_machine(host)
     make_environment(host)
     install_pinned()

@@ -46,13 +46,13 @@ class MadeUp(Host):
     def exists(self, path: str) -> bool:
         return path in self._files or path.endswith("/Python.h")
 
-    def can_make_folder(self, parent: str) -> bool:
+    def can_make_folder(self, *_: object) -> bool:
         return self._writable
 
-    def free_bytes(self, path: str) -> int:
+    def free_bytes(self, *_: object) -> int:
         return self._free
 
-    def run(self, command: Sequence[str], seconds: float, env: Mapping[str, str] | None = None, text: str = "") -> Ran:
+    def run(self, command: Sequence[str], *_: object, **__: object) -> Ran:
         for word, said in self._fails.items():
             if any(word in part for part in command):
                 return Ran(1, said)
@@ -199,7 +199,7 @@ def test_a_wheel_that_differs_from_the_lock_is_found():
 
 
 def test_the_foreign_package_named_launch_is_found(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("importlib.metadata.files", lambda name: ["launch/__init__.py"])
+    monkeypatch.setattr("importlib.metadata.files", lambda _: ["launch/__init__.py"])
     launch = found(MadeUp(), "launch")
     assert (launch.state, launch.mend) == (State.BAD, ".venv/bin/python -m pip uninstall -y launch")
 
