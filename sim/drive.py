@@ -27,8 +27,18 @@ class Seen:
 Driver = Callable[[Seen], Twist]
 
 
-def drive(simulator: Simulator, driver: Driver, duration: float, period: float = 0.1, scan_every: int = 1) -> Recording:
-    """Let the driver command the robot every `period` s for `duration` s of simulated time; return the recording."""
+def drive(
+    simulator: Simulator,
+    driver: Driver,
+    duration: float,
+    period: float = 0.1,
+    scan_every: int = 1,
+    until: Callable[[], bool] = lambda: False,
+) -> Recording:
+    """Let the driver command the robot every `period` s for `duration` s of simulated time; return the recording.
+
+    It ends earlier when `until()` is true.
+    """
     recorder = Recorder(simulator, scan_every=scan_every)
     seen = Seen(simulator.time, simulator.scan(), simulator.odometry())
     end = simulator.time + duration
