@@ -161,8 +161,8 @@ def _only_declares(cmake: str) -> bool:
 
 _DECLARATIONS = {
     "cmake_minimum_required", "project", "find_package", "rosidl_generate_interfaces", "ament_get_python_install_dir",
-    "install", "ament_package", "ament_export_dependencies", "if", "elseif", "else", "endif", "set", "add_compile_options",
-    "ament_lint_auto_find_test_dependencies", "ament_add_pytest_test", "message",
+    "install", "ament_package", "ament_export_dependencies", "if", "elseif", "else", "endif", "set", "message",
+    "ament_lint_auto_find_test_dependencies", "ament_add_pytest_test", "add_compile_options",
 }  # fmt: skip
 _HARMLESS_VARIABLE = re.compile(r"\bCMAKE_(CXX_STANDARD|C_STANDARD|COMPILER_IS_GNUCXX|CXX_COMPILER_ID)\b")
 _LOADS_CODE = re.compile(r"\bCMAKE_(?!CURRENT)|RULE_LAUNCH|CONFIG_EXTRAS|\bCODE\b|\bSCRIPT\b|\bENV\b", re.IGNORECASE)

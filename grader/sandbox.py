@@ -209,9 +209,7 @@ def require() -> None:
         GraderError: they cannot; the message says what to do.
     """
     if not sys.platform.startswith("linux"):
-        raise GraderError(
-            "Grading needs Linux: submissions are walled in with bubblewrap. Use Linux or WSL 2."
-        )
+        raise GraderError("Grading needs Linux: submissions are walled in with bubblewrap. Use Linux or WSL 2.")
     if shutil.which("bwrap") is None:
         raise GraderError(
             "bubblewrap (bwrap) is not installed, so a submission cannot be walled in. Run `grader doctor`."
