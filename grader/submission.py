@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from grader.errors import GraderError, SubmissionError
@@ -14,10 +14,10 @@ from grader.intake.containers import ARCHIVE_SUFFIXES
 from grader.intake.locate import PACKAGE, Candidate, Tree, choose, interfaces_beside, survey
 from grader.intake.names import printable
 from grader.intake.plan import Limits
-from grader.intake.unpack import content_hash, unpack
+from grader.intake.unpack import Unpacked, content_hash, unpack
 
 DEFAULT_LIMITS = Limits()
-MOST_NESTED = 2  # archives inside one another, and how many are opened side by side is MOST_SIDE_BY_SIDE
+MOST_NESTED = 2  # archives inside one another
 MOST_SIDE_BY_SIDE = 5
 MOST_OTHERS = 20
 
@@ -44,26 +44,41 @@ def open_submission(source: Path, into: Path, limits: Limits = DEFAULT_LIMITS) -
     """
     name = source.resolve().name
     with _own_folder(into):
-        unpacked = unpack(source, into, limits)
-        flags, notes = list(unpacked.flags), list(unpacked.notes)
+        opened = unpack(source, into, limits)
         tree = survey(into)
-        nested = 0 if source.is_dir() else 1
-        unopened = _archives(tree)
-        left = unpacked.left
-        while not tree.candidates and unopened and nested < MOST_NESTED:
-            for archive in unopened[:MOST_SIDE_BY_SIDE]:
-                inner = unpack(into / archive, _beside(into / archive), left)
-                (into / archive).unlink()
-                flags += inner.flags
-                notes += [f"Opened {printable(archive)} inside.", *inner.notes]
-                left = inner.left
-            tree, nested = survey(into), nested + 1
-            unopened = _archives(tree)
+        refused: list[SubmissionError] = []
+        for _ in range(MOST_NESTED if source.is_dir() else MOST_NESTED - 1):
+            if not tree.candidates:
+                opened = _open_archives(tree, opened, refused)
+                tree = survey(into)
+        if refused and not tree.candidates:
+            raise refused[0]
         package = choose(tree, name)
-        return _describe(name, tree, package, flags, notes)
+        return _describe(name, tree, package, opened)
 
 
-def _describe(name: str, tree: Tree, package: Candidate, flags: list[Flag], notes: list[str]) -> Submission:
+def _open_archives(tree: Tree, so_far: Unpacked, refused: list[SubmissionError]) -> Unpacked:
+    """Open the archives in `tree`, the shallowest first, each into a folder beside it; add to what was met `so_far`.
+
+    One that cannot be opened stays, is noted, and its error added to `refused`.
+    """
+    archives = [path for path in tree.searched if path.lower().endswith(ARCHIVE_SUFFIXES)]
+    for path in sorted(archives, key=lambda path: (path.count("/"), path))[:MOST_SIDE_BY_SIDE]:
+        folder = _free_folder(tree.root / path)
+        try:
+            inner = unpack(tree.root / path, folder, so_far.left)
+        except SubmissionError as error:
+            shutil.rmtree(folder, ignore_errors=True)
+            refused.append(error)
+            so_far = replace(so_far, notes=(*so_far.notes, f"{printable(path)} was not opened: {error}"))
+            continue
+        (tree.root / path).unlink()
+        notes = (*so_far.notes, f"Opened {printable(path)} inside.", *inner.notes)
+        so_far = Unpacked(flags=(*so_far.flags, *inner.flags), notes=notes, left=inner.left)
+    return so_far
+
+
+def _describe(name: str, tree: Tree, package: Candidate, opened: Unpacked) -> Submission:
     interfaces = interfaces_beside(tree, package)
     others = [c for c in tree.candidates if c is not package and c is not interfaces]
     intake = Intake(
@@ -73,7 +88,7 @@ def _describe(name: str, tree: Tree, package: Candidate, flags: list[Flag], note
         package_path=package.path,
         files=list(tree.files),
         others=[f"{other.path} ({other.name})" for other in others[:MOST_OTHERS]],
-        notes=[*_notes_on(package, others), *notes],
+        notes=[*_notes_on(package, others), *opened.notes],
         interfaces_package=interfaces.path if interfaces else "",
     )
     return Submission(
@@ -81,7 +96,7 @@ def _describe(name: str, tree: Tree, package: Candidate, flags: list[Flag], note
         root=tree.root,
         package=tree.root / package.path,
         interfaces=tree.root / interfaces.path if interfaces else None,
-        flags=tuple(flags),
+        flags=opened.flags,
     )
 
 
@@ -97,13 +112,7 @@ def _notes_on(package: Candidate, others: list[Candidate]) -> Iterator[str]:
         yield f"The name {package.name} occurs more than once; {package.path} was taken, not {', '.join(twins[:5])}."
 
 
-def _archives(tree: Tree) -> list[str]:
-    """Return the archives in the tree, shallowest first."""
-    found = [path for path in tree.searched if path.lower().endswith(ARCHIVE_SUFFIXES)]
-    return sorted(found, key=lambda path: (path.count("/"), path))
-
-
-def _beside(archive: Path) -> Path:
+def _free_folder(archive: Path) -> Path:
     """Return a free folder next to `archive`, named after it."""
     name = PurePosixPath(archive.name).stem.removesuffix(".tar")
     folder = archive.with_name(name)
