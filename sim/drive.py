@@ -95,7 +95,7 @@ class Tourist:
         bearing, distance = math.atan2(y, x), math.hypot(x, y)
         slow = 0.05 + distance if len(self._way) == 1 else self.CRUISE
         v = min(self.CRUISE, slow) * max(0.0, 1.0 - abs(bearing) / 0.8)
-        if v > 0.0 and ahead < self.STOP:
+        if v > 0.0 and ahead < min(self.STOP, distance + self.LANE):
             v = 0.0  # somebody is in the way
         return Twist(v, max(-1.5, min(1.5, 2.5 * bearing)))
 

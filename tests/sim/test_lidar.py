@@ -27,8 +27,15 @@ def space_with(obstacles: list[Obstacle]) -> pymunk.Space:
     for o in obstacles:
         body = space.static_body
         match o:
+            case Wall(thickness=0.0):
+                space.add(pymunk.Segment(body, o.start, o.end, 0.0))
             case Wall():
-                space.add(pymunk.Segment(body, o.start, o.end, o.thickness / 2))
+                # Not a Segment with a radius: Chipmunk overlooks its round end when the ray also meets the flat side
+                # (see test_the_round_end_of_a_thick_wall_is_seen_from_its_axis).
+                r, length = o.thickness / 2, math.dist(o.start, o.end)
+                nx, ny = (o.start[1] - o.end[1]) * r / length, (o.end[0] - o.start[0]) * r / length
+                corners = [(x + k * nx, y + k * ny) for x, y in (o.start, o.end) for k in (1, -1)]
+                space.add(pymunk.Poly(body, corners), pymunk.Circle(body, r, o.start), pymunk.Circle(body, r, o.end))
             case Circle():
                 space.add(pymunk.Circle(body, o.radius, o.center))
             case Box():
@@ -181,6 +188,14 @@ def test_on_a_wall_every_beam_reads_zero() -> None:
 
 def test_a_thin_wall_seen_edge_on_is_invisible() -> None:
     assert np.isinf(ranges([Wall((1.0, 0.0), (2.0, 0.0))])).all()
+
+
+def test_the_round_end_of_a_thick_wall_is_seen_from_its_axis() -> None:
+    """Chipmunk's segment with a radius reads 1.106 m here: the flat side, behind the round end that is hit first."""
+    beams = Beams(count=1, angle_min=math.pi + 0.0226, increment=1.0)
+    seen = ranges([Wall((-2.0, 0.0), (-1.0, 0.0), 0.05)], beams=beams)[0]
+    assert math.hypot(seen * math.cos(0.0226) - 1.0, seen * math.sin(0.0226)) == pytest.approx(0.025, abs=1e-12)
+    assert seen == pytest.approx(0.989, abs=1e-3)
 
 
 def test_an_l_shaped_polygon_is_seen_as_an_l() -> None:
