@@ -1,0 +1,464 @@
+"""The robot in its world: motion, time, contacts, changes at run time."""
+
+import math
+
+import numpy as np
+import pytest
+
+from sim import (
+    COURSE,
+    SUBSTEP_S,
+    Box,
+    Chase,
+    Circle,
+    ImuReading,
+    OdometryReading,
+    Path,
+    Pose,
+    ScanReading,
+    Simulator,
+    Twist,
+    Wall,
+    World,
+    load_world,
+    world_names,
+)
+
+WALL_AT_2 = World(obstacles=(Wall((2.0, -3.0), (2.0, 3.0), name="wall"),))
+
+
+def exact(world: World = World()) -> Simulator:  # noqa: B008 - worlds are immutable
+    return Simulator(world, noise=False)
+
+
+# ------------------------------------------------------------------------------------------------------------ motion
+
+
+def test_it_drives_straight_at_the_commanded_speed() -> None:
+    simulator = exact()
+    simulator.command(0.4, 0.0)
+    simulator.step(1.0)
+    before = simulator.pose.x
+    simulator.step(2.0)
+    assert simulator.pose.x - before == pytest.approx(0.8, abs=1e-9)
+    assert simulator.twist == Twist(0.4, 0.0)
+
+
+def test_it_drives_the_circle_that_v_and_omega_describe() -> None:
+    """Radius v / omega = 0.5 m: once the speed is reached, a full turn leads back to the same place."""
+    simulator = exact()
+    simulator.command(0.25, 0.5)
+    simulator.step(1.0)
+    begin = simulator.pose
+    turn_s = math.tau / 0.5
+    simulator.step(round(turn_s / SUBSTEP_S) * SUBSTEP_S)
+    assert simulator.pose.distance_to(begin) < 0.25 * SUBSTEP_S  # the turn is no whole number of substeps
+
+
+def test_a_positive_omega_turns_left() -> None:
+    simulator = exact()
+    simulator.command(0.0, 1.0)
+    simulator.step(0.5)
+    assert 0.3 < simulator.pose.yaw < 0.5
+    assert (simulator.pose.x, simulator.pose.y) == (0.0, 0.0)
+
+
+def test_a_negative_speed_drives_backwards() -> None:
+    simulator = exact()
+    simulator.command(-0.3, 0.0)
+    simulator.step(1.0)
+    assert simulator.pose.x < -0.25
+
+
+def test_the_yaw_stays_within_pi() -> None:
+    simulator = exact()
+    simulator.command(0.0, 1.9)
+    yaws = [simulator.step(0.05) and simulator.pose.yaw for _ in range(200)]
+    assert max(yaws) <= math.pi
+    assert min(yaws) > -math.pi
+
+
+def test_commands_beyond_the_limits_are_cut_to_them() -> None:
+    simulator = exact()
+    simulator.command(3.0, -7.0)
+    simulator.step(1.0)
+    assert simulator.twist == Twist(0.5, -1.9)
+    assert simulator.commanded == Twist(3.0, -7.0)
+
+
+@pytest.mark.parametrize("bad", [(math.nan, 0.0), (0.0, math.inf), (-math.inf, 0.0)])
+def test_a_command_that_is_not_finite_is_refused_and_the_old_one_stays(bad: tuple[float, float]) -> None:
+    simulator = exact()
+    simulator.command(0.2, 0.0)
+    with pytest.raises(ValueError, match="not finite"):
+        simulator.command(*bad)
+    simulator.step(1.0)
+    assert simulator.twist == Twist(0.2, 0.0)
+
+
+def test_from_full_speed_it_stands_within_three_centimetres() -> None:
+    """Braking is never what keeps a controller from stopping in time: 0.1 s and 2.5 cm."""
+    simulator = exact()
+    simulator.command(0.5, 0.0)
+    simulator.step(1.0)
+    simulator.command(0.0, 0.0)
+    begin = simulator.pose.x
+    simulator.step(0.1)
+    assert simulator.twist == Twist()
+    assert simulator.pose.x - begin < 0.03
+
+
+def test_it_starts_where_the_world_says() -> None:
+    start = Pose(1.0, -2.0, 0.7)
+    assert exact(World(start=start)).pose == start
+
+
+# -------------------------------------------------------------------------------------------------------------- time
+
+
+def test_time_never_drifts() -> None:
+    simulator = exact()
+    for _ in range(1000):
+        simulator.step(0.05)
+    assert simulator.time == 50.0
+
+
+@pytest.mark.parametrize("dt", [0.0, -0.1, 0.001, 1 / 30, math.nan, math.inf])
+def test_a_step_that_is_no_whole_number_of_substeps_is_refused(dt: float) -> None:
+    with pytest.raises(ValueError, match=r"multiple of 0\.005 s"):
+        exact().step(dt)
+
+
+def test_readings_come_at_their_rates_and_in_time_order() -> None:
+    simulator = exact()
+    readings = [reading for _ in range(40) for reading in simulator.step(0.05)]
+    counts = {kind: sum(isinstance(r, kind) for r in readings) for kind in (ScanReading, OdometryReading, ImuReading)}
+    assert counts == {ScanReading: 20, OdometryReading: 40, ImuReading: 200}
+    stamps = [reading.stamp for reading in readings]
+    assert stamps == sorted(stamps)
+    assert [r.stamp for r in readings if isinstance(r, ScanReading)][:3] == [0.1, 0.2, 0.3]
+
+
+def test_how_a_second_is_cut_into_steps_changes_nothing() -> None:
+    def run(dt: float) -> list[object]:
+        simulator = Simulator(load_world("forest"))
+        simulator.command(0.4, 0.3)
+        readings = [reading for _ in range(round(2.0 / dt)) for reading in simulator.step(dt)]
+        return [(type(r), r.stamp, getattr(r, "ranges", np.zeros(0)).tobytes()) for r in readings] + [simulator.pose]
+
+    assert run(0.005) == run(0.05) == run(2.0)
+
+
+def test_a_reading_falls_due_at_the_end_of_a_step_not_at_its_begin() -> None:
+    simulator = exact()
+    assert [type(r) for r in simulator.step(0.005)] == []
+    assert [type(r) for r in simulator.step(0.005)] == [ImuReading]
+
+
+# ---------------------------------------------------------------------------------------------------------- contacts
+
+
+def test_the_hull_stops_at_a_wall_and_the_contact_is_recorded() -> None:
+    simulator = exact(WALL_AT_2)
+    simulator.command(0.5, 0.0)
+    simulator.step(5.0)
+    (contact,) = simulator.contacts
+    assert simulator.in_contact
+    assert contact.obstacle == "wall"
+    assert contact.speed == 0.5
+    assert contact.point == pytest.approx((2.0, 0.0), abs=1e-6)
+    assert simulator.pose.x == pytest.approx(2.0 - 0.171, abs=1e-6)
+    assert simulator.pose.x < 2.0 - 0.171
+    # 0.05 s are lost while speeding up from rest at 5 m/s².
+    assert contact.time == pytest.approx((2.0 - 0.171) / 0.5 + 0.05, abs=0.006)
+
+
+def test_pressing_on_is_one_contact() -> None:
+    simulator = exact(WALL_AT_2)
+    simulator.command(0.5, 0.0)
+    simulator.step(20.0)
+    assert len(simulator.contacts) == 1
+    assert simulator.twist.v == 0.0
+
+
+def test_it_can_turn_at_the_wall_and_drive_away_and_come_back() -> None:
+    simulator = exact(WALL_AT_2)
+    simulator.command(0.5, 0.0)
+    simulator.step(5.0)
+    simulator.command(-0.3, 0.0)
+    simulator.step(1.0)
+    assert not simulator.in_contact
+    assert simulator.clearance() > 0.2
+    simulator.command(0.5, 0.0)
+    simulator.step(2.0)
+    assert [c.obstacle for c in simulator.contacts] == ["wall", "wall"]
+    simulator.command(0.0, 1.0)
+    simulator.step(math.ceil(math.pi / SUBSTEP_S) * SUBSTEP_S)
+    simulator.command(0.3, 0.0)
+    simulator.step(1.0)
+    assert simulator.clearance() > 0.2
+
+
+def test_a_corner_names_both_walls() -> None:
+    corner = (Wall((1.0, -2.0), (1.0, 2.0), name="east"), Wall((-2.0, 1.0), (2.0, 1.0), name="north"))
+    simulator = exact(World(obstacles=corner, start=Pose(0.0, 0.0, math.pi / 4)))
+    simulator.command(0.5, 0.0)
+    simulator.step(5.0)
+    assert {c.obstacle for c in simulator.contacts} == {"east", "north"}
+
+
+@pytest.mark.parametrize("yaw", np.linspace(-1.4, 1.4, 15).tolist())
+def test_it_never_passes_through_a_thin_wall(yaw: float) -> None:
+    simulator = exact(World(obstacles=(Wall((1.0, -9.0), (1.0, 9.0)),), start=Pose(0.0, 0.0, yaw)))
+    simulator.command(0.5, 0.0)
+    for _ in range(600):
+        simulator.step(0.05)
+        assert simulator.clearance() >= -1e-9
+    assert simulator.contacts
+
+
+def test_clearance_is_measured_from_the_hull_and_infinite_in_the_open() -> None:
+    assert exact(WALL_AT_2).clearance() == pytest.approx(2.0 - 0.171)
+    assert exact().clearance() == math.inf
+
+
+def test_stalled_wheels_do_not_count_in_odometry() -> None:
+    simulator = exact(WALL_AT_2)
+    simulator.command(0.5, 0.0)
+    simulator.step(10.0)
+    assert simulator.odometry().pose.x == pytest.approx(simulator.pose.x, abs=0.003)
+
+
+# ------------------------------------------------------------------------------------------------ changes at run time
+
+
+def test_an_obstacle_can_be_added_and_removed() -> None:
+    simulator = exact()
+    name = simulator.add_obstacle(Box((1.0, 0.0), (0.2, 2.0)))
+    assert name == "box 1"
+    assert simulator.scan().ranges[180] == pytest.approx(0.9)
+    assert simulator.clearance() == pytest.approx(0.9 - 0.171)
+    simulator.remove_obstacle(name)
+    assert np.isinf(simulator.scan().ranges).all()
+    with pytest.raises(KeyError, match="no obstacle named"):
+        simulator.remove_obstacle(name)
+
+
+def test_two_obstacles_cannot_have_one_name() -> None:
+    simulator = exact(WALL_AT_2)
+    with pytest.raises(ValueError, match="'wall' is there already"):
+        simulator.add_obstacle(Circle((5.0, 5.0), 0.1, name="wall"))
+
+
+def test_an_obstacle_that_is_added_in_the_way_is_met() -> None:
+    simulator = exact()
+    simulator.command(0.5, 0.0)
+    simulator.step(1.0)
+    simulator.add_obstacle(Box((1.2, 0.0), (0.2, 1.0), name="late"))
+    simulator.step(3.0)
+    assert [c.obstacle for c in simulator.contacts] == ["late"]
+
+
+def test_an_obstacle_put_onto_the_robot_is_a_contact_and_the_robot_may_leave() -> None:
+    simulator = exact()
+    simulator.add_obstacle(Circle((0.25, 0.0), 0.2, name="stone"))
+    assert [c.obstacle for c in simulator.contacts] == ["stone"]
+    simulator.command(0.3, 0.0)
+    simulator.step(1.0)
+    assert simulator.pose.x < 0.01
+    simulator.command(-0.3, 0.0)
+    simulator.step(1.0)
+    assert simulator.clearance() > 0.1
+
+
+def test_a_moved_robot_stands_there_and_its_odometry_knows() -> None:
+    simulator = exact(WALL_AT_2)
+    simulator.command(0.5, 0.0)
+    simulator.step(1.0)
+    simulator.place_robot(Pose(-1.0, 0.5, 2.0))
+    assert simulator.twist == Twist()
+    assert simulator.pose == simulator.odometry().pose == Pose(-1.0, 0.5, 2.0)
+
+
+def test_a_kidnapped_robot_believes_to_be_where_it_was() -> None:
+    simulator = exact()
+    simulator.place_robot(Pose(5.0, 5.0, 0.0), odometry_notices=False)
+    assert simulator.odometry().pose == Pose()
+
+
+def test_obstacles_appear_and_vanish_at_their_times() -> None:
+    box = Box((1.0, 0.0), (0.2, 2.0), name="box", appears=1.0, vanishes=2.0)
+    simulator = exact(World(obstacles=(box,)))
+    seen = []
+    for _ in range(30):
+        simulator.step(0.1)
+        seen.append(bool(np.isfinite(simulator.scan().ranges[180])))
+    assert seen == [False] * 9 + [True] * 10 + [False] * 11
+    assert [(e.time, e.kind, e.subject) for e in simulator.events] == [
+        (1.0, "appears", "box"),
+        (2.0, "vanishes", "box"),
+    ]
+
+
+def test_obstacles_appear_vanish_and_move_on_an_event() -> None:
+    world = World(
+        obstacles=(
+            Box((1.0, 0.0), (0.2, 2.0), name="door", vanishes="open"),
+            Circle((0.0, 2.0), 0.2, name="guard", appears="open"),
+            Circle((5.0, 0.0), 0.2, name="cart", motion=Path(((6.0, 0.0),), 1.0, starts="open")),
+        )
+    )
+    simulator = exact(world)
+    simulator.step(1.0)
+    assert {o.name for o, _ in simulator.obstacles} == {"door", "cart"}
+    simulator.trigger("open")
+    simulator.step(0.5)
+    places = {o.name: place for o, place in simulator.obstacles}
+    assert set(places) == {"guard", "cart"}
+    assert places["cart"] == pytest.approx((5.5, 0.0))
+
+
+# -------------------------------------------------------------------------------------------------- moving obstacles
+
+
+def cart(motion: Path | Chase) -> Simulator:
+    return exact(World(obstacles=(Circle((3.0, 0.0), 0.3, name="cart", motion=motion),)))
+
+
+def place(simulator: Simulator) -> tuple[float, float]:
+    return next(p for o, p in simulator.obstacles if o.name == "cart")
+
+
+def test_a_cart_follows_its_waypoints_and_stops() -> None:
+    simulator = cart(Path(((3.0, 1.0), (4.0, 1.0)), speed=0.5))
+    simulator.step(3.0)
+    assert place(simulator) == pytest.approx((3.5, 1.0))
+    simulator.step(10.0)
+    assert place(simulator) == pytest.approx((4.0, 1.0))
+
+
+def test_a_cart_goes_back_and_forth() -> None:
+    simulator = cart(Path(((3.0, 1.0),), speed=0.5, repeat="back_and_forth"))
+    simulator.step(3.0)
+    assert place(simulator) == pytest.approx((3.0, 0.5))
+    simulator.step(4.0)
+    assert place(simulator) == pytest.approx((3.0, 0.5))
+
+
+def test_a_cart_runs_in_a_loop() -> None:
+    simulator = cart(Path(((4.0, 0.0), (4.0, 1.0), (3.0, 1.0)), speed=0.5, repeat="loop"))
+    simulator.step(7.0)
+    assert place(simulator) == pytest.approx((3.0, 0.5))
+
+
+def test_the_lidar_sees_a_moving_obstacle_where_it_is() -> None:
+    simulator = cart(Path(((5.0, 0.0),), speed=0.5))
+    assert simulator.true_ranges()[180] == pytest.approx(2.7)
+    simulator.step(2.0)
+    assert simulator.true_ranges()[180] == pytest.approx(3.7)
+    assert simulator.clearance() == pytest.approx(3.7 - 0.171)
+
+
+def test_a_cart_that_runs_into_the_standing_robot_is_a_contact_and_goes_on_when_the_way_is_free() -> None:
+    simulator = cart(Path(((-3.0, 0.0),), speed=0.5))
+    simulator.step(10.0)
+    (contact,) = simulator.contacts
+    assert (contact.obstacle, contact.speed) == ("cart", 0.0)
+    assert simulator.pose == Pose()
+    assert simulator.clearance() >= 0.0
+    simulator.place_robot(Pose(0.0, 2.0, 0.0))
+    simulator.step(10.0)
+    assert place(simulator)[0] < -1.5
+
+
+def test_a_walker_wakes_up_when_the_robot_comes_near() -> None:
+    simulator = cart(Path(((3.0, 2.0),), speed=0.5, wakes_within=2.0))
+    simulator.step(2.0)
+    assert place(simulator) == (3.0, 0.0)
+    simulator.place_robot(Pose(1.5, 0.0, 0.0))
+    simulator.step(2.0)
+    assert place(simulator)[1] == pytest.approx(1.0)
+
+
+def test_a_considerate_cart_yields_to_the_robot() -> None:
+    simulator = cart(Path(((-3.0, 0.0),), speed=0.5, yields_within=1.0))
+    simulator.step(20.0)
+    assert not simulator.contacts
+    assert place(simulator)[0] == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_chaser_follows_and_keeps_its_distance() -> None:
+    simulator = cart(Chase(speed=0.4, standoff=0.8))
+    simulator.step(20.0)
+    assert place(simulator) == pytest.approx((0.8, 0.0), abs=1e-6)
+    simulator.command(-0.3, 0.0)
+    simulator.step(5.0)
+    assert math.dist(place(simulator), (simulator.pose.x, simulator.pose.y)) == pytest.approx(0.8, abs=0.01)
+
+
+# ------------------------------------------------------------------------------------------------------------- reset
+
+
+def test_a_reset_brings_back_start_time_obstacles_and_battery() -> None:
+    simulator = exact(load_world("moving_cart"))
+    simulator.command(0.5, 0.2)
+    simulator.step(6.0)
+    simulator.add_obstacle(Circle((0.0, 0.0), 0.1))
+    simulator.set_battery(0.1)
+    simulator.reset()
+    fresh = exact(load_world("moving_cart"))
+    assert (simulator.time, simulator.pose, simulator.contacts) == (0.0, fresh.pose, ())
+    assert simulator.obstacles == fresh.obstacles
+    assert simulator.battery().percentage == 1.0
+    assert simulator.twist == simulator.commanded == Twist()
+
+
+@pytest.mark.parametrize("name", world_names())
+def test_every_world_loads_and_leaves_room_for_the_robot(name: str) -> None:
+    world = load_world(name)
+    simulator = Simulator(world)
+    assert simulator.clearance() > 0.1
+    assert not simulator.contacts
+    for goal in world.goals:
+        simulator.place_robot(goal)
+        assert simulator.clearance() > 0.05, goal
+
+
+def test_there_are_a_dozen_worlds_and_more() -> None:
+    assert len(world_names()) >= 12
+
+
+@pytest.mark.parametrize("name", world_names())
+def test_turned_mirrored_and_shifted_worlds_look_the_same_to_the_robot(name: str) -> None:
+    """Metamorphic: what the robot sees and meets does not depend on where the world lies."""
+    world = load_world(name)
+    original = exact(world)
+    moved = exact(world.transformed(rotate=1.1, shift=(20.0, -7.0)))
+    mirrored = exact(world.transformed(mirror=True))
+    for simulator, side in ((original, 1.0), (moved, 1.0), (mirrored, -1.0)):
+        simulator.command(0.4, 0.25 * side)
+        simulator.step(4.0)
+    assert moved.true_ranges() == pytest.approx(original.true_ranges(), abs=1e-6)
+    # Beam i of the mirrored scan is beam -i: index 180 looks ahead.
+    assert np.roll(mirrored.true_ranges()[::-1], 1) == pytest.approx(original.true_ranges(), abs=1e-6)
+    for other in (moved, mirrored):
+        assert [(c.obstacle, c.time) for c in other.contacts] == [(c.obstacle, c.time) for c in original.contacts]
+
+
+def test_another_seed_changes_the_noise_and_nothing_else() -> None:
+    world = load_world("forest")
+    a, b = Simulator(world), Simulator(world.transformed(seed=99))
+    assert a.true_ranges().tolist() == b.true_ranges().tolist()
+    assert a.scan().ranges.tolist() != b.scan().ranges.tolist()
+
+
+def test_the_course_robot_is_the_contracts() -> None:
+    beams = COURSE.lidar.beams
+    assert (COURSE.radius, COURSE.drive.max_v, COURSE.drive.max_omega) == (0.171, 0.5, 1.9)
+    assert (beams.count, COURSE.lidar.range_min, beams.range_max, COURSE.lidar.rate_hz) == (
+        360,
+        0.15,
+        12.0,
+        (10.0, 10.0),
+    )
+    assert COURSE.lidar.pose == Pose()
