@@ -13,9 +13,6 @@ from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
-from packaging.requirements import Requirement
-from packaging.utils import canonicalize_name
-
 from grader import sandbox, toolchain
 from grader.host import Host, install_line
 
@@ -27,6 +24,7 @@ OLDEST, NEWEST = (3, 11), (3, 14)
 LITTLE_MEMORY, LITTLE_DISK = 2 * GB, 2 * GB
 NO_DISK = GB // 4
 DDS_SECONDS = 5.0
+AGAIN = "rm -rf .venv && make setup"
 
 
 class State(Enum):
@@ -136,7 +134,7 @@ def _wheels(host: Host) -> list[Finding]:
     installed = _installed()
     mend = _pip("install -r requirements.txt")
     if not any(name.startswith("ros-jazzy-") for name in installed):
-        return [Finding("ROS 2 wheels", State.BAD, "not installed", mend)]
+        return [Finding("ROS 2 wheels", State.BAD, "not installed", AGAIN)]
     odd = mismatches(installed, pins or "")
     if odd:
         more = f" and {len(odd) - 3} more" if len(odd) > 3 else ""
@@ -160,11 +158,14 @@ def mismatches(installed: Mapping[str, Installed], pins: str) -> list[str]:
     The un-prefixed packages, like ros-std-msgs, are there always: ros-jazzy-std-msgs asks for one version of them.
     Only one of another version, of a newer ROS distribution, breaks things.
     """
+    # Imported here: a host on which nothing is installed yet must be able to hear so.
+    from packaging.requirements import Requirement
+
     odd: dict[str, str] = {}
     for name, package in installed.items():
         for text in package.requires if name.startswith("ros-") else ():
             wanted = Requirement(text)
-            other = canonicalize_name(wanted.name)
+            other = _canonical(wanted.name)
             if not other.startswith("ros-") or (wanted.marker and not wanted.marker.evaluate({"extra": ""})):
                 continue
             if other not in installed:
@@ -184,8 +185,12 @@ def _installed() -> dict[str, Installed]:
     for distribution in importlib.metadata.distributions():
         name = distribution.metadata["Name"]
         if name:
-            found[canonicalize_name(name)] = Installed(distribution.version, tuple(distribution.requires or ()))
+            found[_canonical(name)] = Installed(distribution.version, tuple(distribution.requires or ()))
     return found
+
+
+def _canonical(name: str) -> str:
+    return re.sub(r"[-_.]+", "-", name).lower()
 
 
 def _rclpy(host: Host) -> list[Finding]:
@@ -196,7 +201,7 @@ def _rclpy(host: Host) -> list[Finding]:
     )
     if ran.output.endswith("fine"):
         return [Finding("import rclpy", State.OK, "works in a clean process")]
-    return [Finding("import rclpy", State.BAD, _last_line(ran.output), "rm -rf .venv && make setup")]
+    return [Finding("import rclpy", State.BAD, _last_line(ran.output), AGAIN)]
 
 
 def _launch(_host: Host) -> list[Finding]:
