@@ -54,11 +54,6 @@ class Grading:
         return sum(score.criterion.points for score in self.scorecard.criteria)
 
     @property
-    def ungraded(self) -> tuple[RequirementScore, ...]:
-        """Return the requirements that have no checks yet."""
-        return tuple(s for s in self.scorecard.requirements if s.outcome is Outcome.NOT_GRADED)
-
-    @property
     def unjudged(self) -> tuple[RequirementScore, ...]:
         """Return the requirements that an error of ours left without a full verdict."""
         return tuple(s for s in self.scorecard.requirements if s.outcome is Outcome.ERROR)

@@ -27,6 +27,7 @@ T = TypeVar("T")
 THRESHOLD_M = 0.5  # the contract's obstacle_detection_threshold
 HULL_M = 0.171  # the contract's hull radius
 MARGIN_M = 0.9  # around the way driven, so that the walls near it are in sight
+STILL_M = 0.02  # less than this is no way driven
 FAR_M = 30.0  # a goal farther away is there to be refused; it would shrink the way driven to a dot
 TOUCHES = 20  # a robot that scrapes along a wall touches it at every tick
 POINTS = 1_500  # more than a picture has columns for a curve; a long trial is thinned to it
@@ -37,8 +38,9 @@ PAPER, INK, FAINT = "#fcfcfa", "#2b2f36", "#9aa0a8"
 
 
 def drawable(trial: Trial) -> bool:
-    """Tell whether a trial holds something to draw: at least two states of the robot."""
-    return len(trial.samples) > 1
+    """Tell whether a trial holds something to look at: a robot that moved, or was told to."""
+    told = any(command.v != 0 or command.omega != 0 for command in trial.commands)
+    return len(trial.samples) > 1 and (told or bool(trial.touches) or _way(trial) > STILL_M)
 
 
 def data_uri(trial: Trial) -> str:
@@ -78,6 +80,7 @@ def png(trial: Trial) -> bytes:
     _draw_ranges(ranges, trial)
     for axes in (speeds, ranges):
         _draw_moments(axes, trial)
+        axes.margins(x=0.01)
     speeds.tick_params(labelbottom=False)
     stream = io.BytesIO()
     figure.savefig(stream, format="png", metadata={"Software": None})

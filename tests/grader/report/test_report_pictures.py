@@ -38,6 +38,12 @@ def test_a_trial_in_which_nothing_was_seen_is_not_drawable():
     assert not pictures.drawable(replace(WALL, samples=[]))
 
 
+def test_a_robot_that_stood_still_and_was_told_nothing_is_not_drawable():
+    still = replace(WALL, samples=[WALL.samples[0]] * 9, commands=[Command(1.0, 0.0, 0.0)], touches=[])
+    assert not pictures.drawable(still)
+    assert pictures.drawable(replace(still, commands=[Command(1.0, 0.0, 0.3)]))
+
+
 def test_the_words_tell_of_the_contact():
     assert "It touched wall ahead at 4.6 s, moving at 0.40 m/s." in pictures.describe(WALL)
 
