@@ -1,0 +1,206 @@
+"""Recordings: what they hold, that they survive a file, that equal runs are bit-equal, that others can read them."""
+
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sim import Recorder, Recording, RecordingError, Simulator, Tourist, Wall, World, drive, load_world
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def crossing() -> Recording:
+    simulator = Simulator(load_world("crossing"))
+    return drive(simulator, Tourist(simulator), 8.0)
+
+
+@pytest.fixture(scope="module")
+def crash() -> Recording:
+    simulator = Simulator(World(name="crash", obstacles=(Wall((1.0, -1.0), (1.0, 1.0), name="wall"),)))
+    recorder = Recorder(simulator)
+    simulator.command(0.5, 0.0)
+    for _ in range(60):
+        recorder.take(simulator.step(0.05))
+    recorder.event("note", "the end")
+    recorder.notes["who"] = "test"
+    return recorder.recording()
+
+
+def test_samples_are_on_a_grid_of_50_ms(crossing: Recording) -> None:
+    assert crossing.t == pytest.approx(np.arange(161) * 0.05)
+    assert crossing.duration == pytest.approx(8.0)
+
+
+def test_steps_that_do_not_divide_the_period_do_not_stretch_it() -> None:
+    simulator = Simulator(World())
+    recorder = Recorder(simulator, period=0.05)
+    for _ in range(100):
+        recorder.take(simulator.step(0.02))
+    assert len(recorder.recording()) == 41
+
+
+def test_it_holds_the_ground_truth(crash: Recording) -> None:
+    assert crash.x[-1] == pytest.approx(1.0 - 0.171, abs=1e-6)
+    assert crash.v.max() == 0.5
+    assert crash.v[-1] == 0.0
+    assert crash.cmd_v[-1] == 0.5
+    assert crash.clearance[0] == pytest.approx(0.829)
+    assert crash.clearance[-1] == pytest.approx(0.0, abs=1e-6)
+    assert crash.closest[-1] == pytest.approx(0.171, rel=0.03)
+    assert crash.distance == pytest.approx(0.829, abs=1e-3)
+    assert [c.obstacle for c in crash.contacts] == ["wall"]
+    assert [e.kind for e in crash.events] == ["contact", "note"]
+
+
+def test_scans_belong_to_the_sample_of_their_time(crossing: Recording) -> None:
+    assert crossing.scan_t == pytest.approx(np.arange(1, 81) * 0.1)
+    assert crossing.t[crossing.scan_index] == pytest.approx(crossing.scan_t)
+    assert crossing.scan_ranges.shape == (80, 360)
+
+
+def test_moving_obstacles_leave_their_track(crossing: Recording) -> None:
+    track = crossing.movers["walker"]
+    assert track[0] == pytest.approx([3.0, 1.4])
+    assert track[-1, 1] < 0.0
+
+
+def test_what_is_saved_is_what_is_loaded(crossing: Recording, tmp_path: Path) -> None:
+    crossing.save(tmp_path / "run.npz")
+    loaded = Recording.load(tmp_path / "run.npz")
+    assert loaded.digest() == crossing.digest()
+    assert loaded.world == crossing.world
+    assert loaded.contacts == crossing.contacts
+    assert loaded.presences == crossing.presences
+    assert (tmp_path / "run.npz").stat().st_size < 400_000
+
+
+def test_obstacles_added_at_run_time_are_in_the_file(tmp_path: Path) -> None:
+    simulator = Simulator(World())
+    recorder = Recorder(simulator)
+    name = simulator.add_obstacle(Wall((1.0, 0.0), (2.0, 0.0), 0.1))
+    recorder.take(simulator.step(0.5))
+    simulator.remove_obstacle(name)
+    recorder.recording().save(tmp_path / "run.npz")
+    (presence,) = Recording.load(tmp_path / "run.npz").presences
+    assert presence.obstacle == Wall((1.0, 0.0), (2.0, 0.0), 0.1, name="wall 1")
+    assert (presence.since, presence.until) == (0.0, 0.5)
+
+
+# ------------------------------------------------------------------------------------------------- files of others
+
+
+def test_a_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.npz").write_bytes(b"hello")
+    np.savez(tmp_path / "b.npz", x=np.zeros(3))
+    for name in ("a.npz", "b.npz", "missing.npz"):
+        with pytest.raises(RecordingError, match="is no recording"):
+            Recording.load(tmp_path / name)
+
+
+def test_pickles_are_never_opened(crash: Recording, tmp_path: Path) -> None:
+    crash.save(tmp_path / "run.npz")
+    with zipfile.ZipFile(tmp_path / "run.npz") as good:
+        members = {name: good.read(name) for name in good.namelist()}
+    np.savez(tmp_path / "evil", sample_x=np.array([{"a": 1}], dtype=object))
+    with zipfile.ZipFile(tmp_path / "evil.npz") as evil, zipfile.ZipFile(tmp_path / "mixed.npz", "w") as mixed:
+        for name, data in (members | {"sample_x.npy": evil.read("sample_x.npy")}).items():
+            mixed.writestr(name, data)
+    with pytest.raises(RecordingError, match="allow_pickle"):
+        Recording.load(tmp_path / "mixed.npz")
+
+
+def test_a_bomb_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sim.recording.MAX_BYTES", 10_000)
+    np.savez_compressed(tmp_path / "bomb.npz", x=np.zeros(10_000))
+    with pytest.raises(RecordingError, match="more than 10000"):
+        Recording.load(tmp_path / "bomb.npz")
+
+
+def test_arrays_that_do_not_fit_together_are_refused(crash: Recording, tmp_path: Path) -> None:
+    crash.samples["x"], kept = crash.samples["x"][:-1], crash.samples["x"]
+    crash.save(tmp_path / "short.npz")
+    crash.samples["x"] = kept
+    with pytest.raises(RecordingError, match="do not fit"):
+        Recording.load(tmp_path / "short.npz")
+
+
+# ----------------------------------------------------------------------------------------------------- repeatability
+
+RUN = """
+from sim import Simulator, Tourist, drive, load_world, TB4
+for profile in ({}, {"profile": TB4}):
+    simulator = Simulator(load_world("moving_cart"), seed=%d, **profile)
+    print(drive(simulator, Tourist(simulator), 6.0).digest())
+"""
+
+
+def digests(seed: int, hash_seed: str) -> list[str]:
+    environment = {**os.environ, "PYTHONHASHSEED": hash_seed}
+    command = [sys.executable, "-c", RUN % seed]
+    return subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=True).stdout.split()
+
+
+def test_recordings_are_bit_equal_in_different_processes() -> None:
+    """Same seed, other hash seed: the same bits. Another seed: others."""
+    first = digests(5, "1")
+    assert len(set(first)) == 2
+    assert digests(5, "4321") == first
+    assert digests(6, "1") != first
+
+
+def test_a_reset_brings_the_same_future() -> None:
+    simulator = Simulator(load_world("forest"))
+    first = drive(simulator, Tourist(simulator), 3.0)
+    simulator.reset()
+    assert drive(simulator, Tourist(simulator), 3.0).digest() == first.digest()
+    simulator.reset(seed=77)
+    assert drive(simulator, Tourist(simulator), 3.0).digest() != first.digest()
+
+
+# -------------------------------------------------------------------------------------------------------------- MCAP
+
+FUSION = """\
+std_msgs/Header header
+float32 closest_obstacle_distance
+float32 battery_level
+geometry_msgs/Vector3 linear_acceleration
+geometry_msgs/Vector3 angular_velocity
+"""
+
+
+def test_an_independent_reader_opens_the_bag(crash: Recording, tmp_path: Path) -> None:
+    pytest.importorskip("rosbags")
+    from rosbags.highlevel import AnyReader
+
+    from sim.bag import BagMessage, write_bag
+
+    kind = "ros2_robot_controller/msg/SensorFusionData"
+    fused = BagMessage("/sensor_fusion_data", kind, 0.5, {"battery_level": 85.5, "linear_acceleration": {"z": 9.81}})
+    write_bag(crash, tmp_path / "bag", types={kind: FUSION}, messages=[fused])
+    with AnyReader([tmp_path / "bag"]) as reader:
+        counts = {c.topic: c.msgcount for c in reader.connections}
+        read = {c.topic: reader.deserialize(data, c.msgtype) for c, _, data in reader.messages()}
+        stamps = [stamp for _, stamp, _ in reader.messages()]
+    assert counts["/scan"] == 30
+    assert counts["/odom"] == counts["/cmd_vel"] == counts["/tf"] == 61
+    assert stamps == sorted(stamps)
+    assert read["/scan"].ranges.tolist() == crash.scan_ranges[-1].astype(np.float32).tolist()
+    assert read["/odom"].pose.pose.position.x == crash.odom_x[-1]
+    assert read["/ground_truth/contacts"].data.startswith("touched wall at (1.000")
+    assert read["/sensor_fusion_data"].battery_level == 85.5
+    assert read["/sensor_fusion_data"].linear_acceleration.z == 9.81
+
+
+def test_a_field_that_the_type_does_not_have_is_named(crash: Recording, tmp_path: Path) -> None:
+    pytest.importorskip("rosbags")
+    from sim.bag import BagMessage, write_bag
+
+    slip = BagMessage("/x", "std_msgs/msg/String", 0.0, {"text": "a"})
+    with pytest.raises(KeyError, match="no field 'text'"):
+        write_bag(crash, tmp_path / "bag", messages=[slip])

@@ -1,0 +1,249 @@
+"""World files: what they may say, and what one is told when they are wrong."""
+
+import contextlib
+import math
+from pathlib import Path as FilePath
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from sim import Box, Chase, Circle, Path, Polygon, Pose, Simulator, Wall, World, WorldError, load_world, world_names
+from sim.gridmap import merge, read_pgm
+from sim.obstacles import PolygonPart, signed_area
+
+EVERYTHING = """
+title: All that a file can say
+seed: 42
+start: {x: 1.0, y: 2.0, yaw: 0.5}
+goals:
+  - {x: 3.0, y: 0.0}
+rooms:
+  - {name: hall, min: [-5, -5], max: [5, 5]}
+walls:
+  - {start: [0, 0], end: [1, 0], thickness: 0.1}
+boxes:
+  - {name: desk, center: [3, 3], size: [1.0, 0.5], yaw: 0.3, appears: 2.0, vanishes: tidy up}
+circles:
+  - name: cart
+    center: [-3, 0]
+    radius: 0.3
+    motion: {waypoints: [[-3, 2], [-1, 2]], speed: 0.4, repeat: loop, starts: go, wakes_within: 2, yields_within: 0.5}
+  - {center: [-3, -3], radius: 0.2, motion: {kind: chase, speed: 0.3, standoff: 0.7}}
+polygons:
+  - {points: [[2, -2], [3, -2], [2, -3]]}
+"""
+
+
+def write(folder: FilePath, text: str) -> FilePath:
+    path = folder / "some.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_a_file_can_say_all_this(tmp_path: FilePath) -> None:
+    world = load_world(write(tmp_path, EVERYTHING))
+    assert (world.name, world.seed, world.start, world.goals) == ("some", 42, Pose(1.0, 2.0, 0.5), (Pose(3.0, 0.0),))
+    named = {o.name: o for o in world.obstacles}
+    assert list(named)[:4] == ["hall south wall", "hall east wall", "hall north wall", "hall west wall"]
+    assert named["desk"] == Box((3, 3), (1.0, 0.5), 0.3, name="desk", appears=2.0, vanishes="tidy up")
+    path = Path(((-3, 2), (-1, 2)), 0.4, "loop", "go", 2, 0.5)
+    assert named["cart"] == Circle((-3, 0), 0.3, name="cart", motion=path)
+    assert named["circle 1"].motion == Chase(0.3, 0.7)
+    assert isinstance(named["polygon 1"], Polygon)
+    assert named["wall 1"] == Wall((0, 0), (1, 0), 0.1, name="wall 1")
+
+
+def test_a_world_survives_being_written_as_plain_data(tmp_path: FilePath) -> None:
+    for world in (load_world(write(tmp_path, EVERYTHING)), *map(load_world, world_names())):
+        again = World.from_dict(world.to_dict())
+        assert {o.name: o for o in again.obstacles} == {o.name: o for o in world.obstacles}
+        assert (again.name, again.start, again.goals, again.seed) == (world.name, world.start, world.goals, world.seed)
+
+
+CIRCLE = "circles:\n  - {center: [1, 2], radius: 1"
+MISTAKES = [
+    ("boxes:\n  - {center: [1, 2], size: [1]}", "boxes[0].size", "`size: [0.4, 0.3]`"),
+    ("boxes:\n  - {center: [1, 2], size: [1, -1]}", "boxes[0].size", "above 0"),
+    ("boxes:\n  - {size: [1, 1]}", "boxes[0].center: is missing", "`center: [1.0, 2.0]`"),
+    ("circles:\n  - {center: [1, 2], raduis: 1}", "circles[0].radius: is missing", "`radius: 0.5`"),
+    ("circles:\n  - {center: [1, 2], radius: 1, colour: red}", "circles[0].colour: unknown key", "keys here are"),
+    ("boxs:\n  - {center: [1, 2], size: [1, 1]}", "boxs: unknown key", "write 'boxes'"),
+    ("circles:\n  - {center: [1, .nan], radius: 1}", "circles[0].center", "two numbers"),
+    ("circles: {center: [1, 2], radius: 1}", "circles: expected a list", "`- `"),
+    ("circles:\n  - {center: [1, 2], radius: big}", "circles[0].radius", "above 0"),
+    ("walls:\n  - {start: [1, 2], end: [1, 2]}", "walls[0].end", "two different points"),
+    ("polygons:\n  - {points: [[0, 0], [1, 1], [2, 2]]}", "polygons[0].points", "enclose no area"),
+    ("polygons:\n  - {points: [[0, 0], [1, 1], [1, 0], [0, 2]]}", "polygons[0].points", "walks round"),
+    ("rooms:\n  - {min: [0, 0], max: [-1, 1]}", "rooms[0].max", "right of and above min"),
+    ("start: {x: 1}", "start.y: is missing", "`y: 1.57`"),
+    ("start: [1, 2]", "start: expected keys", "`key: value`"),
+    ("seed: -3", "seed", "0 or more"),
+    ("seed: 1.5", "seed", "whole number"),
+    ("goals:\n  - {x: 1, y: 2}\n  - {x: 1, z: 2}", "goals[1].y: is missing", "add a number"),
+    (f"{CIRCLE}, motion: {{speed: 1}}}}", "circles[0].motion.waypoints: is missing", "list of points"),
+    (f"{CIRCLE}, motion: {{speed: 0, waypoints: [[1, 1]]}}}}", "circles[0].motion.speed", "above 0"),
+    (f"{CIRCLE}, motion: {{speed: 1, waypoints: [[1, 1]], repeat: ever}}}}", "circles[0].motion.repeat", "once, loop"),
+    (f"{CIRCLE}, appears: -1}}", "circles[0].appears", "name of an event"),
+    (f"{CIRCLE}, name: a}}\n  - {{name: a, center: [1, 2], radius: 1}}", "named 'a'", "its own name"),
+    ("maps:\n  - {file: nowhere.yaml}", "maps[0].file: nowhere.yaml cannot be read", "mend or replace"),
+    ("title: [1]", "title: expected a text", "a few words"),
+    ("- 1", "the file: expected keys", "`key: value`"),
+    ("walls:\n - {start: [1, 2}", "line 2", "brackets"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "place", "remedy"), MISTAKES, ids=[m[1] for m in MISTAKES])
+def test_a_mistake_is_told_with_file_key_and_remedy(tmp_path: FilePath, text: str, place: str, remedy: str) -> None:
+    with pytest.raises(WorldError) as caught:
+        load_world(write(tmp_path, text))
+    message = str(caught.value)
+    assert "some.yaml" in message
+    assert place in message
+    assert remedy in message
+
+
+values = st.recursive(
+    st.none() | st.booleans() | st.integers(-3, 3) | st.floats() | st.sampled_from(["", "a", "once", "m.yaml"]),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(
+            st.sampled_from(["x", "y", "yaw", "center", "size", "radius", "points", "motion", "speed", "kind", "file"]),
+            inner,
+            max_size=4,
+        )
+    ),
+    max_leaves=6,
+)
+keys = st.sampled_from(
+    ["name", "title", "seed", "start", "goals", "rooms", "walls", "boxes", "circles", "polygons", "maps", "other"]
+)
+
+
+@settings(max_examples=300, deadline=None, derandomize=True, database=None)
+@given(st.dictionaries(keys, values | st.lists(values, max_size=2), max_size=3))
+def test_whatever_a_file_says_the_answer_is_a_world_or_a_world_error(document: object) -> None:
+    with contextlib.suppress(WorldError):
+        Simulator(World.from_dict(document, where="some.yaml"))
+
+
+def test_the_whole_message() -> None:
+    with pytest.raises(WorldError) as caught:
+        World.from_dict({"boxes": [{"center": [1, 2], "size": [1]}]}, where="office.yaml")
+    assert str(caught.value) == (
+        "office.yaml: boxes[0].size: expected two numbers above 0, in metres, got [1]. "
+        "Remedy: write for example `size: [0.4, 0.3]`."
+    )
+
+
+def test_an_unknown_name_is_answered_with_the_names_there_are() -> None:
+    with pytest.raises(WorldError, match=r"no world named 'ofice'.*corridor, .*office"):
+        load_world("ofice")
+
+
+def test_a_missing_file_is_named(tmp_path: FilePath) -> None:
+    with pytest.raises(WorldError, match=r"nowhere\.yaml: cannot be read"):
+        load_world(tmp_path / "nowhere.yaml")
+
+
+def test_an_empty_file_is_an_open_field(tmp_path: FilePath) -> None:
+    assert load_world(write(tmp_path, "")).obstacles == ()
+
+
+# --------------------------------------------------------------------------------------------------- worlds in code
+
+
+def test_obstacles_without_a_name_get_one() -> None:
+    world = World(obstacles=(Circle((0, 1), 0.1), Circle((0, 2), 0.1, name="circle 1"), Box((5, 5), (1, 1))))
+    assert [o.name for o in world.obstacles] == ["circle 2", "circle 1", "box 1"]
+
+
+def test_two_obstacles_of_one_name_are_refused() -> None:
+    with pytest.raises(ValueError, match="named 'a'"):
+        World(obstacles=(Circle((0, 1), 0.1, name="a"), Circle((0, 2), 0.1, name="a")))
+
+
+def test_a_world_is_turned_mirrored_and_shifted_in_this_order() -> None:
+    world = World(obstacles=(Circle((1.0, 1.0), 0.1),), start=Pose(1.0, 1.0, 0.2), goals=(Pose(2.0, 0.0),))
+    moved = world.transformed(mirror=True, rotate=math.pi / 2, shift=(10.0, 0.0), seed=9)
+    # (1, 1) -> mirrored (1, -1) -> turned (1, 1) -> shifted (11, 1)
+    assert moved.circles[0].center == pytest.approx((11.0, 1.0))
+    assert (moved.start.x, moved.start.y, moved.start.yaw) == pytest.approx((11.0, 1.0, math.pi / 2 - 0.2))
+    assert (moved.goals[0].x, moved.goals[0].y) == pytest.approx((10.0, 2.0))
+    assert moved.seed == 9
+
+
+def test_a_polygon_that_is_not_convex_is_filled_by_triangles() -> None:
+    comb = Polygon(((0, 0), (5, 0), (5, 2), (4, 2), (4, 1), (3, 1), (3, 2), (2, 2), (2, 1), (1, 1), (1, 2), (0, 2)))
+    parts = comb.parts()
+    areas = [signed_area(p.corners) for p in parts if isinstance(p, PolygonPart)]
+    assert len(areas) == len(parts) > 1
+    assert min(areas) > 0
+    assert sum(areas) == pytest.approx(signed_area(comb.points)) == 8
+
+
+# ------------------------------------------------------------------------------------------------------ map_server
+
+
+def grid(folder: FilePath, rows: str, **meta: object) -> World:
+    lines = rows.split()
+    text = " ".join({"#": "0", ".": "254", "?": "205"}[c] for line in lines for c in line)
+    (folder / "m.pgm").write_text(f"P2\n# by hand\n{len(lines[0])} {len(lines)}\n255\n{text}\n")
+    values = {
+        "image": "m.pgm",
+        "resolution": 0.5,
+        "origin": [0.0, 0.0, 0.0],
+        "occupied_thresh": 0.65,
+        "negate": 0,
+    } | meta
+    (folder / "m.yaml").write_text("".join(f"{k}: {v}\n" for k, v in values.items()))
+    return load_world(write(folder, "maps:\n  - {name: map, file: m.yaml}"))
+
+
+def test_occupied_cells_become_few_rectangles_and_the_first_row_is_the_top(tmp_path: FilePath) -> None:
+    world = grid(tmp_path, "##.. ##.. ...?")
+    assert world.maps[0].rectangles == ((0.0, 0.5, 1.0, 1.5),)
+
+
+def test_a_maps_origin_and_resolution_place_it(tmp_path: FilePath) -> None:
+    world = grid(tmp_path, "..# ... ...", origin=[-1.0, -1.0, 0.0])
+    simulator = Simulator(world, noise=False)
+    simulator.place_robot(Pose(-0.75, 0.25, 0.0))
+    assert simulator.true_ranges()[180] == pytest.approx(0.75)
+
+
+def test_a_binary_map_reads_like_a_text_map() -> None:
+    text, binary = b"P2\n3 2\n255\n0 100 255\n5 6 7\n", b"P5 3 2 255\n" + bytes([0, 100, 255, 5, 6, 7])
+    assert read_pgm(text).tolist() == read_pgm(binary).tolist() == [[0, 100, 255], [5, 6, 7]]
+
+
+def test_rectangles_cover_exactly_the_occupied_cells() -> None:
+    import numpy as np
+
+    occupied = np.random.default_rng(3).random((30, 40)) < 0.5
+    covered = np.zeros_like(occupied, dtype=int)
+    for x0, y0, x1, y1 in merge(occupied, 1.0):
+        covered[int(y0) : int(y1), int(x0) : int(x1)] += 1
+    assert (covered == occupied).all()
+
+
+@pytest.mark.parametrize(
+    ("spoil", "problem"),
+    [
+        ({"image": "gone.pgm"}, "cannot be read"),
+        ({"resolution": 0}, "resolution"),
+        ({"resolution": "fine"}, "could not convert"),
+        ({"origin": [1, 2]}, "not enough values"),
+    ],
+)
+def test_a_bad_map_is_told_with_its_reason(tmp_path: FilePath, spoil: dict[str, object], problem: str) -> None:
+    with pytest.raises(WorldError, match=rf"maps\[0\]\.file: m\.yaml.*{problem}"):
+        grid(tmp_path, "#. ..", **spoil)
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"GIF89a", b"P2\n2 2\n255\n1 2 3", b"P5\n9999 9999\n255\n", b"P2\n1 1\n65535\n7"]
+)
+def test_an_image_that_is_no_map_is_refused(data: bytes) -> None:
+    with pytest.raises(ValueError, match=r"image (is|has|holds)"):
+        read_pgm(data)
