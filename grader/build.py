@@ -199,12 +199,18 @@ def _facts(result: sandbox.RunResult, install: Path) -> evidence.Build:
         wall_seconds=round(result.wall_seconds, 1),
         exit_code=result.exit_code,
         timed_out=result.timed_out,
-        log_tail=result.output[-_LOG_TAIL:],
+        log_tail=_readable(result.output)[-_LOG_TAIL:],
         executables=sorted(p.name for p in _files(install / "lib" / PACKAGE) if p.stat().st_mode & 0o111),
         shared_files=sorted(str(p.relative_to(share / PACKAGE)) for p in _files(share / PACKAGE)),
         type_hashes={name: found for name in INTERFACES if (found := _type_hash(share, name))},
         interface_texts={name: text for name in INTERFACES if (text := _interface_text(share, name))},
     )
+
+
+def _readable(log: str) -> str:
+    """Return a build's log without what only concerns this machine: where the wheels lie, and that they lie there."""
+    lines = [line for line in log.splitlines() if "doesn't contain any 'local_setup.*' files" not in line]
+    return "\n".join(lines).replace(str(toolchain.PREFIX), "<ros>")
 
 
 def _files(folder: Path) -> Iterator[Path]:

@@ -1,5 +1,8 @@
 """I1: the package builds and installs what ROS looks for."""
 
+import itertools
+import re
+
 from grader.checks.judge import Judge
 
 _EXECUTABLES = ("robot_controller", "sensor_processor")
@@ -16,8 +19,7 @@ def test_colcon_build_succeeds(judge: Judge) -> None:
     build = judge.evidence.build
     if not build.ok:
         how = "ran out of time" if build.timed_out else f"ended with exit status {build.exit_code}"
-        lines = [line for line in build.log_tail.splitlines() if "rror" in line]
-        said = f": {lines[0].strip()[:300]}" if lines else ""
+        said = _first_error(build.log_tail)
         judge.expect(False, f"colcon build {how}{said}", "run `colcon build` and read its first error, not its last")
 
 
@@ -42,3 +44,15 @@ def test_launch_and_config_are_installed(judge: Judge) -> None:
         seen = f"missing: {', '.join(missing)}; found: {', '.join(others) or 'no launch or config file'}"
         share = 1 - len(missing) / len(_SHARED)
         judge.share(share, seen, "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})")
+
+
+def _first_error(log: str) -> str:
+    """Return the first error of a build's log with the lines that explain it, "" if none is marked as one."""
+    lines = log.splitlines()
+    marked = (i for i, line in enumerate(lines) if re.search(r"\bError\b|\berror:|\bERROR\b", line))
+    first = next(marked, None)
+    if first is None:
+        return ""
+    # CMake explains an error in the indented lines below it.
+    below = itertools.takewhile(lambda line: line.startswith("  "), lines[first + 1 :])
+    return ": " + " ".join(line.strip() for line in [lines[first], *below])[:400]

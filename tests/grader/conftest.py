@@ -1,0 +1,65 @@
+"""Fixtures for tests that grade: real builds, real walls, real nodes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from submissions.edits import EDITS, REFERENCE, apply
+
+from grader import build, pipeline, rubric
+from grader.report import data
+
+ROOT = Path(__file__).parents[2]
+Graded = dict[str, Any]
+
+
+@pytest.fixture(scope="session")
+def reference() -> Path:
+    """The reference package."""
+    return REFERENCE
+
+
+@pytest.fixture(scope="session")
+def settings() -> pipeline.Settings:
+    """How the kit grades by default."""
+    return pipeline.Settings(rubric=rubric.load(ROOT / "rubric.yaml"), cache=build.cache_folder())
+
+
+@pytest.fixture(scope="session")
+def contract(settings: pipeline.Settings) -> build.Built:
+    """The contract's interfaces, built."""
+    return build.contract(settings.cache)
+
+
+@pytest.fixture(scope="session")
+def graded(
+    tmp_path_factory: pytest.TempPathFactory, settings: pipeline.Settings
+) -> Callable[[str, Sequence[str]], Graded]:
+    """Grade the reference with a named edit ("" for none) on some requirements; return report.json, once each."""
+    done: dict[tuple[str, tuple[str, ...]], Graded] = {}
+
+    def grade(edit: str, requirements: Sequence[str]) -> Graded:
+        key = (edit, tuple(requirements))
+        if key not in done:
+            folder = tmp_path_factory.mktemp(edit or "reference")
+            package = apply(EDITS[edit] if edit else None, folder)
+            chosen = pipeline.replace(settings, requirements=tuple(requirements))
+            grading = pipeline.grade(package, folder / "out", chosen)
+            done[key] = json.loads(data.as_json(grading))
+        return done[key]
+
+    return grade
+
+
+def lost(report: Graded) -> set[str]:
+    """Return the requirements that have lost points."""
+    return {r["id"] for r in report["requirements"] if r["outcome"] != "not_graded" and r["points"] < r["max"]}
+
+
+def words(report: Graded) -> str:
+    """Return everything that the report says of what went wrong."""
+    return json.dumps(report["requirements"], ensure_ascii=False)

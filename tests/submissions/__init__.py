@@ -1,0 +1,1 @@
+"""Small wrong packages, each the reference with a named edit."""
