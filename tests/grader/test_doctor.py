@@ -235,4 +235,4 @@ def test_this_machine_can_grade_and_is_examined_in_seconds():
     findings = examine()
     assert [finding for finding in findings if finding.state is State.BAD] == []
     assert exit_status(findings) == 0
-    assert time.monotonic() - started < 20  # 2 s on an idle machine; a busy one may take its time
+    assert time.monotonic() - started < 60  # 2 s on an idle machine; a busy one may take its time
