@@ -119,7 +119,8 @@ class Replay:
         ys += [min(max(c[1], low_y), high_y) for c in corners]
         margin = 0.4
         x0, x1, y0, y1 = min(xs) - margin, max(xs) + margin, min(ys) - margin, max(ys) + margin
-        return f"{x0:.2f} {-y1:.2f} {x1 - x0:.2f} {y1 - y0:.2f}"
+        for_the_scale = 0.3
+        return f"{x0:.2f} {-y1:.2f} {x1 - x0:.2f} {y1 - y0 + for_the_scale:.2f}"
 
 
 def _obstacle(obstacle: Obstacle) -> str:

@@ -64,16 +64,17 @@ def map_view(what: Recording | World | Simulator, at: float | None = None, *, ti
     if isinstance(what, World):
         draw_world(axes, what)
         draw_robot(axes, what.start, 0.171)
-        axes.set_title(title if title is not None else f"{what.name}: {what.title}" if what.title else what.name)
+        default = f"{what.name}: {what.title}" if what.title else what.name
     elif isinstance(what, Simulator):
         draw_obstacles(axes, [_shifted(o, place) for o, place in what.obstacles])
         draw_goals(axes, what.world.goals)
         draw_scan(axes, what.scan(), what.pose.compose(what.profile.lidar.pose))
         draw_robot(axes, what.pose, what.profile.radius)
-        axes.set_title(title if title is not None else f"{what.world.name} at {what.time:.2f} s")
+        default = f"{what.world.name} at {what.time:.2f} s"
     else:
         draw_run(axes, what, at)
-        axes.set_title(title if title is not None else _run_title(what, at))
+        default = _run_title(what, at)
+    figure.suptitle(default if title is None else title)
     _finish_map(axes)
     return figure
 
@@ -116,14 +117,16 @@ def compare_view(a: Recording, b: Recording, labels: tuple[str, str] = ("first",
         turn.plot(run.t, run.omega, **line)
         distance.plot(run.t, _gaps(run.closest), **line)
     apart = _first_difference(a, b)
-    plan.set_title("the same path" if apart is None else f"apart by 1 cm from {apart:.2f} s on", fontsize=10)
     _finish_map(plan)
     _label(speed, "v (m/s)")
     _label(turn, "omega (rad/s)")
     _label(distance, "closest reading (m)")
     distance.set_ylim(bottom=0.0)
     _legend(speed)
-    figure.suptitle(f"{a.world.name}: {labels[0]} and {labels[1]}")
+    _widen(speed, 0.5)
+    _widen_both_ways(turn)
+    difference = "the same path" if apart is None else f"apart by more than 1 cm from {apart:.2f} s on"
+    figure.suptitle(f"{a.world.name}: {labels[0]} and {labels[1]}, {difference}")
     return figure
 
 
@@ -152,7 +155,7 @@ def draw_obstacles(axes: Axes, obstacles: Iterable[Obstacle], alpha: float = 1.0
                     )
                 case PolygonPart():
                     corners = [place(c) for c in part.corners]
-                    axes.add_patch(PolygonPatch(corners, color=color, lw=0.3, alpha=alpha, zorder=2))
+                    axes.add_patch(PolygonPatch(corners, color=color, lw=0.6, alpha=alpha, zorder=2))
         if lines:
             axes.add_collection(LineCollection(lines, colors=color, linewidths=2.5, alpha=alpha, zorder=2))
         if isinstance(obstacle.motion, Path):
@@ -214,7 +217,7 @@ def draw_speeds(speed: Axes, turn: Axes, recording: Recording) -> None:
         axes.step(
             recording.t,
             recording.samples[command],
-            where="post",
+            where="pre",
             color=COLORS["command"],
             lw=1.0,
             ls="--",
@@ -225,7 +228,7 @@ def draw_speeds(speed: Axes, turn: Axes, recording: Recording) -> None:
     _label(turn, "omega (rad/s)")
     _legend(speed)
     _widen(speed, 0.5)
-    _widen(turn, 1.0)
+    _widen_both_ways(turn)
 
 
 def draw_distances(axes: Axes, recording: Recording, thresholds: Mapping[str, float]) -> None:
@@ -306,6 +309,12 @@ def _widen(axes: Axes, least: float) -> None:
     if high - low < least:
         low, high = (low, low + least) if high > -low else (high - least, high)
     axes.set_ylim(low - 0.07 * (high - low), high + 0.07 * (high - low))
+
+
+def _widen_both_ways(axes: Axes) -> None:
+    """Show as much above 0 as below, and at least 0.5 to each side."""
+    most = 1.07 * max(0.5, abs(axes.dataLim.y0), abs(axes.dataLim.y1))
+    axes.set_ylim(-most, most)
 
 
 def _map_and_lines(figure: Figure) -> tuple[Axes, tuple[Axes, Axes, Axes]]:
