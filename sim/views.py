@@ -76,6 +76,8 @@ def map_view(what: Recording | World | Simulator, at: float | None = None, *, ti
         default = _run_title(what, at)
     figure.suptitle(default if title is None else title)
     _finish_map(axes)
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    figure.set_size_inches(7.0, min(max(6.3 * (y1 - y0) / (x1 - x0) + 1.1, 2.6), 8.0))
     return figure
 
 

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from sim import (
     COURSE,
@@ -12,6 +14,7 @@ from sim import (
     Chase,
     Circle,
     ImuReading,
+    Obstacle,
     OdometryReading,
     Path,
     Pose,
@@ -316,6 +319,40 @@ def test_obstacles_appear_vanish_and_move_on_an_event() -> None:
     places = {o.name: place for o, place in simulator.obstacles}
     assert set(places) == {"guard", "cart"}
     assert places["cart"] == pytest.approx((5.5, 0.0))
+
+
+# -------------------------------------------------------------------------------------------- whatever it is told to do
+
+away = st.floats(-3, 3).map(lambda v: round(v, 3))
+spot = st.tuples(away, away).filter(lambda p: math.hypot(*p) > 0.9)
+motions = st.none() | st.builds(
+    Path, st.lists(st.tuples(away, away), min_size=1, max_size=3).map(tuple), st.floats(0.1, 2.0)
+)
+standing = st.lists(
+    st.builds(Box, spot, st.tuples(st.floats(0.05, 0.8), st.floats(0.05, 0.8)), away)
+    | st.builds(Circle, spot, st.floats(0.05, 0.6), motion=motions)
+    | st.builds(lambda p, q: Wall(p, (q[0] + 0.01, q[1])), spot, spot),
+    max_size=8,
+)
+commands = st.lists(st.tuples(st.floats(-0.6, 0.6), st.floats(-2, 2)), min_size=1, max_size=12)
+
+
+@settings(max_examples=120, deadline=None, derandomize=True, database=None)
+@given(standing, commands)
+def test_the_hull_is_never_in_an_obstacle_and_no_touch_goes_unrecorded(
+    obstacles: list[Obstacle], told: list[tuple[float, float]]
+) -> None:
+    simulator = exact(World(obstacles=tuple(obstacles)))
+    inside_from_the_start = simulator.clearance() < 0
+    for v, omega in told:
+        simulator.command(v, omega)
+        for _ in range(12):
+            simulator.step(0.05)
+            gap = simulator.clearance()
+            assert gap >= -1e-9 or inside_from_the_start
+            assert simulator.in_contact or gap > 0
+            assert not simulator.in_contact or gap <= 1.1e-3
+            assert not (simulator.in_contact and not simulator.contacts)
 
 
 # -------------------------------------------------------------------------------------------------- moving obstacles
