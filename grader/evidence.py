@@ -362,6 +362,19 @@ class Message:
 
 
 @dataclass(frozen=True)
+class ParameterAnswer:
+    """A parameter that was asked for or set on the running node. `value` is what the node says it is afterwards."""
+
+    t: float
+    name: str
+    wanted: Any = None
+    accepted: bool | None = None
+    """Whether the node accepted `wanted`; None if nothing was to be set, or no answer came."""
+    value: Any = None
+    reason: str = ""
+
+
+@dataclass(frozen=True)
 class Trial:
     """One run of one node in a world. `pace` is "lockstep" or "real time"; `ended` is "" for a complete script."""
 
@@ -382,6 +395,11 @@ class Trial:
     calls: list[Call] = field(default_factory=list)
     goals: list[Goal] = field(default_factory=list)
     messages: list[Message] = field(default_factory=list)
+    published: list[Message] = field(default_factory=list)
+    """What the simulated sensors said, for trials that ask what a node makes of it."""
+    parameters: list[ParameterAnswer] = field(default_factory=list)
+    scene: dict[str, Any] = field(default_factory=dict)
+    """The world with everything that was put into it, in the schema of the world files."""
     graph: Graph | None = None
     process: ProcessEnd | None = None
     wall_seconds: float = 0.0

@@ -132,7 +132,9 @@ class Bridge:
         self.follow_commands = True
         self.filter_scan: Callable[[ScanReading], ScanReading | None] = lambda scan: scan
         self.on_command: Callable[[float, TwistMessage], None] = lambda _t, _message: None
-        self.on_scan: Callable[[ScanReading], None] = lambda _scan: None
+        self.on_published: Callable[[Reading], None] = lambda _reading: None
+        self.muted: set[type] = set()
+        """The kinds of readings that are not published."""
 
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain_id)
@@ -204,6 +206,11 @@ class Bridge:
             self._await_answer()
             if self._answers.count == 0 and self._tick >= _SILENT_TICKS and not self._probed:
                 self.find_pace()
+
+    @property
+    def answers(self) -> int:
+        """Return how many answers have come so far."""
+        return self._answers.count
 
     def find_pace(self) -> str:
         """Hold the clock still for a moment: a node that publishes all the same goes by wall time. Return the pace."""
@@ -281,21 +288,17 @@ class Bridge:
             if topic:
                 self._sensors[reading] = self.node.create_publisher(message, topic, qos)
 
-    def silence(self, reading: type) -> None:
-        """Publish no more readings of this kind."""
-        publisher = self._sensors.pop(reading, None)
-        if publisher is not None:
-            self.node.destroy_publisher(publisher)
-
     def _publish(self, reading: Reading) -> None:
+        if type(reading) in self.muted:
+            return
         if isinstance(reading, ScanReading):
             filtered = self.filter_scan(reading)
             if filtered is None:
                 return
             reading = filtered
-            self.on_scan(reading)
         publisher = self._sensors.get(type(reading))
         if publisher is not None:
+            self.on_published(reading)
             publisher.publish(to_message(reading))
 
     def _publish_clock(self) -> None:

@@ -20,7 +20,7 @@ from matplotlib.patches import Circle
 from grader.evidence import Trial
 from sim.geometry import Pose
 from sim.views import COLORS, draw_obstacles, draw_robot
-from sim.world import World, WorldError, load_world
+from sim.world import World, WorldError
 
 T = TypeVar("T")
 
@@ -134,13 +134,11 @@ def _frame(axes: Axes, places: Sequence[tuple[float, float]]) -> None:
 
 
 def _world(trial: Trial) -> World | None:
-    """Return the trial's world in the odom frame, whose origin is where the robot starts; None if there is none."""
+    """Return the trial's world with all that was put into it; None if the evidence holds none that can be read."""
     try:
-        world = load_world(trial.world)
-    except (WorldError, OSError):
+        return World.from_dict(trial.scene) if trial.scene else None
+    except WorldError:
         return None
-    to_odom = world.start.inverse()
-    return world.transformed(rotate=to_odom.yaw, shift=(to_odom.x, to_odom.y))
 
 
 def _draw_speeds(axes: Axes, trial: Trial) -> None:

@@ -7,6 +7,8 @@ node under trial sits behind a wall of its own inside the same network; nothing 
 from __future__ import annotations
 
 import json
+import math
+import random
 import sys
 import traceback
 from pathlib import Path
@@ -16,7 +18,7 @@ from grader import build, evidence, sandbox, toolchain
 from grader.trials import catalog
 from grader.trials.request import Request, unjudged
 from grader.trials.stage import Stage, TrialOver
-from sim import Simulator, load_world
+from sim import Simulator, World, load_world
 
 
 def main() -> int:
@@ -40,7 +42,7 @@ def run_trial(plan: catalog.TrialPlan, request: Request) -> evidence.Trial:
     executable = install / "lib" / build.PACKAGE / plan.node
     if not executable.is_file():
         return unjudged(plan, request.seed, "", ended=f"there is no executable {plan.node} in lib/{build.PACKAGE}")
-    simulator = Simulator(load_world(plan.world), seed=request.seed)
+    simulator = Simulator(_variant(plan, request.seed), seed=request.seed)
     with sandbox.Process(_command(plan), _wall(install, request.domain_id), _LIMITS) as process:
         stage = Stage(plan, request.seed, simulator, process, request.domain_id)
         ended = script_error = ""
@@ -54,6 +56,16 @@ def run_trial(plan: catalog.TrialPlan, request: Request) -> evidence.Trial:
         facts = stage.facts(ended, script_error)
         stage.close()
     return facts
+
+
+def _variant(plan: catalog.TrialPlan, seed: int) -> World:
+    """Return the trial's world turned, mirrored and shifted by the seed: no place in it is worth learning by heart."""
+    chance = random.Random(f"{seed}:{plan.name}:world")
+    return load_world(plan.world).transformed(
+        rotate=chance.uniform(-math.pi, math.pi),
+        mirror=chance.random() < 0.5,
+        shift=(chance.uniform(-5.0, 5.0), chance.uniform(-5.0, 5.0)),
+    )
 
 
 _LIMITS = sandbox.Limits(wall_seconds=300.0)

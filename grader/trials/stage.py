@@ -6,10 +6,14 @@ import math
 import random
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
 from rclpy.action.client import ActionClient
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import QoSProfile
 
 from grader import evidence
 from grader.sandbox import Process
@@ -18,8 +22,9 @@ from grader.trials.catalog import TrialPlan
 from grader.trials.flatten import fill, plain
 from grader.trials.goal import GoalRun
 from grader.trials.types import SERVICES, NavigateToPosition, SensorFusionData
+from sim import Circle
 from sim.bridge import CONTROLLER, PROCESSOR, TICK_S, Bridge
-from sim.sensors import ScanReading
+from sim.sensors import BatteryReading, ImuReading, Reading, ScanReading
 from sim.simulator import Simulator
 
 T = TypeVar("T")
@@ -54,7 +59,7 @@ class Stage:
             own_name=f"observer_{random.SystemRandom().getrandbits(48):012x}",
         )
         self.bridge.on_command = self._take_command
-        self.bridge.on_scan = self._take_scan
+        self.bridge.on_published = self._take_published
         self.ready = False
         self.interrupted = False
         self.choices: dict[str, float] = {}
@@ -65,6 +70,8 @@ class Stage:
         self.calls: list[evidence.Call] = []
         self.goals: list[GoalRun] = []
         self.messages: list[evidence.Message] = []
+        self.published: list[evidence.Message] = []
+        self.parameters: list[evidence.ParameterAnswer] = []
         self.graph: evidence.Graph | None = None
         self._odometry = simulator.odometry()
         self._started = time.monotonic()
@@ -72,6 +79,7 @@ class Stage:
         node = self.bridge.node
         self._clients: dict[str, Any] = {}
         self.action: Any = None
+        self._parameter_client = AsyncParameterClient(node, plan.node)
         if plan.node == "robot_controller":
             self._clients = {name: node.create_client(kind, name) for name, kind in SERVICES.items()}
             self.action = ActionClient(node, NavigateToPosition, _ACTION)
@@ -147,6 +155,56 @@ class Stage:
             self.bridge.find_pace()
         return goal
 
+    def listen(self, topic: str, message_type: type, qos: QoSProfile | int = 10) -> None:
+        """Record every message of a topic from now on."""
+
+        def take(message: Any) -> None:
+            self.messages.append(evidence.Message(self.t, topic, plain(message)))
+
+        self.bridge.node.create_subscription(message_type, topic, take, qos)
+
+    def mute(self, *kinds: type) -> None:
+        """Let these sensors fall silent: ScanReading, OdometryReading, ImuReading, BatteryReading."""
+        self.bridge.muted |= set(kinds)
+
+    def unmute(self, *kinds: type) -> None:
+        """Let these sensors speak again."""
+        self.bridge.muted -= set(kinds)
+
+    def distort(self, change: Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]] | None) -> None:
+        """Publish scans with their ranges changed from now on; None for the true ones."""
+        self.bridge.filter_scan = (lambda scan: scan) if change is None else _Distorted(change)
+
+    def hold(self, wall_seconds: float) -> int:
+        """Let the clock stand still and return how often the node answers meanwhile."""
+        before = self.bridge.answers
+        self.bridge.spin_until(lambda: False, wall_seconds)
+        return self.bridge.answers - before
+
+    def ask_parameter(self, name: str) -> evidence.ParameterAnswer:
+        """Put the value of a parameter of the node on record."""
+        return self._note_parameter(name, None, None, "")
+
+    def set_parameter(self, name: str, value: object) -> evidence.ParameterAnswer:
+        """Set a parameter of the running node and put on record what became of it."""
+        future = self._parameter_client.set_parameters([Parameter(name, value=value)])
+        self._await(future.done)
+        if not future.done() or future.result() is None:
+            return self._note_parameter(name, value, None, f"no answer within {_ANSWER_WITHIN_S:g} s")
+        result = future.result().results[0]
+        return self._note_parameter(name, value, bool(result.successful), str(result.reason)[:300])
+
+    def put_ahead(self, distance: float, bearing: float = 0.0, radius: float = 0.15) -> str:
+        """Put a round obstacle at `bearing` (rad), its surface `distance` metres from the lidar. Return its name."""
+        pose = self.simulator.pose
+        angle, reach = pose.yaw + bearing, distance + radius
+        center = (pose.x + reach * math.cos(angle), pose.y + reach * math.sin(angle))
+        return self.simulator.add_obstacle(Circle(center=center, radius=radius))
+
+    def take_away(self, name: str) -> None:
+        """Take an obstacle away."""
+        self.simulator.remove_obstacle(name)
+
     def interrupt(self, limit: float = 5.0) -> None:
         """Press Ctrl-C: send SIGINT to the node and wait for its end, `limit` wall seconds at most."""
         self.mark("interrupt")
@@ -197,6 +255,9 @@ class Stage:
             calls=self.calls,
             goals=[goal.facts() for goal in self.goals],
             messages=self.messages,
+            published=self.published,
+            parameters=self.parameters,
+            scene=self._scene(),
             graph=self.graph,
             process=evidence.ProcessEnd(by, code, round(self.process.wall_seconds, 2), self.process.output[-4000:]),
             wall_seconds=round(time.monotonic() - self._started, 2),
@@ -246,19 +307,34 @@ class Stage:
         other = max((abs(value) for value in others), default=0.0)
         self.commands.append(evidence.Command(t, message.linear.x, message.angular.z, other))
 
-    def _take_scan(self, scan: ScanReading) -> None:
-        ranges = np.asarray(scan.ranges, dtype=float)
-        angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
-        ahead = np.cos(angles) >= math.cos(_SECTOR) - 1e-9
-        behind = np.cos(angles) <= -math.cos(_SECTOR) + 1e-9
-        valid = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges <= scan.range_max)
+    def _take_published(self, reading: Reading) -> None:
+        if isinstance(reading, ScanReading):
+            self.scans.append(_summary(reading))
+        elif isinstance(reading, ImuReading) and self.plan.node == "sensor_processor":
+            data = {
+                "linear_acceleration": [float(value) for value in reading.linear_acceleration],
+                "angular_velocity": [float(value) for value in reading.angular_velocity],
+            }
+            self.published.append(evidence.Message(reading.stamp, "imu/data", data))
+        elif isinstance(reading, BatteryReading):
+            percent = {"percentage": float(reading.percentage)}
+            self.published.append(evidence.Message(reading.stamp, "battery/state", percent))
 
-        def closest(where: np.ndarray[Any, Any]) -> float:
-            found = ranges[valid & where]
-            return float(found.min()) if found.size else math.inf
+    def _note_parameter(
+        self, name: str, wanted: object, accepted: bool | None, reason: str
+    ) -> evidence.ParameterAnswer:
+        future = self._parameter_client.get_parameters([name])
+        self._await(future.done)
+        value = None
+        if future.done() and future.result() is not None and future.result().values:
+            value = parameter_value_to_python(future.result().values[0])
+        self.parameters.append(evidence.ParameterAnswer(self.t, name, wanted, accepted, value, reason))
+        return self.parameters[-1]
 
-        everywhere = np.ones_like(valid)
-        self.scans.append(evidence.ScanSummary(scan.stamp, closest(ahead), closest(behind), closest(everywhere)))
+    def _scene(self) -> dict[str, Any]:
+        world = self.simulator.world
+        found = {presence.obstacle.name: presence.obstacle for presence in self.simulator.presences}
+        return replace(world, obstacles=tuple(found.values())).to_dict()
 
     def _sample(self) -> None:
         pose, twist, odometry = self.simulator.pose, self.simulator.twist, self.simulator.odometry().pose
@@ -268,3 +344,27 @@ class Stage:
                 self.simulator.clearance(),
             )
         )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Distorted:
+    """Changes the ranges of each scan."""
+
+    change: Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]
+
+    def __call__(self, scan: ScanReading) -> ScanReading:
+        return replace(scan, ranges=self.change(np.array(scan.ranges, dtype=float)))
+
+
+def _summary(scan: ScanReading) -> evidence.ScanSummary:
+    ranges = np.asarray(scan.ranges, dtype=float)
+    angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
+    ahead = np.cos(angles) >= math.cos(_SECTOR) - 1e-9
+    behind = np.cos(angles) <= -math.cos(_SECTOR) + 1e-9
+    valid = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges <= scan.range_max)
+
+    def closest(where: np.ndarray[Any, Any]) -> float:
+        found = ranges[valid & where]
+        return float(found.min()) if found.size else math.inf
+
+    return evidence.ScanSummary(scan.stamp, closest(ahead), closest(behind), closest(np.ones_like(valid)))

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from grader.trials.catalog import trial
-from sim import Circle
 
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
-
-_RADIUS = 0.15
 
 
 def _drive_at_the_wall(stage: Stage, speed: float) -> None:
@@ -42,14 +38,6 @@ def status(stage: Stage) -> None:
     stage.call("set_speed", speed=stage.choose("speed", [0.25, 0.375]))
     stage.run(1.5)
     stage.call("get_status")
-    put_ahead(stage, 0.45)
+    stage.put_ahead(0.45)
     stage.run(0.5)
     stage.call("get_status")
-
-
-def put_ahead(stage: Stage, distance: float) -> str:
-    """Put a round obstacle before the robot, its surface `distance` metres from the lidar. Return its name."""
-    pose = stage.simulator.pose
-    reach = distance + _RADIUS
-    center = (pose.x + reach * math.cos(pose.yaw), pose.y + reach * math.sin(pose.yaw))
-    return stage.simulator.add_obstacle(Circle(center=center, radius=_RADIUS))
