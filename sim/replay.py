@@ -51,7 +51,8 @@ class Replay:
 
     def _repr_html_(self) -> str:
         """Return the page in a frame of its own, so that its styles and names meet nobody else's."""
-        height = round(self._width * 0.56) + 60
+        _, _, wide, high = (float(v) for v in self._view_box().split())
+        height = round(max(0.6 * self._width * high / wide, 0.36 * self._width)) + 100  # title and controls
         page = html.escape(self.html(), quote=True)
         style = f"width:100%;max-width:{self._width}px;height:{height}px;border:0"
         return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{page}"></iframe>'

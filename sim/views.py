@@ -48,10 +48,10 @@ THRESHOLDS = {"obstacle_detection_threshold": 0.5, "emergency_stop_distance": 0.
 class View(Figure):
     """A Figure that shows itself in a notebook once, whatever backend is in use."""
 
-    def _repr_png_(self) -> bytes:
+    def _repr_png_(self) -> tuple[bytes, dict[str, str]]:
         out = io.BytesIO()
         self.savefig(out, format="png", dpi=96)
-        return out.getvalue()
+        return out.getvalue(), {"alt": self.get_suptitle()}
 
 
 def map_view(what: Recording | World | Simulator, at: float | None = None, *, title: str | None = None) -> View:

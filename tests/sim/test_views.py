@@ -89,7 +89,9 @@ def test_a_world_a_simulator_and_a_run_in_the_open_can_be_drawn(crash: Recording
 
 def test_a_figure_shows_itself_once_and_leaves_no_global_state(crash: Recording) -> None:
     figure = map_view(crash)
-    assert figure._repr_png_().startswith(b"\x89PNG")
+    picture, metadata = figure._repr_png_()
+    assert picture.startswith(b"\x89PNG")
+    assert metadata["alt"] == "crash: 5.0 s simulated, 1.34 m driven"
     assert "matplotlib.pyplot" not in sys.modules or not matplotlib.pyplot.get_fignums()
 
 
