@@ -1,0 +1,183 @@
+"""`ros2 launch`: find the launch file, take its arguments, run it or show what it declares."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from . import packages
+from .actions import IncludeLaunchDescription
+from .entities import Entities, LaunchDescription, declared, describe
+from .errors import LaunchError
+from .record import VARIABLE
+from .service import LaunchService, explain
+from .sources import AnyLaunchDescriptionSource, read_any
+
+ENDINGS = (".py", ".xml", ".yaml", ".yml")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the words and flags of `ros2 launch`."""
+    parser.add_argument(
+        "-n", "--noninteractive", action="store_true", help="Run the launch system non-interactively, with no terminal"
+    )
+    parser.add_argument("-d", "--debug", action="store_true", help="Put the launch system in debug mode, more output")
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("-p", "--print", "--print-description", action="store_true", help="Print the launch description")
+    group.add_argument("-s", "--show-args", "--show-arguments", action="store_true", help="Show the file's arguments")
+    parser.add_argument(
+        "-a", "--show-all-subprocesses-output", action="store_true", help="Show all launched processes' output"
+    )
+    parser.add_argument("--launch-prefix", help="Prefix command before all executables, such as 'xterm -e'")
+    parser.add_argument("--launch-prefix-filter", help="Regular expression for the executables to prefix")
+    parser.add_argument(
+        "--record",
+        metavar="FILE",
+        help=f"Write how each process started and ended to FILE, as JSON lines (also: {VARIABLE} in the environment)",
+    )
+    first = parser.add_argument("package_name", help="Name of the package, or path of the launch file")
+    first.completer = _complete_packages  # type: ignore[attr-defined]  # read by argcomplete
+    second = parser.add_argument("launch_file_name", nargs="?", help="Name of the launch file")
+    second.completer = _complete_files  # type: ignore[attr-defined]  # read by argcomplete
+    third = parser.add_argument(
+        "launch_arguments", nargs="*", help="Arguments to the launch file; '<name>:=<value>' (last one wins)"
+    )
+    third.completer = _complete_arguments  # type: ignore[attr-defined]  # read by argcomplete
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run `ros2 launch` and return the exit code."""
+    try:
+        path, words = find(args.package_name, args.launch_file_name, args.launch_arguments)
+        given = parse(words)
+        if args.show_args or args.print:
+            description = read_any(path)
+            print(arguments_shown(description) if args.show_args else printed(description))
+            return 0
+    except Exception as error:
+        print(explain(error), file=sys.stderr)
+        return 1
+    if args.show_all_subprocesses_output:
+        os.environ["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "both"
+    if args.launch_prefix:
+        given["launch-prefix"] = args.launch_prefix
+    if args.launch_prefix_filter:
+        given["launch-prefix-filter"] = args.launch_prefix_filter
+    record = args.record or os.environ.pop(VARIABLE, None)  # the nodes need not know
+    service = LaunchService(
+        argv=words,
+        noninteractive=args.noninteractive or not sys.stdin.isatty(),
+        debug=args.debug,
+        record=Path(record) if record else None,
+    )
+    service.output.begin()
+    include = IncludeLaunchDescription(AnyLaunchDescriptionSource(str(path)), launch_arguments=list(given.items()))
+    service.include_launch_description(LaunchDescription([include]))
+    return service.run()
+
+
+def find(package: str, file: str | None, words: list[str]) -> tuple[Path, list[str]]:
+    """Return the launch file and the words that are arguments to it."""
+    if Path(package).is_file() and package.endswith(ENDINGS):
+        return Path(package).absolute(), ([file] if file is not None else []) + words
+    if file is None:
+        raise LaunchError(
+            f"'{package}' is no file: ros2 launch takes a package and the name of its launch file, or a path"
+        )
+    try:
+        share = packages.share(package)
+    except LaunchError as error:
+        raise LaunchError(f"Package '{package}' not found: {error}") from error
+    found = sorted(path for path in share.rglob(file) if path.is_file())
+    if not found:
+        there = ", ".join(path.name for path in launch_files(share))
+        has = f"; it holds {there}" if there else ""
+        raise LaunchError(
+            f"file '{file}' was not found in the share directory of package '{package}' which is at '{share}'{has}"
+        )
+    if len(found) > 1:
+        raise LaunchError(
+            f"file '{file}' was found more than once in the share directory of package '{package}': "
+            f"{[str(path) for path in found]}"
+        )
+    return found[0], words
+
+
+def launch_files(share: Path) -> list[Path]:
+    """Return what looks like launch files below a share folder."""
+    return sorted(
+        path
+        for path in share.rglob("*launch*")
+        if path.is_file() and path.suffix in ENDINGS and path.name != "package.xml"
+    )
+
+
+def parse(words: list[str]) -> dict[str, str]:
+    """Return the arguments; of several with one name the last wins."""
+    found: dict[str, str] = {}
+    for word in words:
+        name, separator, value = word.partition(":=")
+        if not separator or not name:
+            raise LaunchError(f"malformed launch argument '{word}', expected format '<name>:=<value>'")
+        found[name] = value
+    return found
+
+
+def arguments_shown(description: LaunchDescription) -> str:
+    """Return what `--show-args` prints."""
+    lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
+    seen: set[str] = set()
+    for argument, conditional in declared(description.entities):
+        if argument.name in seen:
+            continue
+        seen.add(argument.name)
+        lines += ["", f"    '{argument.name}':{'*' if conditional else ''}", f"        {argument.description}"]
+        if argument.default_value is not None:
+            lines.append(f"        (default: {describe(argument.default_value)})")
+        if conditional and "" not in seen:
+            seen.add("")
+    if not seen:
+        lines += ["", "  No arguments."]
+    if "" in seen:
+        lines += ["", "* argument(s) which are only used if specific conditions occur"]
+    return "\n".join(lines)
+
+
+def printed(description: LaunchDescription) -> str:
+    """Return the description as a tree of action names."""
+
+    def tree(entities: Entities, depth: int) -> list[str]:
+        lines = []
+        for entity in entities:
+            lines.append("    " * depth + f"- {type(entity).__name__} ({entity.place})")
+            lines += tree(entity.describe_sub_entities(), depth + 1)
+            for when, inner in entity.describe_conditional_sub_entities():
+                lines += ["    " * (depth + 1) + when + ":", *tree(inner, depth + 2)]
+        return lines
+
+    return "\n".join(["<launch.LaunchDescription>", *tree(description.entities, 1)])
+
+
+def _complete_packages(prefix: str, **_: object) -> list[str]:
+    folders = [one / "share/ament_index/resource_index/packages" for one in packages.prefixes()]
+    names = {path.name for folder in folders if folder.is_dir() for path in folder.iterdir()}
+    return sorted(name for name in names if name.startswith(prefix))
+
+
+def _complete_files(prefix: str, parsed_args: argparse.Namespace, **_: object) -> list[str]:
+    try:
+        share = packages.share(parsed_args.package_name)
+    except LaunchError:
+        return []
+    return [path.name for path in launch_files(share) if path.name.startswith(prefix)]
+
+
+def _complete_arguments(prefix: str, parsed_args: argparse.Namespace, **_: object) -> list[str]:
+    try:
+        path, _words = find(parsed_args.package_name, parsed_args.launch_file_name, [])
+        names = [argument.name for argument, _ in declared(read_any(path).entities)]
+    except Exception:
+        return []
+    return [f"{name}:=" for name in names if name.startswith(prefix)]

@@ -1,0 +1,174 @@
+"""The values of a node's parameters: what their types become, and the temporary file that carries them."""
+
+from __future__ import annotations
+
+import re
+import typing
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from . import ros_substitutions
+from .context import LaunchContext
+from .entities import SomeSubstitutionsType, Substitution, is_substitution, perform, substitutions
+from .errors import LaunchError, UnsupportedError, caller
+from .substitutions import EnvironmentVariable, LaunchConfiguration, ThisLaunchFile, ThisLaunchFileDir
+
+SCALARS = (bool, int, float, str, bytes)
+
+
+class ParameterValue:
+    """A value whose type is said, instead of found by reading its text as YAML."""
+
+    def __init__(self, value: Any, *, value_type: Any = None) -> None:
+        self.value, self.value_type = value, value_type
+        self._evaluated: Any = None
+
+    def evaluate(self, context: LaunchContext) -> Any:
+        """Return the value as of now."""
+        if not is_substitution(self.value):
+            return value_of(context, self.value) if self.value_type is None else _typed(self.value, self.value_type)
+        text = perform(context, self.value)
+        return read(text) if self.value_type is None else _typed(text, self.value_type)
+
+
+class Parameter:
+    """One named parameter."""
+
+    def __init__(self, name: SomeSubstitutionsType, value: Any, *, value_type: Any = None) -> None:
+        self.name = substitutions(name)
+        self.value = value if isinstance(value, ParameterValue) else ParameterValue(value, value_type=value_type)
+
+    def evaluate(self, context: LaunchContext) -> tuple[str, Any]:
+        """Return name and value as of now."""
+        return perform(context, self.name), self.value.evaluate(context)
+
+
+class ParameterFile:
+    """A parameter file; with `allow_substs=True` the `$(var x)` in it are replaced first."""
+
+    def __init__(self, param_file: SomeSubstitutionsType, *, allow_substs: Any = False) -> None:
+        self.param_file, self.allow_substs = substitutions(param_file), allow_substs
+        self.place = caller()
+
+    def evaluate(self, context: LaunchContext) -> Path:
+        """Return the path of the file to pass on."""
+        path = Path(perform(context, self.param_file))
+        allow = self.allow_substs
+        if not (allow if isinstance(allow, bool) else perform(context, allow).lower() in ("true", "1")):
+            return path
+        text = re.sub(r"\$\(([^()]*)\)", lambda found: self._replace(context, found[1]), path.read_text())
+        return Path(context.runner.parameter_file(text))
+
+    def _replace(self, context: LaunchContext, expression: str) -> str:
+        kind, *words = expression.split()
+        words = [word.strip("'\"") for word in words]
+        known: dict[str, Callable[..., Substitution]] = {
+            "var": lambda name, *default: LaunchConfiguration(name, default=default[0] if default else None),
+            "env": lambda name, *default: EnvironmentVariable(name, default_value=default[0] if default else None),
+            "find-pkg-share": ros_substitutions.FindPackageShare,
+            "find-pkg-prefix": ros_substitutions.FindPackagePrefix,
+            "dirname": ThisLaunchFileDir,
+            "filename": ThisLaunchFile,
+        }
+        if kind not in known:
+            raise UnsupportedError(
+                f"$({expression}) in a parameter file",
+                f"It knows {', '.join(f'$({name} …)' for name in known)}.",
+                self.place,
+            )
+        return known[kind](*words).perform(context)
+
+
+def read(text: str) -> Any:
+    """Return what a text that a substitution gave becomes: the value that YAML sees in it."""
+    try:
+        value = yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text
+    if value is None:
+        return ""
+    return checked(value, f"'{text}'")
+
+
+def checked(value: Any, shown: str) -> Any:
+    """Return the value as a parameter can hold it: a scalar, or a list of one type; int among float becomes float."""
+    if isinstance(value, SCALARS):
+        return value
+    if not isinstance(value, Sequence):
+        raise TypeError(
+            f"Allowed value types are bytes, bool, int, float, str, Sequence[bool], Sequence[int], Sequence[float], "
+            f"Sequence[str]. Got {type(value)} for {shown}. If the parameter is meant to be a string, try wrapping it "
+            "in launch_ros.parameter_descriptions.ParameterValue(value, value_type=str)"
+        )
+    kinds = {type(one) for one in value}
+    if kinds == {int, float}:
+        return [float(one) for one in value]
+    if len(kinds) != 1 or not kinds <= set(SCALARS):
+        raise TypeError(f"Expected a non-empty sequence of one type (bool, int, float, str), got {shown}")
+    return list(value)
+
+
+def _typed(value: Any, kind: Any) -> Any:
+    """Return a value as the asked-for type."""
+    if kind is str:
+        return str(value)
+    found = yaml.safe_load(value) if isinstance(value, str) else value
+    inner = typing.get_args(kind)
+    if inner and isinstance(found, Sequence) and not isinstance(found, str):
+        return [str(one) if inner[0] is str else _typed(one, inner[0]) for one in found]
+    if kind is float and isinstance(found, int) and not isinstance(found, bool):
+        return float(found)
+    if kind is float and isinstance(found, str):
+        return float(found)
+    if not inner and type(found) is kind:
+        return found
+    raise ValueError(f"Cannot convert input '{value}' of type '{type(value)}' to '{kind}'")
+
+
+def value_of(context: LaunchContext, value: Any) -> Any:
+    """Return a value of a parameter dictionary as of now."""
+    if isinstance(value, ParameterValue):
+        return value.evaluate(context)
+    if is_substitution(value):
+        return read(perform(context, value))
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, Mapping) or not isinstance(value, (*SCALARS, Iterable)):
+        return checked(value, repr(value))
+    return checked(value if isinstance(value, SCALARS) else list(value), repr(value))
+
+
+def flat(context: LaunchContext, values: Mapping[Any, Any], above: str = "") -> dict[str, Any]:
+    """Return the dictionary's values by dotted names."""
+    found: dict[str, Any] = {}
+    for key, value in values.items():
+        if not isinstance(key, str) and not is_substitution(key):
+            raise TypeError(f"the name of a parameter is a string, got {key!r}")
+        name = above + perform(context, key)
+        if isinstance(value, Mapping):
+            found.update(flat(context, value, name + "."))
+        else:
+            found[name] = value_of(context, value)
+    return found
+
+
+def document(values: Mapping[str, Any], node: str) -> str:
+    """Return the parameter file for a node."""
+    return yaml.safe_dump({node: {"ros__parameters": dict(values)}}, default_flow_style=False, allow_unicode=True)
+
+
+def listed(parameters: Any) -> list[Any]:
+    """Return the `parameters=` of a node as a list, or say what is wrong with it."""
+    if isinstance(parameters, str | Path | Mapping | Substitution) or not isinstance(parameters, Iterable):
+        raise TypeError(f"Expected 'parameters' to be a list of dictionaries and files, got {parameters!r}")
+    found = list(parameters)
+    for one in found:
+        wanted = isinstance(one, str | Path | Mapping | Substitution | Parameter | ParameterFile) or is_substitution(
+            one
+        )
+        if not wanted:
+            raise LaunchError(f"'parameters' holds {one!r}: give a dictionary, or the path of a YAML file")
+    return found

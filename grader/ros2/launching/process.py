@@ -1,0 +1,382 @@
+"""Start a process, pass on what it writes, tell how it ended, and end it: SIGINT, then SIGTERM, then SIGKILL."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import pty
+import re
+import shlex
+import signal
+import subprocess
+import time
+from collections.abc import Iterable, Mapping
+from signal import Signals as _Signals
+from typing import TYPE_CHECKING, Any
+
+from . import events
+from .entities import Action, Entities, SomeSubstitutionsType, perform, substitutions
+from .errors import LaunchError
+from .guard import die_with_parent
+from .handlers import EventHandler, OnProcessExit, OnShutdown
+from .output import routes
+from .substitutions import LaunchConfiguration
+
+if TYPE_CHECKING:
+    from .context import LaunchContext
+
+TIMEOUT_S = 5.0  # how long each signal has to work before the next one, as in the real launch
+
+
+def _setting(context: LaunchContext, value: Any) -> bool:
+    """Return a yes or no that may be written as a truth value or as text."""
+    return value if isinstance(value, bool) else perform(context, value).strip().lower() in ("true", "1", "yes", "on")
+
+
+class ExecuteLocal(Action):
+    """A process on this machine."""
+
+    def __init__(
+        self,
+        *,
+        cmd: Iterable[SomeSubstitutionsType],
+        prefix: SomeSubstitutionsType | None = None,
+        name: SomeSubstitutionsType | None = None,
+        cwd: SomeSubstitutionsType | None = None,
+        env: Mapping[Any, Any] | None = None,
+        additional_env: Mapping[Any, Any] | None = None,
+        shell: bool = False,
+        sigterm_timeout: Any = None,
+        sigkill_timeout: Any = None,
+        emulate_tty: Any = None,
+        output: Any = "log",
+        output_format: str = "[{this.process_description.final_name}] {line}",
+        cached_output: bool = False,
+        log_cmd: bool = False,
+        on_exit: Any = None,
+        respawn: Any = False,
+        respawn_delay: float | None = None,
+        respawn_max_retries: int = -1,
+        **rest: Any,
+    ) -> None:
+        super().__init__(**rest)
+        self.cmd = [substitutions(word) for word in cmd]
+        self.prefix = substitutions(LaunchConfiguration("launch-prefix", default="") if prefix is None else prefix)
+        self.label, self.cwd, self.env, self.additional_env = name, cwd, env, additional_env
+        self.shell, self.output, self.output_format, self.log_cmd = shell, output, output_format, log_cmd
+        self.sigterm_timeout = sigterm_timeout or LaunchConfiguration("sigterm_timeout", default=TIMEOUT_S)
+        self.sigkill_timeout = sigkill_timeout or LaunchConfiguration("sigkill_timeout", default=TIMEOUT_S)
+        self.emulate_tty = LaunchConfiguration("emulate_tty", default="false") if emulate_tty is None else emulate_tty
+        self.on_exit = on_exit
+        self.respawn, self.respawn_delay_s, self.respawn_max_retries = respawn, respawn_delay, respawn_max_retries
+        self.cached_output = cached_output
+        self.process_details: dict[str, Any] = {}
+        self.facts: dict[str, Any] = {}  # what the record says of the process besides its command
+        self._context: LaunchContext | None = None
+        self._process: subprocess.Popen[bytes] | None = None
+        self._done: asyncio.Future[None] | None = None
+        self._timers: list[asyncio.TimerHandle] = []
+        self._handlers: list[EventHandler] = []
+        self._readers: dict[int, _Lines] = {}
+        self._sent: list[str] = []
+        self._stopping = False
+        self._restarts = 0
+        self._started_s = 0.0
+
+    # -- what launch files may ask ---------------------------------------------------------------------------------
+    @property
+    def name(self) -> Any:
+        """The label without its number."""
+        return self.process_details.get("name")
+
+    @property
+    def return_code(self) -> int | None:
+        """How the process ended, if it has."""
+        return None if self._process is None else self._process.returncode
+
+    def get_asyncio_future(self) -> asyncio.Future[None] | None:
+        """Return what is done when the process has ended for good."""
+        return self._done
+
+    # -- starting --------------------------------------------------------------------------------------------------
+    def command(self, context: LaunchContext) -> list[str]:
+        """Return the command's words as of now, without the prefix."""
+        return [perform(context, word) for word in self.cmd]
+
+    def execute(self, context: LaunchContext) -> Entities | None:
+        """Settle command and environment now; the process starts when the description has been gone through."""
+        if self._done is not None:
+            raise LaunchError(f"{type(self).__name__} action '{self.describe()}': executed more than once")
+        if context.is_shutdown:
+            return None
+        self._context = context
+        cmd = self.command(context)
+        if (prefix := shlex.split(perform(context, self.prefix))) and self._wants_prefix(context, cmd[0]):
+            cmd = [*prefix, *cmd]
+        base = os.path.basename(cmd[0]) if self.label is None else perform(context, self.label)  # noqa: PTH119 - text
+        self.process_details = {
+            "name": f"{base}-{context.runner.next_number()}",
+            "cmd": cmd,
+            "cwd": None if self.cwd is None else perform(context, self.cwd),
+            "env": self._environment(context),
+            "pid": 0,
+        }
+        self._routes = routes(self.output if isinstance(self.output, dict) else perform(context, self.output))
+        self._tty = _setting(context, self.emulate_tty)
+        self._respawns = _setting(context, self.respawn)
+        self._limits_s = [float(self._number(context, x)) for x in (self.sigterm_timeout, self.sigkill_timeout)]
+        assert context.asyncio_loop is not None
+        self._done = context.asyncio_loop.create_future()
+        self._register(context)
+        context.asyncio_loop.call_soon(self._start)
+        return None
+
+    def _number(self, context: LaunchContext, value: Any) -> Any:
+        return value if isinstance(value, int | float) else perform(context, value)
+
+    def _wants_prefix(self, context: LaunchContext, program: str) -> bool:
+        wanted = context.launch_configurations.get("launch-prefix-filter")
+        return wanted is None or re.match(wanted, os.path.basename(program)) is not None  # noqa: PTH119 - text
+
+    def _environment(self, context: LaunchContext) -> dict[str, str]:
+        found = dict(context.environment) if self.env is None else self._performed(context, self.env)
+        return {**found, **self._performed(context, self.additional_env or {})}
+
+    @staticmethod
+    def _performed(context: LaunchContext, mapping: Mapping[Any, Any]) -> dict[str, str]:
+        return {perform(context, name): perform(context, value) for name, value in mapping.items()}
+
+    def _register(self, context: LaunchContext) -> None:
+        mine = [
+            EventHandler(
+                matcher=lambda e: isinstance(e, events.ShutdownProcess) and e.process_matcher(self),
+                entities=lambda *_: self.stop(),
+            ),
+            EventHandler(
+                matcher=lambda e: isinstance(e, events.SignalProcess) and e.process_matcher(self),
+                entities=lambda event, _: self.signal(event.signal),
+            ),
+            OnShutdown(on_shutdown=lambda *_: self.stop()),
+        ]
+        if self.on_exit is not None:
+            mine.append(OnProcessExit(target_action=self, on_exit=self.on_exit))
+        for handler in mine:
+            context.register_event_handler(handler)
+        self._handlers = mine
+
+    def _event(self, kind: type[Any], **more: Any) -> None:
+        assert self._context is not None
+        self._context.emit_event_sync(kind(action=self, **self.process_details, **more))
+
+    def _start(self) -> None:
+        context = self._context
+        assert context is not None
+        if context.is_shutdown or self._stopping:
+            self._finish()
+            return
+        runner, name, cmd = context.runner, self.process_details["name"], self.process_details["cmd"]
+        mine, theirs = _channels(self._tty)
+        if self.log_cmd:
+            runner.output.info(name, f"process details: cmd='{' '.join(cmd)}', cwd='{self.process_details['cwd']}'")
+        try:
+            self._process = subprocess.Popen(
+                " ".join(cmd) if self.shell else cmd,
+                shell=self.shell,
+                cwd=self.process_details["cwd"],
+                env=self.process_details["env"],
+                stdin=subprocess.PIPE,
+                stdout=theirs[0],
+                stderr=theirs[1],
+                start_new_session=True,
+                preexec_fn=die_with_parent(),
+            )
+        except OSError as error:
+            for fd in (*mine, *theirs):
+                os.close(fd)
+            runner.output.error(name, f"exception occurred while executing process: {error}")
+            runner.record.add("failed", process=name, cmd=cmd, error=str(error), **self.facts)
+            self._finish()
+            return
+        for fd in theirs:
+            os.close(fd)
+        self._started_s = time.monotonic()
+        self._sent = []
+        self.process_details["pid"] = self._process.pid
+        runner.guard.group(self._process.pid)
+        runner.watch(self)
+        for fd, channel in zip(mine, ("stdout", "stderr"), strict=True):
+            self._readers[fd] = _Lines(self, fd, channel)
+        runner.output.info(name, f"process started with pid [{self._process.pid}]")
+        runner.record.add("started", process=name, pid=self._process.pid, cmd=cmd, **self.facts)
+        self._event(events.ProcessStarted)
+
+    # -- output ----------------------------------------------------------------------------------------------------
+    def written(self, channel: str, text: bytes, lines: list[str]) -> None:
+        """Pass on what the process has written."""
+        assert self._context is not None
+        self._context.runner.output.lines(
+            self.process_details["name"], channel, self._routes, lines, self.output_format
+        )
+        if text:
+            kind, fd = (events.ProcessStdout, 1) if channel == "stdout" else (events.ProcessStderr, 2)
+            self._event(kind, text=text, fd=fd)
+
+    # -- ending ----------------------------------------------------------------------------------------------------
+    def signal(self, number: _Signals) -> None:
+        """Send the process a signal if it is there."""
+        if self._process is None or self._process.returncode is not None or self._process.poll() is not None:
+            return
+        assert self._context is not None
+        name = self.process_details["name"]
+        self._context.runner.output.info(name, f"sending signal '{number.name}' to process[{name}]")
+        self._sent.append(number.name)
+        self._process.send_signal(number)
+
+    def stop(self) -> None:
+        """Ask the process to end; insist after each time limit. A second call does nothing."""
+        if self._stopping:
+            return
+        self._stopping = True
+        if self._process is None or self._process.returncode is not None:
+            for timer in self._timers:
+                timer.cancel()
+            if self._restarts:  # waiting for its next start
+                self._finish()
+            return
+        self.signal(signal.SIGINT)
+        self._insist("SIGINT", [(signal.SIGTERM, self._limits_s[0]), (signal.SIGKILL, self._limits_s[1])])
+
+    def _insist(self, last: str, steps: list[tuple[_Signals, float]]) -> None:
+        assert self._context is not None
+        loop, output = self._context.asyncio_loop, self._context.runner.output
+        assert loop is not None
+        if not steps:
+            return
+        (number, limit_s), *later = steps
+
+        def act() -> None:
+            name = self.process_details["name"]
+            output.error(
+                name,
+                f"process[{name}] failed to terminate '{limit_s:g}' seconds after receiving '{last}', "
+                f"escalating to '{number.name}'",
+            )
+            self.signal(number)
+            self._insist(number.name, later)
+
+        self._timers.append(loop.call_later(limit_s, act))
+
+    def poll(self) -> bool:
+        """Say whether the process has ended, and if so tell everybody."""
+        process, context = self._process, self._context
+        if process is None or context is None or process.poll() is None:
+            return False
+        for timer in self._timers:
+            timer.cancel()
+        self._timers.clear()
+        for reader in list(self._readers.values()):
+            reader.drain()
+        if process.stdin is not None:
+            process.stdin.close()
+        code, runner, name = process.returncode, context.runner, self.process_details["name"]
+        if code == 0:
+            runner.output.info(name, f"process has finished cleanly [pid {process.pid}]")
+        else:
+            cmd = " ".join(self.process_details["cmd"])
+            runner.output.error(name, f"process has died [pid {process.pid}, exit code {code}, cmd '{cmd}'].")
+        runner.record.add(
+            "ended",
+            process=name,
+            pid=process.pid,
+            exit_code=code if code >= 0 else None,
+            signal=_Signals(-code).name if code < 0 else None,
+            sent=self._sent,
+            ran_s=round(time.monotonic() - self._started_s, 3),
+        )
+        self._event(events.ProcessExited, returncode=code)
+        self._again_or_finish(context)
+        return True
+
+    def _again_or_finish(self, context: LaunchContext) -> None:
+        again = self._respawns and not self._stopping and not context.is_shutdown
+        if again and (self.respawn_max_retries < 0 or self._restarts < self.respawn_max_retries):
+            self._restarts += 1
+            assert context.asyncio_loop is not None
+            self._timers.append(context.asyncio_loop.call_later(self.respawn_delay_s or 0.0, self._start))
+        else:
+            self._finish()
+
+    def _finish(self) -> None:
+        """Say that the action is over, once the events about its end have been handled."""
+        context, done = self._context, self._done
+        assert context is not None
+        assert done is not None
+
+        def over() -> None:
+            if not done.done():
+                done.set_result(None)
+            for handler in self._handlers:
+                context.unregister_event_handler(handler)
+            context.wake()
+
+        context.runner.after_events(over)
+
+
+class ExecuteProcess(ExecuteLocal):
+    """A process, given as the words of its command."""
+
+
+class _Lines:
+    """Cuts what comes through a file descriptor into lines."""
+
+    def __init__(self, action: ExecuteLocal, fd: int, channel: str) -> None:
+        self.action, self.fd, self.channel, self.rest = action, fd, channel, b""
+        assert action._context is not None
+        assert action._context.asyncio_loop is not None
+        self.loop = action._context.asyncio_loop
+        os.set_blocking(fd, False)
+        self.loop.add_reader(fd, self.read)
+
+    def read(self) -> bool:
+        """Pass on what has come; return whether there may be more at once."""
+        try:
+            text = os.read(self.fd, 65536)
+        except BlockingIOError:
+            return False
+        except OSError:  # a terminal whose other end is closed
+            text = b""
+        if not text:
+            self.close()
+            return False
+        *lines, self.rest = (self.rest + text).split(b"\n")
+        self.action.written(self.channel, text, [_decode(line) for line in lines])
+        return True
+
+    def drain(self) -> None:
+        """Pass on all that is there, also a last line without an end."""
+        while self.fd in self.action._readers and self.read():
+            pass
+        self.flush()
+
+    def flush(self) -> None:
+        """Pass on the last line though it has no end."""
+        if self.rest:
+            rest, self.rest = self.rest, b""
+            self.action.written(self.channel, b"", [_decode(rest)])
+
+    def close(self) -> None:
+        """Stop reading."""
+        self.flush()
+        self.loop.remove_reader(self.fd)
+        os.close(self.fd)
+        self.action._readers.pop(self.fd, None)
+
+
+def _decode(line: bytes) -> str:
+    return line.decode(errors="replace").rstrip("\r")
+
+
+def _channels(tty: bool) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Return our ends and the process's ends for its stdout and stderr."""
+    (out_r, out_w), (err_r, err_w) = (pty.openpty(), pty.openpty()) if tty else (os.pipe(), os.pipe())
+    return (out_r, err_r), (out_w, err_w)

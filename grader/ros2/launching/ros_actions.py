@@ -1,0 +1,232 @@
+"""The actions of `launch_ros.actions`: a node, and what holds for all nodes after it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from .context import LaunchContext
+from .entities import Action, Entities, SomeSubstitutionsType, perform, substitutions
+from .errors import LaunchError
+from .parameters import Parameter, ParameterFile, document, flat, listed, value_of
+from .process import ExecuteProcess
+from .ros_substitutions import ExecutableInPackage
+
+NAMESPACE, PARAMETERS, REMAPS = "ros_namespace", "global_params", "ros_remaps"  # keys among the configurations
+RENAMED = {
+    "node_executable": "executable",
+    "node_name": "name",
+    "node_namespace": "namespace",
+    "node_args": "arguments",
+}
+
+
+def joined(base: str | None, name: str | None) -> str | None:
+    """Return a namespace below another one, absolute; an absolute one stands for itself, none and none is none."""
+    parts = [part.rstrip("/") for part in (base, name) if part]
+    if name and name.startswith("/"):
+        parts = [name.rstrip("/")]
+    if not parts:
+        return None
+    return "/" + "/".join(parts).lstrip("/")
+
+
+def check_name(name: str) -> None:
+    """Raise if a node cannot have this name."""
+    if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII):
+        raise LaunchError(
+            f"Invalid node name '{name}': letters, digits and _ are allowed, and it does not begin with a digit"
+        )
+
+
+def check_namespace(name: str) -> None:
+    """Raise if there cannot be such a namespace."""
+    if name != "/" and not re.fullmatch(r"(/[A-Za-z_]\w*)+", name, re.ASCII):
+        raise LaunchError(
+            f"Invalid namespace '{name}': names of letters, digits and _ that do not begin with a digit, after a / each"
+        )
+
+
+class Node(ExecuteProcess):
+    """A node of a package, as one process."""
+
+    def __init__(
+        self,
+        *,
+        executable: SomeSubstitutionsType | None = None,
+        package: SomeSubstitutionsType | None = None,
+        name: SomeSubstitutionsType | None = None,
+        namespace: SomeSubstitutionsType | None = None,
+        exec_name: SomeSubstitutionsType | None = None,
+        parameters: Any = None,
+        remappings: Iterable[tuple[Any, Any]] | None = None,
+        ros_arguments: Iterable[SomeSubstitutionsType] | None = None,
+        arguments: Iterable[SomeSubstitutionsType] | None = None,
+        **rest: Any,
+    ) -> None:
+        for old, new in RENAMED.items():
+            if old in rest:
+                raise TypeError(f"Node() has no keyword '{old}': since ROS 2 Galactic it is called '{new}'")
+        if executable is None:
+            raise TypeError("Node() needs the keyword 'executable'")
+        program = executable if package is None else ExecutableInPackage(executable, package)
+        super().__init__(cmd=[program, *(arguments or ())], name=exec_name, **rest)
+        self.package, self.executable = package, executable
+        self.node_name_given, self.namespace_given = name, namespace
+        self.parameters = [] if parameters is None else listed(parameters)
+        self.remappings = _rules(remappings)
+        self.ros_arguments = list(ros_arguments or ())
+
+    @property
+    def node_name(self) -> str:
+        """The node's full name, once it has been started."""
+        return str(self.facts.get("node", "<node_name_unspecified>"))
+
+    def command(self, context: LaunchContext) -> list[str]:
+        """Return the command: executable, arguments, then after --ros-args names, parameters, remappings."""
+        cmd = super().command(context)
+        extra = [perform(context, word) for word in self.ros_arguments]
+        if extra:
+            cmd += ["--ros-args", *extra]
+        name = None if self.node_name_given is None else perform(context, self.node_name_given)
+        given = None if self.namespace_given is None else perform(context, self.namespace_given)
+        namespace = joined(context.launch_configurations.get(NAMESPACE), given)
+        cmd.append("--ros-args")
+        if name is not None:
+            check_name(name)
+            cmd += ["-r", f"__node:={name}"]
+        if namespace is not None:
+            check_namespace(namespace)
+            cmd += ["-r", f"__ns:={namespace}"]
+        full = f"{namespace.rstrip('/')}/{name}" if name is not None and namespace is not None else None
+        self.facts = {
+            "package": None if self.package is None else perform(context, self.package),
+            "executable": perform(context, self.executable),
+            "node": full or name,
+        }
+        for one in context.launch_configurations.get(PARAMETERS, ()):
+            cmd += self._file(context, Path(one)) if isinstance(one, str) else ["-p", f"{one[0]}:={one[1]}"]
+        for one in self.parameters:
+            cmd += self._parameter(context, one, full or "/**")
+        for old, new in [*context.launch_configurations.get(REMAPS, ()), *self.remappings]:
+            cmd += ["-r", f"{perform(context, old)}:={perform(context, new)}"]
+        return cmd
+
+    def _parameter(self, context: LaunchContext, one: Any, node: str) -> list[str]:
+        if isinstance(one, Mapping):
+            return ["--params-file", str(context.runner.parameter_file(document(flat(context, one), node)))]
+        if isinstance(one, Parameter):
+            name, value = one.evaluate(context)
+            return ["-p", f"{name}:={_yaml(value)}"]
+        file = one.evaluate(context) if isinstance(one, ParameterFile) else Path(perform(context, one))
+        return self._file(context, file)
+
+    @staticmethod
+    def _file(context: LaunchContext, path: Path) -> list[str]:
+        if path.is_file():
+            return ["--params-file", str(path)]
+        context.runner.output.warn("launch_ros.actions.node", f"Parameter file path is not a file: {path}")
+        return []
+
+
+def _yaml(value: Any) -> str:
+    import yaml
+
+    return yaml.safe_dump(value, default_flow_style=True, width=10**6).removesuffix("\n").removesuffix("\n...")
+
+
+def _rules(remappings: Any) -> list[tuple[Any, Any]]:
+    rules = []
+    for rule in remappings or ():
+        if isinstance(rule, str) or not isinstance(rule, Iterable) or len(pair := tuple(rule)) != 2:
+            raise TypeError(f"remappings is a list of pairs (from, to), got {rule!r}")
+        rules.append((substitutions(pair[0]), substitutions(pair[1])))
+    return rules
+
+
+class LifecycleNode(Node):
+    """A node with states; here a plain node, whose states are left to `ros2 lifecycle` or to its own code."""
+
+    def __init__(self, *, name: SomeSubstitutionsType, namespace: SomeSubstitutionsType, **rest: Any) -> None:
+        rest.pop("autostart", None)
+        super().__init__(name=name, namespace=namespace, **rest)
+
+    def execute(self, context: LaunchContext) -> Entities | None:
+        """Start it and say what is missing."""
+        context.runner.output.warn(
+            "launch_ros.actions", f"{self.place}: a LifecycleNode is started as a plain node; nothing changes its state"
+        )
+        return super().execute(context)
+
+
+class PushROSNamespace(Action):
+    """Puts what follows into a namespace."""
+
+    def __init__(self, namespace: SomeSubstitutionsType, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.namespace = substitutions(namespace)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Go one namespace deeper; the empty one changes nothing."""
+        inner = joined(context.launch_configurations.get(NAMESPACE), perform(context, self.namespace))
+        if inner is not None:
+            check_namespace(inner)
+            context.launch_configurations[NAMESPACE] = inner
+
+
+def _append(context: LaunchContext, key: str, value: Any) -> None:
+    # A new list each time: the groups around hold the old one.
+    context.launch_configurations[key] = [*context.launch_configurations.get(key, ()), value]
+
+
+class SetParameter(Action):
+    """Sets a parameter of every node that follows."""
+
+    def __init__(self, name: SomeSubstitutionsType, value: Any, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.name, self.value = substitutions(name), value
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set it. A list becomes text in round brackets, as with the real one, which no node reads as a list."""
+        value = value_of(context, self.value)
+        name = perform(context, self.name)
+        if isinstance(value, list):
+            value = tuple(value)
+        kept = [
+            one for one in context.launch_configurations.get(PARAMETERS, ()) if isinstance(one, str) or one[0] != name
+        ]
+        context.launch_configurations[PARAMETERS] = [*kept, (name, value)]
+
+
+class SetParametersFromFile(Action):
+    """Gives a parameter file to every node that follows."""
+
+    def __init__(self, filename: SomeSubstitutionsType, **rest: Any) -> None:
+        rest.pop("node_name", None)
+        super().__init__(**rest)
+        self.filename = filename
+
+    def execute(self, context: LaunchContext) -> None:
+        """Remember it."""
+        _append(context, PARAMETERS, perform(context, self.filename))
+
+
+class SetUseSimTime(SetParameter):
+    """Has every node that follows take its time from /clock, or not."""
+
+    def __init__(self, value: Any, **rest: Any) -> None:
+        super().__init__("use_sim_time", value, **rest)
+
+
+class SetRemap(Action):
+    """Remaps a name for every node that follows."""
+
+    def __init__(self, src: SomeSubstitutionsType, dst: SomeSubstitutionsType, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.src, self.dst = substitutions(src), substitutions(dst)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Remember it."""
+        _append(context, REMAPS, (perform(context, self.src), perform(context, self.dst)))

@@ -1,0 +1,227 @@
+"""Run launch descriptions: the queue of events, the signals, and the end."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import shutil
+import signal
+import sys
+import tempfile
+import traceback
+from collections.abc import Callable, Iterable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import events
+from .context import LaunchContext
+from .entities import LaunchDescription, LaunchDescriptionEntity
+from .errors import LaunchError, UnsupportedError
+from .guard import Guard
+from .output import Output
+from .record import Record
+
+if TYPE_CHECKING:
+    from .process import ExecuteLocal
+
+
+class LaunchService:
+    """Runs descriptions until nothing is left running or waiting."""
+
+    def __init__(
+        self,
+        *,
+        argv: Iterable[str] | None = None,
+        noninteractive: bool = False,
+        debug: bool = False,
+        record: Path | None = None,
+    ) -> None:
+        self.context = LaunchContext(argv=argv, noninteractive=noninteractive)
+        self.output = Output(debug=debug)
+        self.record = Record(record)
+        self.guard: Guard
+        self._descriptions: list[LaunchDescription] = []
+        self._numbers = 0
+        self._running: list[ExecuteLocal] = []
+        self._pending: list[asyncio.Future[Any]] = []
+        self._after: list[Callable[[], None]] = []
+        self._error: str | None = None
+        self._signal: int | None = None
+        self._folder: Path | None = None
+        self._task: asyncio.Task[None] | None = None
+
+    # -- for the processes -----------------------------------------------------------------------------------------
+    def next_number(self) -> int:
+        """Return the number of the next process; it counts over the whole run."""
+        self._numbers += 1
+        return self._numbers
+
+    def watch(self, action: ExecuteLocal) -> None:
+        """Have the process looked after."""
+        self._running.append(action)
+
+    def after_events(self, step: Callable[[], None]) -> None:
+        """Take a step once the events queued so far have been handled."""
+        self._after.append(step)
+        self.context.wake()
+
+    def parameter_file(self, text: str) -> Path:
+        """Write a temporary parameter file and return its path; it goes when the launch ends."""
+        if self._folder is None:
+            self._folder = Path(tempfile.mkdtemp(prefix="launch_params_"))
+            self.guard.folder(self._folder)
+        handle, name = tempfile.mkstemp(prefix="launch_params_", suffix=".yaml", dir=self._folder)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        return Path(name)
+
+    # -- for launch files that run themselves ----------------------------------------------------------------------
+    def include_launch_description(self, launch_description: LaunchDescription) -> None:
+        """Add a description to run."""
+        self._descriptions.append(launch_description)
+
+    def emit_event(self, event: events.Event) -> None:
+        """Make an event happen."""
+        self.context.emit_event_sync(event)
+
+    def shutdown(self) -> None:
+        """End the launch."""
+        self._shut_down("LaunchService.shutdown() called")
+
+    def run(self, *, shutdown_when_idle: bool = True) -> int:
+        """Run everything and return the exit code: 1 for an error of the launch itself, else 0."""
+        self.guard = Guard()
+        self.context.runner = self
+        try:
+            code = asyncio.run(self._run(shutdown_when_idle))
+        finally:
+            if self._folder is not None:
+                shutil.rmtree(self._folder, ignore_errors=True)
+            self.guard.close()
+            self.output.close()
+        self.record.add("launch_ended", exit_code=code, error=self._error)
+        self.record.close()
+        if self._signal is not None:  # end as one ends of this signal, now that the processes are gone
+            signal.signal(self._signal, signal.SIG_DFL)
+            os.kill(os.getpid(), self._signal)
+        return code
+
+    # -- the loop --------------------------------------------------------------------------------------------------
+    async def _run(self, shutdown_when_idle: bool) -> int:
+        loop = asyncio.get_running_loop()
+        self.context.asyncio_loop = loop
+        await self.context.awake()
+        loop.add_signal_handler(signal.SIGCHLD, self._reap)
+        loop.add_signal_handler(signal.SIGINT, self._interrupted)
+        for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+            loop.add_signal_handler(number, self._terminated, number)
+        for description in self._descriptions:
+            self._guarded(partial(self._visit, description))
+        self.context.wake()
+        while True:
+            await self.context.awake()
+            await self._handle_events()
+            self._pending = [future for future in self._pending if not future.done()]
+            if self._pending or self.context.events or self._after:
+                if self.context.events or self._after:
+                    self.context.wake()
+                continue
+            if self.context.is_shutdown:
+                break
+            if shutdown_when_idle:
+                self._shut_down("idle")
+        for number in (signal.SIGCHLD, signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+            loop.remove_signal_handler(number)
+        return 1 if self._error is not None else 0
+
+    async def _handle_events(self) -> None:
+        context = self.context
+        while context.events or self._after:
+            while context.events:
+                event = context.events.popleft()
+                self._guarded(partial(self._handle, event))
+                await asyncio.sleep(0)  # let what was started start
+            for step in [self._after.pop(0) for _ in range(len(self._after))]:
+                step()
+
+    def _handle(self, event: events.Event) -> None:
+        context = self.context
+        if isinstance(event, events.Shutdown):
+            if context.is_shutdown:
+                return
+            context.is_shutdown = True
+        for handler in [handler for handler in context.handlers if handler.matches(event)]:
+            context.push_locals()
+            context.extend_locals({"event": event})
+            try:
+                for entity in handler.handle(event, context):
+                    self._visit(entity)
+            finally:
+                context.pop_locals()
+
+    def _visit(self, entity: LaunchDescriptionEntity) -> None:
+        """Visit the entity and what it leads to, depth first."""
+        try:
+            found = entity.visit(self.context)
+            future = entity.get_asyncio_future()
+        except Exception as error:
+            if not hasattr(error, "launch_place"):
+                error.launch_place = getattr(entity, "place", None)  # type: ignore[attr-defined]  # a note for _explain
+            raise
+        if future is not None and not future.done():
+            future.add_done_callback(lambda _: self.context.wake())
+            self._pending.append(future)
+        for inner in found or ():
+            self._visit(inner)
+
+    def _guarded(self, step: Callable[[], None]) -> None:
+        """Take a step of somebody's launch file; an error in it ends the launch, and the processes with it."""
+        try:
+            step()
+        except Exception as error:
+            self._error = explain(error)
+            self.output.error("launch", f"Caught exception in launch (see debug for traceback): {self._error}")
+            if self.output.debug_wanted:
+                self.output.debug("launch", traceback.format_exc())
+            self._shut_down(f"Caught exception in launch: {self._error}")
+
+    def _shut_down(self, reason: str, due_to_sigint: bool = False) -> None:
+        self.context.events.appendleft(events.Shutdown(reason=reason, due_to_sigint=due_to_sigint))
+        self.context.wake()
+
+    # -- signals ---------------------------------------------------------------------------------------------------
+    def _reap(self) -> None:
+        self._running = [action for action in self._running if not action.poll()]
+
+    def _interrupted(self) -> None:
+        again = " again, ignoring..." if self.context.is_shutdown else ""
+        self.output.warn("launch", f"user interrupted with ctrl-c (SIGINT){again}")
+        if not again:
+            self._shut_down("ctrl-c (SIGINT)", due_to_sigint=True)
+
+    def _terminated(self, number: int) -> None:
+        name = signal.Signals(number).name
+        if self._signal is not None:  # twice: no more patience; the guard does the rest
+            self.output.error("launch", f"{name} again: killing every process")
+            self.guard.close()
+            os._exit(128 + number)
+        self._signal = number
+        self.output.warn("launch", f"{name}: ending every process")
+        self._shut_down(name)
+
+
+def explain(error: BaseException) -> str:
+    """Return an error in one message that names the launch file's line, if there is one."""
+    if isinstance(error, UnsupportedError):
+        return str(error)
+    text = str(error) if isinstance(error, LaunchError) else f"{type(error).__name__}: {error}"
+    place = getattr(error, "launch_place", None)
+    here = str(Path(__file__).resolve().parent)
+    lines = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith((here, "<"))]
+    mine = [frame for frame in lines if not frame.filename.startswith((sys.prefix, sys.base_prefix))]
+    if isinstance(error, SyntaxError) and error.filename:
+        return f"SyntaxError: {error.msg} ({error.filename}, line {error.lineno})"
+    if mine:
+        return f"{text} ({mine[-1].filename}, line {mine[-1].lineno})"
+    return f"{text} ({place})" if place is not None else text

@@ -1,0 +1,357 @@
+"""The substitutions of `launch.substitutions`. Each finds its text when it is performed, not when it is written."""
+
+from __future__ import annotations
+
+import math
+import os
+import shlex
+import shutil
+import subprocess
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from .conditions import truth
+from .context import LaunchContext
+from .entities import SomeSubstitutionsType, Substitution, describe, perform, substitutions
+from .errors import SubstitutionFailure
+
+
+class LaunchConfiguration(Substitution):
+    """The value of a launch argument or of any configuration that was set."""
+
+    def __init__(self, variable_name: SomeSubstitutionsType, *, default: Any = None) -> None:
+        self.variable_name = substitutions(variable_name)
+        self.default = None if default is None else substitutions(default if _is_text(default) else str(default))
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the configuration's value, else the default's."""
+        name = perform(context, self.variable_name)
+        if name in context.launch_configurations:
+            return str(context.launch_configurations[name])
+        if self.default is None:
+            raise SubstitutionFailure(f"launch configuration '{name}' does not exist")
+        return perform(context, self.default)
+
+    def describe(self) -> str:
+        """Return how `--show-args` shows it."""
+        return f"LaunchConfig({describe(self.variable_name)})"
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str | Path | Substitution) or (
+        isinstance(value, Iterable) and all(isinstance(part, str | Path | Substitution) for part in value)
+    )
+
+
+class PathJoinSubstitution(Substitution):
+    """Parts of a path, joined by the separator; a part may itself be a list to put together."""
+
+    def __init__(self, substitutions: Iterable[SomeSubstitutionsType]) -> None:
+        self.parts = list(substitutions)
+
+    @property
+    def fixed(self) -> bool:  # type: ignore[override]
+        """True where every part is."""
+        return all(one.fixed for one in substitutions(self.parts))
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the path."""
+        return os.path.join(*(perform(context, part) for part in self.parts))  # noqa: PTH118 - keeps "./" and "//"
+
+    def describe(self) -> str:
+        """Return how `--show-args` shows it."""
+        return f"PathJoin({', '.join(describe(part) for part in self.parts)})"
+
+    def __truediv__(self, other: SomeSubstitutionsType) -> PathJoinSubstitution:
+        """Return the path with one more part."""
+        return PathJoinSubstitution([*self.parts, other])
+
+
+class EnvironmentVariable(Substitution):
+    """The value of an environment variable."""
+
+    def __init__(self, name: SomeSubstitutionsType, *, default_value: SomeSubstitutionsType | None = None) -> None:
+        self.name, self.default_value = substitutions(name), default_value
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the variable's value, else the default's."""
+        name = perform(context, self.name)
+        if name in context.environment:
+            return context.environment[name]
+        if self.default_value is None:
+            raise SubstitutionFailure(f"environment variable '{name}' does not exist")
+        return perform(context, self.default_value)
+
+    def describe(self) -> str:
+        """Return how `--show-args` shows it."""
+        default = "" if self.default_value is None else f", default={describe(self.default_value)}"
+        return f"EnvVar({describe(self.name)}{default})"
+
+
+class FindExecutable(Substitution):
+    """The path of a program on PATH."""
+
+    fixed = True
+
+    def __init__(self, *, name: SomeSubstitutionsType) -> None:
+        self.name = substitutions(name)
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the path."""
+        name = perform(context, self.name)
+        if (found := shutil.which(name, path=context.environment.get("PATH"))) is None:
+            raise SubstitutionFailure(f"executable '{name}' not found on the PATH")
+        return found
+
+    def describe(self) -> str:
+        """Return how `--show-args` shows it."""
+        return f"FindExec({describe(self.name)})"
+
+
+class Command(Substitution):
+    """What a command prints."""
+
+    def __init__(self, command: SomeSubstitutionsType, *, on_stderr: SomeSubstitutionsType = "fail") -> None:
+        self.command, self.on_stderr = substitutions(command), on_stderr
+
+    def perform(self, context: LaunchContext) -> str:
+        """Run the command and return its standard output; a failure, or by default stderr, stops the launch."""
+        command = perform(context, self.command)
+        try:
+            done = subprocess.run(shlex.split(command), capture_output=True, text=True, check=False)
+        except OSError as error:
+            raise SubstitutionFailure(f"command '{command}' cannot be run: {error.strerror}") from error
+        if done.returncode != 0:
+            raise SubstitutionFailure(
+                f"executed command failed. Command: {command}\nCaptured stderr output: {done.stderr}"
+            )
+        policy = perform(context, self.on_stderr)
+        if done.stderr and policy in ("fail", "warn"):
+            said = f"executed command showed stderr output. Command: {command}\nCaptured stderr output:\n{done.stderr}"
+            if policy == "fail":
+                raise SubstitutionFailure(said)
+            if context.runner is not None:
+                context.runner.output.warn("launch", said)
+        return done.stdout
+
+    def describe(self) -> str:
+        """Return how `--show-args` shows it."""
+        return f"Command({describe(self.command)})"
+
+
+class PythonExpression(Substitution):
+    """The value of a Python expression, as text; the names of `math` are known in it."""
+
+    def __init__(self, expression: SomeSubstitutionsType, python_modules: Iterable[str] = ("math",)) -> None:
+        self.expression, self.python_modules = substitutions(expression), list(python_modules)
+
+    def perform(self, context: LaunchContext) -> str:
+        """Evaluate and return the text of the value."""
+        import importlib
+
+        known: dict[str, Any] = {"__builtins__": __builtins__}
+        for name in self.python_modules:
+            known[name] = importlib.import_module(perform(context, name))
+        if "math" in known:
+            known.update({name: value for name, value in vars(math).items() if not name.startswith("_")})
+        expression = perform(context, self.expression)
+        try:
+            return str(eval(expression, known))
+        except Exception as error:
+            raise SubstitutionFailure(
+                f"Python expression '{expression}' fails: {type(error).__name__}: {error}"
+            ) from error
+
+    def describe(self) -> str:
+        """Return how `--show-args` shows it."""
+        return f"PythonExpr({describe(self.expression)})"
+
+
+class LocalSubstitution(Substitution):
+    """A value that holds only where the substitution is performed, such as `event.reason`."""
+
+    def __init__(self, expression: str, description: str | None = None) -> None:
+        self.expression, self.description = expression, description
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the text of the value."""
+        value: Any = context.locals
+        for name in self.expression.split("."):
+            if not hasattr(value, name):
+                raise SubstitutionFailure(f"there is no local '{self.expression}' here")
+            value = getattr(value, name)
+        return str(value)
+
+    def describe(self) -> str:
+        """Return how `--show-args` shows it."""
+        return f"LocalVar('{self.description or self.expression}')"
+
+
+class FileContent(Substitution):
+    """The text of a file."""
+
+    def __init__(self, path: SomeSubstitutionsType) -> None:
+        self.path = substitutions(path)
+
+    def perform(self, context: LaunchContext) -> str:
+        """Read the file."""
+        path = perform(context, self.path)
+        try:
+            return Path(path).read_text()
+        except OSError as error:
+            raise SubstitutionFailure(f"Failed to open file: {path}: {error.strerror}") from error
+
+
+class _OfThisFile(Substitution):
+    local = ""
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the value that the include has left for this file."""
+        found = context.get_locals_as_dict().get(self.local)
+        if found is None:
+            raise SubstitutionFailure(f"{type(self).__name__} used outside of a launch file (in a script)")
+        return str(found)
+
+
+class ThisLaunchFile(_OfThisFile):
+    """The path of the launch file being run."""
+
+    local = "current_launch_file_path"
+
+
+class ThisLaunchFileDir(_OfThisFile):
+    """The folder of the launch file being run."""
+
+    local = "current_launch_file_directory"
+
+
+class LaunchLogDir(Substitution):
+    """The folder of this run's log files."""
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the folder."""
+        return str(context.runner.output.folder) if context.runner else ""
+
+
+def as_value(text: str) -> Any:
+    """Return what YAML makes of a text, as comparisons of substitutions see it."""
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text
+
+
+class EqualsSubstitution(Substitution):
+    """Says whether two texts are the same: as truth values, as numbers, or letter by letter."""
+
+    def __init__(self, left: Any, right: Any) -> None:
+        self.left, self.right = _side(left), _side(right)
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return "true" or "false"."""
+        return _text(self._same(context))
+
+    def _same(self, context: LaunchContext) -> bool:
+        left, right = perform(context, self.left), perform(context, self.right)
+        truths = {"true": True, "1": True, "false": False, "0": False}
+        if left.lower() in truths and right.lower() in truths:
+            return truths[left.lower()] == truths[right.lower()]
+        try:
+            return math.isclose(float(left), float(right))
+        except ValueError:
+            return left == right
+
+
+class NotEqualsSubstitution(EqualsSubstitution):
+    """Says whether two texts differ."""
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return "true" or "false"."""
+        return _text(not self._same(context))
+
+
+class NotSubstitution(Substitution):
+    """The opposite of a truth value."""
+
+    def __init__(self, value: SomeSubstitutionsType) -> None:
+        self.value = value
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return "true" or "false"."""
+        return _text(not truth(context, self.value))
+
+
+class AnySubstitution(Substitution):
+    """Says whether one of several is true."""
+
+    combine: Callable[[Iterable[bool]], bool] = staticmethod(any)
+
+    def __init__(self, *args: SomeSubstitutionsType) -> None:
+        self.args = args
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return "true" or "false"."""
+        return _text(self.combine([truth(context, value) for value in self.args]))
+
+
+class AllSubstitution(AnySubstitution):
+    """Says whether all are true."""
+
+    combine = staticmethod(all)
+
+
+class OrSubstitution(AnySubstitution):
+    """Says whether one of two is true."""
+
+    def __init__(self, left: SomeSubstitutionsType, right: SomeSubstitutionsType) -> None:
+        super().__init__(left, right)
+
+
+class AndSubstitution(AllSubstitution):
+    """Says whether both are true."""
+
+    def __init__(self, left: SomeSubstitutionsType, right: SomeSubstitutionsType) -> None:
+        super().__init__(left, right)
+
+
+class IfElseSubstitution(Substitution):
+    """One of two texts, as a condition says."""
+
+    def __init__(
+        self,
+        condition: SomeSubstitutionsType,
+        if_value: SomeSubstitutionsType = "",
+        else_value: SomeSubstitutionsType = "",
+    ) -> None:
+        self.condition, self.if_value, self.else_value = condition, if_value, else_value
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the text for the condition's value."""
+        return perform(context, self.if_value if truth(context, self.condition) else self.else_value)
+
+
+class AnonName(Substitution):
+    """A name with something appended that no other process has; the same within one launch."""
+
+    def __init__(self, name: SomeSubstitutionsType) -> None:
+        self.name = substitutions(name)
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the name."""
+        name = perform(context, self.name)
+        key = "anon" + name
+        if key not in context.launch_configurations:
+            unique = f"{name}_{os.uname().nodename}_{os.getpid()}_{id(context)}"
+            context.launch_configurations[key] = "".join(c if c.isalnum() else "_" for c in unique)
+        return str(context.launch_configurations[key])
+
+
+def _text(value: bool) -> str:
+    return "true" if value else "false"
+
+
+def _side(value: Any) -> Any:
+    return value if isinstance(value, str | Path | Substitution | list | tuple) else str(value)
