@@ -1,0 +1,143 @@
+"""Who calls whom inside the package, by name: enough to tell what a callback can reach."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from grader.quality.modules import Function, Imports, Module, imports, last_name
+
+# What hands a function to the executor: it is then called back, and while it runs nothing else is.
+_REGISTER = {
+    "create_subscription", "create_timer", "create_service", "ActionServer", "add_on_set_parameters_callback",
+    "add_pre_set_parameters_callback", "add_post_set_parameters_callback", "add_done_callback",
+    "register_handle_accepted_callback", "register_goal_callback", "register_cancel_callback",
+    "register_execute_callback", "registerCallback", "Subscriber",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Node:
+    """A function of the package; `owner` is the name of its class, "" outside of one."""
+
+    module: Module
+    owner: str
+    tree: Function
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """Return what tells it from every other function."""
+        return self.module.path, self.owner, f"{self.tree.name}:{self.tree.lineno}"
+
+
+class Calls:
+    """The functions of the package's modules and the calls between them."""
+
+    def __init__(self, modules: Sequence[Module]) -> None:
+        self.modules = [module for module in modules if module.role == "module"]
+        self.imports: dict[str, Imports] = {module.path: imports(module) for module in self.modules}
+        self.nodes = [node for module in self.modules for node in _functions(module)]
+        self._bases = {
+            class_.name: [last_name(base) for base in class_.bases]
+            for module in self.modules
+            for class_ in ast.walk(module.tree)
+            if isinstance(class_, ast.ClassDef)
+        }
+
+    def in_callbacks(self) -> list[tuple[Node, str]]:
+        """Return the functions that run in a callback, each with the name of a callback that leads to it."""
+        found: dict[tuple[str, str, str], tuple[Node, str]] = {}
+        todo = [(callback, callback.tree.name) for node in self.nodes for callback in self._registered(node)]
+        while todo:
+            node, root = todo.pop()
+            if node.key not in found:
+                found[node.key] = node, root
+                todo += [(called, root) for called in self._called(node, own_body(node.tree))]
+        return list(found.values())
+
+    def _registered(self, node: Node) -> Iterator[Node]:
+        """Yield the functions that `node` hands to the executor."""
+        for call in own_body(node.tree):
+            if not isinstance(call, ast.Call) or last_name(call.func) not in _REGISTER:
+                continue
+            for given in [*call.args, *(keyword.value for keyword in call.keywords)]:
+                if isinstance(given, ast.Lambda):
+                    yield from self._called(node, ast.walk(given))
+                elif isinstance(given, ast.Call) and last_name(given.func) == "partial" and given.args:
+                    yield from self._named(node, given.args[0])
+                elif isinstance(given, ast.Name) and not any(True for _ in self._named(node, given)):
+                    # A variable: it may stand for any method that the function mentions without calling it.
+                    if given.id in _variables(node.tree):
+                        yield from self._mentioned(node)
+                else:
+                    yield from self._named(node, given)
+
+    def _mentioned(self, node: Node) -> Iterator[Node]:
+        called = {id(call.func) for call in ast.walk(node.tree) if isinstance(call, ast.Call)}
+        for part in own_body(node.tree):
+            if isinstance(part, ast.Attribute) and id(part) not in called:
+                yield from self._named(node, part)
+
+    def _called(self, node: Node, parts: Iterator[ast.AST]) -> Iterator[Node]:
+        for part in parts:
+            if isinstance(part, ast.Call):
+                yield from self._named(node, part.func)
+
+    def _named(self, node: Node, name: ast.AST) -> Iterator[Node]:
+        """Yield the functions that `name` may stand for, seen from inside `node`."""
+        if isinstance(name, ast.Attribute) and isinstance(name.value, ast.Name) and name.value.id in ("self", "cls"):
+            family = self._family(node.owner)
+            yield from (other for other in self.nodes if other.owner in family and other.tree.name == name.attr)
+        elif isinstance(name, ast.Attribute) and isinstance(name.value, ast.Call):
+            if last_name(name.value.func) == "super":
+                family = self._family(node.owner) - {node.owner}
+                yield from (other for other in self.nodes if other.owner in family and other.tree.name == name.attr)
+        elif isinstance(name, ast.Name):
+            yield from (
+                other
+                for other in self.nodes
+                if other.module is node.module and not other.owner and other.tree.name == name.id
+            )
+        meaning = self.imports[node.module.path].meaning(name)
+        where, _, what = meaning.rpartition(".")
+        yield from (
+            other
+            for other in self.nodes
+            if where and other.module.name == where and not other.owner and other.tree.name == what
+        )
+
+    def _family(self, owner: str) -> set[str]:
+        """Return a class with the classes of the package that it is made of."""
+        family, todo = set(), [owner] if owner else []
+        while todo:
+            name = todo.pop()
+            if name not in family:
+                family.add(name)
+                todo += self._bases.get(name, [])
+        return family
+
+
+def own_body(function: ast.AST) -> Iterator[ast.AST]:
+    """Yield the parts of a function without those of the functions defined inside it; lambdas belong to it."""
+    todo = list(ast.iter_child_nodes(function))
+    while todo:
+        node = todo.pop()
+        yield node
+        if not isinstance(node, Function | ast.ClassDef):
+            todo += ast.iter_child_nodes(node)
+
+
+def _functions(module: Module) -> Iterator[Node]:
+    todo: list[tuple[ast.AST, str]] = [(module.tree, "")]
+    while todo:
+        node, owner = todo.pop()
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, Function):
+                # A function inside a method may use `self` like the method itself, and is called by its bare name.
+                yield Node(module, owner if isinstance(node, ast.ClassDef) else "", child)
+            todo.append((child, child.name if isinstance(child, ast.ClassDef) else owner))
+
+
+def _variables(function: ast.AST) -> set[str]:
+    return {node.id for node in ast.walk(function) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}

@@ -1,0 +1,114 @@
+"""Blocks of code that stand in the package twice."""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from grader.evidence import Copy
+from grader.quality.modules import Function, Module, is_docstring, last_name
+
+BLOCK = 6  # lines, each with a statement of its own or the head of one
+_ROLES = ("module", "launch", "script")
+_MOST_PLACES = 20
+
+
+@dataclass(frozen=True)
+class _Line:
+    path: str
+    first: int
+    last: int
+    code: str
+
+
+def copies(modules: Sequence[Module]) -> list[Copy]:
+    """Return the blocks of six or more lines that occur more than once, the longest first.
+
+    Spaces, comments and line breaks make no difference. Imports, docstrings and what every ROS node has at its end
+    (`main` and the lines that call it) are no copies, and neither are tests.
+    """
+    runs = [list(_lines(module)) for module in modules if module.role in _ROLES]
+    places: dict[tuple[str, ...], list[tuple[int, int]]] = defaultdict(list)
+    for number, run in enumerate(runs):
+        for start in range(len(run) - BLOCK + 1):
+            places[tuple(line.code for line in run[start : start + BLOCK])].append((number, start))
+    found = []
+    told: set[tuple[int, int]] = set()
+    for number, run in enumerate(runs):
+        for start in range(len(run) - BLOCK + 1):
+            here = (number, start)
+            if here in told:
+                continue
+            block = tuple(line.code for line in run[start : start + BLOCK])
+            candidates = [place for place in places[block] if place > here and place not in told][:_MOST_PLACES]
+            lengths = {place: _common(runs, here, place) for place in candidates}
+            others = [place for place, length in lengths.items() if length >= BLOCK]
+            if not others:
+                continue
+            length = min(lengths[place] for place in others)
+            group = [here, *others]
+            told |= {(n, s + step) for n, s in group for step in range(length - BLOCK + 1)}
+            found.append(Copy(length, [_place(runs[n][s : s + length]) for n, s in group[:5]]))
+    return sorted(found, key=lambda copy: -copy.lines)[:50]
+
+
+def _common(runs: Sequence[Sequence[_Line]], a: tuple[int, int], b: tuple[int, int]) -> int:
+    """Return how many lines two places have in common; a block does not run into its own copy."""
+    (run_a, start_a), (run_b, start_b) = a, b
+    most = min(len(runs[run_a]) - start_a, len(runs[run_b]) - start_b)
+    if run_a == run_b:
+        most = min(most, start_b - start_a)
+    length = 0
+    while length < most and runs[run_a][start_a + length].code == runs[run_b][start_b + length].code:
+        length += 1
+    return length
+
+
+def _place(lines: Sequence[_Line]) -> str:
+    return f"{lines[0].path}:{lines[0].first}-{lines[-1].last}"
+
+
+def _lines(module: Module) -> Iterator[_Line]:
+    """Yield the module's code in order, a line for each simple statement and for each head of a compound one."""
+    todo: list[ast.AST] = list(reversed(module.tree.body))
+    while todo:
+        node = todo.pop()
+        if isinstance(node, ast.Import | ast.ImportFrom) or (isinstance(node, ast.stmt) and is_docstring(node)):
+            continue
+        if _is_ending(node):
+            continue
+        bodies = _bodies(node)
+        first = getattr(node, "lineno", 0)
+        last = getattr(node, "end_lineno", first) if not bodies else first
+        yield _Line(module.path, first, last, _code(node))
+        todo += reversed(bodies)
+
+
+def _is_ending(node: ast.AST) -> bool:
+    """Return whether this is `def main` or `if __name__ == '__main__'`."""
+    if isinstance(node, Function):
+        return node.name == "main"
+    return isinstance(node, ast.If) and "__name__" in {last_name(part) for part in ast.walk(node.test)}
+
+
+def _bodies(node: ast.AST) -> list[ast.AST]:
+    """Return the statements inside a compound statement, in the order of the text."""
+    found: list[ast.AST] = []
+    for name in ("body", "handlers", "orelse", "finalbody", "cases"):
+        part = getattr(node, name, None)
+        if isinstance(part, list):
+            found += part
+    return found
+
+
+def _code(node: ast.AST) -> str:
+    """Return a statement's structure as text, of a compound one only the head."""
+    parts = [type(node).__name__]
+    for name, value in ast.iter_fields(node):
+        if name in ("body", "handlers", "orelse", "finalbody", "cases", "type_comment"):
+            continue
+        for part in value if isinstance(value, list) else [value]:
+            parts.append(ast.dump(part) if isinstance(part, ast.AST) else repr(part))
+    return " ".join(parts)

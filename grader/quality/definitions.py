@@ -1,0 +1,58 @@
+"""Public modules, classes and functions: have they docstrings, have they annotations?"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+from pathlib import PurePosixPath
+
+from grader.evidence import Definition
+from grader.quality.modules import Function, Module, last_name
+
+_ROLES = ("module", "launch", "script")
+# One docstring says it all for a property and its setter, and for a function and its overloads.
+_SAME_THING = ("setter", "deleter", "getter", "overload")
+
+
+def definitions(module: Module) -> Iterator[Definition]:
+    """Yield what is public in a module of the package, a launch file or a script: no leading _ on the way to it."""
+    if module.role not in _ROLES or not _is_public(module):
+        return
+    if module.tree.body or module.stem != "__init__":
+        yield Definition(module.path, 1, "module", module.name, bool(ast.get_docstring(module.tree)))
+    yield from _inside(module.path, module.tree.body, "")
+
+
+def _is_public(module: Module) -> bool:
+    parts = PurePosixPath(module.path).with_suffix("").parts
+    return not any(part.startswith("_") and part != "__init__" for part in parts)
+
+
+def _inside(path: str, body: Sequence[ast.stmt], owner: str) -> Iterator[Definition]:
+    for node in body:
+        if isinstance(node, ast.If | ast.Try):
+            yield from _inside(path, [*node.body, *node.orelse, *getattr(node, "finalbody", [])], owner)
+        elif isinstance(node, ast.ClassDef | Function) and not node.name.startswith("_") and not _is_same(node):
+            documented = bool((ast.get_docstring(node) or "").strip())
+            name = f"{owner}{node.name}"
+            if isinstance(node, ast.ClassDef):
+                yield Definition(path, node.lineno, "class", name, documented)
+                yield from _inside(path, node.body, f"{name}.")
+            else:
+                missing = _unannotated(node, is_method=bool(owner))
+                yield Definition(path, node.lineno, "function", name, documented, unannotated=missing)
+
+
+def _is_same(node: ast.ClassDef | Function) -> bool:
+    return any(last_name(decorator) in _SAME_THING for decorator in node.decorator_list)
+
+
+def _unannotated(node: Function, *, is_method: bool) -> list[str]:
+    """Return the names of the parameters without a type, and "return"."""
+    given = node.args
+    parameters = [*given.posonlyargs, *given.args]
+    if is_method and not any(last_name(decorator) == "staticmethod" for decorator in node.decorator_list):
+        parameters = parameters[1:]
+    rest = [item for item in (given.vararg, given.kwarg) if item is not None]
+    missing = [item.arg for item in (*parameters, *given.kwonlyargs, *rest) if item.annotation is None]
+    return missing + (["return"] if node.returns is None else [])

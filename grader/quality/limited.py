@@ -1,0 +1,54 @@
+"""Run a tool of ours over text that may be hostile: with limits, and with the file found that broke it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TypeVar
+
+from grader.errors import GraderError
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+CPU_SECONDS = 20  # a whole package takes 1 to 2
+_WALL_SECONDS = 120.0  # far above, for a busy machine: the limit on CPU time is the one that decides
+_MEMORY = 2 * 1024**3
+_SEARCH_SECONDS = 120.0
+
+
+def python(arguments: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str] | None:
+    """Run our Python with `arguments` in `folder`, isolated. Return None if it went beyond its limits or crashed."""
+    command = ["prlimit", f"--as={_MEMORY}", f"--cpu={CPU_SECONDS}", "--core=0", "--", sys.executable, "-I", *arguments]
+    # The variable keeps the ROS wheels from starting Python a second time: no ROS is needed here.
+    environment = {"PATH": os.environ.get("PATH", ""), "LANG": "C.UTF-8", "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
+    try:
+        done = subprocess.run(
+            command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+            errors="replace", check=False, timeout=_WALL_SECONDS,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return None
+    except OSError as error:
+        raise GraderError(f"Cannot start prlimit ({error}). Install util-linux.") from error
+    return None if done.returncode < 0 or done.returncode > 128 else done
+
+
+def all_but_the_worst(run: Callable[[Sequence[T]], R | None], items: Sequence[T]) -> tuple[R | None, list[T]]:
+    """Return what `run` makes of as many items as it can take, and the items that it cannot.
+
+    Most of the time that is one run over all of them. When it fails, each is tried by itself.
+    """
+    result = run(items)
+    if result is not None or not items:
+        return result, []
+    deadline = time.monotonic() + _SEARCH_SECONDS
+    good = [item for item in items if time.monotonic() < deadline and run([item]) is not None]
+    result = run(good) if good else None
+    if result is None:
+        return None, list(items)
+    return result, [item for item in items if item not in good]

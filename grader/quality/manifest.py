@@ -1,0 +1,199 @@
+"""package.xml against what the package really is and uses."""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from pathlib import Path, PurePosixPath
+
+from catkin_pkg.package import InvalidPackage, parse_package_string
+from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
+
+from grader.evidence import Manifest
+from grader.intake.names import printable
+from grader.intake.package_xml import MOST_BYTES, PackageXml, read_package_xml
+from grader.quality.modules import PACKAGE, Module, argument, last_name, text
+
+_DEPENDS = (
+    "depend", "build_depend", "build_export_depend", "buildtool_depend", "buildtool_export_depend", "exec_depend",
+    "test_depend", "doc_depend",
+)  # fmt: skip
+# What a name in code is called among rosdep's keys, where taking "python3-" away does not tell.
+_ALSO = {
+    "yaml": ("pyyaml",),
+    "cv2": ("opencv", "libopencv-dev", "cv-bridge", "vision-opencv"),
+    "PIL": ("pil", "pillow"),
+    "serial": ("pyserial",),
+    "sklearn": ("sklearn", "scikit-learn"),
+    "skimage": ("skimage", "scikit-image"),
+    "usb": ("usb", "pyusb"),
+    "pkg_resources": ("pkg-resources", "setuptools"),
+    # A package's linter tests are also declared by the two that bring all linters.
+    "ament_copyright": ("ament-lint-common", "ament-lint-auto", "ament-cmake-copyright"),
+    "ament_flake8": ("ament-lint-common", "ament-lint-auto", "ament-cmake-flake8"),
+    "ament_pep257": ("ament-lint-common", "ament-lint-auto", "ament-cmake-pep257"),
+    "pytest": ("ament-cmake-pytest",),
+    # A plain <depend> on the generators holds at run time too.
+    "rosidl_default_runtime": (),
+}
+_FIELD = re.compile(r"^\s*([A-Za-z]\w*)(?:/(?:msg/)?[A-Za-z]\w*)?(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
+_CMAKE = re.compile(r"^[^#\n]*?\bfind_package\s*\(\s*([a-z][a-z0-9_]*)\b", re.MULTILINE)
+_MOST_TEXT = 256 * 1024
+_MOST_PLACES = 3
+
+
+def read_manifest(package: Path, files: Sequence[str], modules: Sequence[Module]) -> Manifest:
+    """Return what package.xml says and what `package`, whose own files are `files`, has and uses."""
+    used = _uses(package, files, modules)
+    cmake = _read(package / "CMakeLists.txt") if "CMakeLists.txt" in files else ""
+    path = package / "package.xml"
+    found = "package.xml" in files
+    xml = read_package_xml(path) if found else PackageXml()
+    licences = [printable(text) for text in xml.texts("license")]
+    return Manifest(
+        found=found,
+        problems=[f"package.xml {xml.problem}"] if xml.problem else _problems(path) if found else [],
+        format=xml.format,
+        maintainers=_maintainers(path) if found and not xml.problem else [],
+        licences=licences,
+        spdx=[_is_spdx(licence) for licence in licences],
+        build_type=printable(xml.build_type),
+        has_cmake="CMakeLists.txt" in files,
+        generates_interfaces="rosidl_generate_interfaces" in cmake,
+        declared=sorted({printable(text) for text in xml.texts(*_DEPENDS)})[:200],
+        used=dict(sorted(used.items())[:200]),
+    )
+
+
+def is_declared(name: str, declared: Sequence[str]) -> bool:
+    """Return whether one of the `declared` keys stands for the package or module `name`: numpy is python3-numpy."""
+    wanted = {_key(name), *_ALSO.get(name, ())}
+    return bool(wanted & {_key(other) for other in declared})
+
+
+def _key(name: str) -> str:
+    plain = name.lower().replace("_", "-")
+    return re.sub(r"^python3?-|-pip$", "", plain)
+
+
+def _problems(path: Path) -> list[str]:
+    """Return what ROS's own reader of package.xml does not accept."""
+    try:
+        parse_package_string(path.read_bytes()[:MOST_BYTES], filename="package.xml")
+    except InvalidPackage as error:
+        lines = [line.strip(" -\t") for line in str(error).splitlines() if line.strip()]
+        # The first line may only say in which file.
+        return [printable(re.sub(r"^Error\(s\) in package '.*?':?\s*", "", line)) for line in lines][-5:]
+    except (ValueError, RecursionError, AssertionError, LookupError) as error:
+        return [printable(f"package.xml cannot be read ({type(error).__name__})")]
+    return []
+
+
+def _maintainers(path: Path) -> list[str]:
+    """Return "name <address>" of each maintainer."""
+    try:
+        found = parse_package_string(path.read_bytes()[:MOST_BYTES], filename="package.xml").maintainers
+    except (InvalidPackage, ValueError, RecursionError, AssertionError, LookupError):
+        return re.findall(r"<maintainer\b[^>]*>[^<]*", _read(path))[:5]
+    return [printable(f"{person.name} <{person.email}>") for person in found[:5]]
+
+
+def _is_spdx(licence: str) -> bool:
+    try:
+        canonicalize_license_expression(licence)
+    except (InvalidLicenseExpression, RecursionError):
+        return False
+    return True
+
+
+# -- what the package uses --------------------------------------------------------------------------------------------
+
+
+def _uses(package: Path, files: Sequence[str], modules: Sequence[Module]) -> dict[str, list[str]]:
+    """Return the packages that the code, the launch files, CMake and the interfaces use, each with places."""
+    found: dict[str, list[str]] = defaultdict(list)
+    python = [PurePosixPath(path) for path in files if path.endswith(".py")]
+    own = {PACKAGE, *(path.parent.name if path.stem == "__init__" else path.stem for path in python)}
+    named = [*_in_python(modules, own), *_in_cmake(package, files), *_in_interfaces(package, files)]
+    for name, place in named:
+        if name != PACKAGE and place not in found[name] and len(found[name]) < _MOST_PLACES:
+            found[name].append(place)
+    return {name: places for name, places in found.items() if places}
+
+
+def _in_python(modules: Sequence[Module], own: set[str]) -> Iterator[tuple[str, str]]:
+    known = sys.stdlib_module_names | own
+    for module in modules:
+        if module.role == "setup":
+            continue
+        optional = _optional(module.tree)
+        for node in ast.walk(module.tree):
+            if isinstance(node, ast.Call) and last_name(node.func) in _NAMES_A_PACKAGE:
+                yield from ((name, f"{module.path}:{node.lineno}") for name in _named(node))
+            elif isinstance(node, ast.Import | ast.ImportFrom) and id(node) not in optional:
+                yield from ((name, f"{module.path}:{node.lineno}") for name in _imported(node) if name not in known)
+
+
+def _imported(node: ast.Import | ast.ImportFrom) -> list[str]:
+    if isinstance(node, ast.Import):
+        return [alias.name.partition(".")[0] for alias in node.names]
+    return [] if node.level or not node.module else [node.module.partition(".")[0]]
+
+
+_NAMES_A_PACKAGE = {
+    "Node", "LifecycleNode", "ComposableNode", "FindPackageShare", "FindPackagePrefix", "get_package_share_directory",
+    "get_package_share_path", "get_package_prefix", "ExecutableInPackage",
+}  # fmt: skip
+
+
+def _named(call: ast.Call) -> list[str]:
+    """Return the package that a call in a launch file names: Node(package='x'), FindPackageShare('x')."""
+    by_name = last_name(call.func) in ("Node", "LifecycleNode", "ComposableNode", "ExecutableInPackage")
+    name = text(argument(call, 99 if by_name else 0, "package", "package_name"))
+    return [name] if re.fullmatch(r"[a-z][a-z0-9_]*", name) else []
+
+
+def _optional(tree: ast.Module) -> set[int]:
+    """Return the imports that the code can do without: those in a `try` that catches ImportError."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Try):
+            caught = {last_name(part) for handler in node.handlers if handler.type for part in ast.walk(handler.type)}
+            if caught & {"ImportError", "ModuleNotFoundError"}:
+                # An alternative in the handler is as optional as what it stands in for.
+                found |= {id(part) for statement in [*node.body, *node.handlers] for part in ast.walk(statement)}
+    return found
+
+
+def _in_cmake(package: Path, files: Sequence[str]) -> Iterator[tuple[str, str]]:
+    if "CMakeLists.txt" in files:
+        cmake = _read(package / "CMakeLists.txt")
+        for match in _CMAKE.finditer(cmake):
+            yield match.group(1), f"CMakeLists.txt:{cmake.count(chr(10), 0, match.start(1)) + 1}"
+
+
+def _in_interfaces(package: Path, files: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Yield the packages of the field types. The interfaces of a package of their own are that one's matter."""
+    for path in files:
+        parts = PurePosixPath(path)
+        if parts.suffix not in (".msg", ".srv", ".action") or len(parts.parts) != 2:
+            continue
+        for number, line in enumerate(_read(package / path).splitlines()[:500], 1):
+            match = _FIELD.match(line[:500])
+            if match and "/" in line.partition("#")[0].split()[0]:
+                yield match.group(1), f"{path}:{number}"
+            elif match and match.group(1) == "Header":
+                yield "std_msgs", f"{path}:{number}"
+    if any(PurePosixPath(path).suffix in (".msg", ".srv", ".action") for path in files) and "CMakeLists.txt" in files:
+        yield "rosidl_default_runtime", "the generated interfaces"
+
+
+def _read(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            return stream.read(_MOST_TEXT).decode("utf-8", "replace")
+    except OSError:
+        return ""

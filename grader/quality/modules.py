@@ -1,0 +1,161 @@
+"""The package's Python as syntax trees: what each file is there for, and what a name in it stands for."""
+
+from __future__ import annotations
+
+import ast
+import io
+import tokenize
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import PurePosixPath
+
+PACKAGE = "ros2_robot_controller"
+NODES = ("robot_controller", "sensor_processor")
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+_NOT_CODE = {
+    tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
+    tokenize.ENDMARKER,
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Module:
+    """One Python file that can be parsed. `role` is "module" (of the package), "launch", "script", "test", "setup"."""
+
+    path: str
+    tree: ast.Module
+    lines: int
+    role: str = field(default="")
+
+    @property
+    def name(self) -> str:
+        """Return the dotted name under which Python imports it."""
+        parts = PurePosixPath(self.path).with_suffix("").parts
+        return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+    @property
+    def stem(self) -> str:
+        """Return the file's name without its suffix."""
+        return PurePosixPath(self.path).stem
+
+
+def parse(path: str, data: bytes) -> Module:
+    """Return the file as a tree.
+
+    Raises:
+        ValueError: it is no Python; the message says where and why.
+    """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # a stray "\d" in a string is the linter's to tell
+            tree = ast.parse(data)
+        return Module(path, tree, _code_lines(data, tree), role(path))
+    except SyntaxError as error:
+        raise ValueError(f"line {error.lineno or 1}: {error.msg}") from error
+    except (ValueError, RecursionError, MemoryError) as error:
+        raise ValueError(f"line 1: it cannot be parsed ({type(error).__name__})") from error
+    except tokenize.TokenError as error:
+        raise ValueError(f"line 1: {error.args[0]}") from error
+
+
+def role(path: str) -> str:
+    """Return what a file is there for, by its place in the package."""
+    parts = PurePosixPath(path).parts
+    name = parts[-1]
+    if parts[0] in ("test", "tests") or name == "conftest.py" or name.startswith("test_") or name.endswith("_test.py"):
+        return "test"
+    if parts == ("setup.py",):
+        return "setup"
+    if parts[0] == "launch" or name.endswith((".launch.py", "_launch.py")):
+        return "launch"
+    return "script" if parts[0] in ("scripts", "bin", "examples", "tools", "demo") else "module"
+
+
+def _code_lines(data: bytes, tree: ast.Module) -> int:
+    """Return the number of lines on which code begins: no blanks, comments, docstrings, rests of long strings."""
+    starts = {token.start[0] for token in tokenize.tokenize(io.BytesIO(data).readline) if token.type not in _NOT_CODE}
+    docstrings = {node.lineno for node in _docstrings(tree)}
+    return len(starts - docstrings)
+
+
+def _docstrings(tree: ast.Module) -> Iterator[ast.Expr]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | Function) and node.body:
+            first = node.body[0]
+            if is_docstring(first):
+                yield first  # type: ignore[misc]
+
+
+def is_docstring(node: ast.stmt) -> bool:
+    """Return whether a statement is a string and nothing else."""
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
+def text(node: ast.AST | None) -> str:
+    """Return the string that a node is written as, "" if it is none."""
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
+
+
+def last_name(node: ast.AST) -> str:
+    """Return "c" for `a.b.c` and for `c`, "" for anything else."""
+    if isinstance(node, ast.Attribute):
+        return node.attr
+    return node.id if isinstance(node, ast.Name) else ""
+
+
+def argument(call: ast.Call, position: int, *names: str) -> ast.expr | None:
+    """Return an argument of a call, given by position or by one of its names."""
+    for keyword in call.keywords:
+        if keyword.arg in names:
+            return keyword.value
+    before = call.args[: position + 1]
+    if len(before) <= position or any(isinstance(item, ast.Starred) for item in before):
+        return None
+    return before[position]
+
+
+@dataclass(frozen=True)
+class Imports:
+    """What the imported names of a module stand for: local name -> (dotted module, name in it or "")."""
+
+    names: dict[str, tuple[str, str]]
+    modules: frozenset[str]
+
+    def meaning(self, node: ast.AST) -> str:
+        """Return the dotted name of what a name or attribute stands for: "time.sleep" for `sleep` or `t.sleep`."""
+        if isinstance(node, ast.Name):
+            module, name = self.names.get(node.id, ("", ""))
+            return f"{module}.{name}" if module and name else module
+        if isinstance(node, ast.Attribute):
+            before = self.meaning(node.value)
+            return f"{before}.{node.attr}" if before else ""
+        return ""
+
+
+def imports(module: Module) -> Imports:
+    """Return what the module imports, anywhere in it; relative imports are made absolute."""
+    names: dict[str, tuple[str, str]] = {}
+    modules = set()
+    for node in ast.walk(module.tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                modules.add(alias.name)
+                top = alias.name.partition(".")[0]
+                names[alias.asname or top] = (alias.name if alias.asname else top, "")
+        elif isinstance(node, ast.ImportFrom):
+            source = _absolute(module, node)
+            modules.add(source)
+            for alias in node.names:
+                modules.add(f"{source}.{alias.name}")
+                names[alias.asname or alias.name] = (source, alias.name)
+    return Imports(names, frozenset(modules))
+
+
+def _absolute(module: Module, node: ast.ImportFrom) -> str:
+    if not node.level:
+        return node.module or ""
+    parts = list(PurePosixPath(module.path).parts[:-1])
+    base = parts[: len(parts) - (node.level - 1)]
+    return ".".join([*base, *([node.module] if node.module else [])])

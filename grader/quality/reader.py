@@ -1,0 +1,75 @@
+"""Read a package's text into facts and print them as JSON. A process of its own, so that hostile text costs only it.
+
+python -I -m grader.quality.reader PACKAGE INTERFACES SOURCES; SOURCES is a JSON list of [path, copy] of Python files.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from grader import evidence
+from grader.intake.names import printable
+from grader.quality import copies, habits, manifest, parameters
+from grader.quality.calls import Calls
+from grader.quality.conversions import conversions
+from grader.quality.definitions import definitions
+from grader.quality.interfaces import interfaces
+from grader.quality.junit import read_report, tests_of
+from grader.quality.modules import Module, parse
+from grader.quality.readme import read_readme
+from grader.quality.sources import package_files
+
+_MOST = 2000
+
+
+def main() -> int:
+    """Print the facts."""
+    package, beside = Path(sys.argv[1]), Path(sys.argv[2]) if sys.argv[2] else None
+    print(evidence.to_json(read(package, beside, json.loads(Path(sys.argv[3]).read_text()))))
+    return 0
+
+
+def read(package: Path, beside: Path | None, sources: list[tuple[str, str]]) -> evidence.Quality:
+    """Return what the text of `package` shows; `beside` is its package of interfaces, if it has one."""
+    modules, files = _parse(sources)
+    paths = package_files(package)
+    calls = Calls(modules)
+    found = evidence.Quality(
+        manifest=manifest.read_manifest(package, paths, modules),
+        paths=[printable(path) for path in paths][:_MOST],
+        files=files,
+        definitions=[item for module in modules for item in definitions(module)][:_MOST],
+        copies=copies.copies(modules),
+        habits=habits.habits(modules, calls)[:_MOST],
+        conversions=conversions(calls),
+        parameters=parameters.parameters(modules),
+        interfaces=[item for module in modules for item in interfaces(module)][:200],
+        readme=read_readme(package, paths),
+        report=read_report(package, paths),
+        tests=sorted(set(tests_of(modules)))[:_MOST],
+    )
+    if beside is not None:
+        # The contract's interface files count where they are; the package of their own is part of what is handed in.
+        inside = [path for path in package_files(beside) if path.split("/")[0] in ("msg", "srv", "action")]
+        found = replace(found, paths=sorted({*found.paths, *map(printable, inside)}))
+    return found
+
+
+def _parse(sources: list[tuple[str, str]]) -> tuple[list[Module], list[evidence.SourceFile]]:
+    modules, files = [], []
+    for path, copy in sources:
+        try:
+            module = parse(path, Path(copy).read_bytes())
+        except ValueError as error:
+            files.append(evidence.SourceFile(path, 0, problem=f"is no Python: {printable(str(error))}"))
+        else:
+            modules.append(module)
+            files.append(evidence.SourceFile(path, module.lines))
+    return modules, files
+
+
+if __name__ == "__main__":
+    sys.exit(main())
