@@ -2,7 +2,8 @@
 
     python -m benchmarks.raycast [--repeat N] [--json]
 
-All methods see the same rooms from the same poses, take turns in one run, and are held against the exact answer.
+All methods see the same rooms from the same poses, take turns in one run, and are held against the exact answer. Times
+are CPU times of this process (every method runs in one thread), so that other work on the machine counts little.
 """
 
 from __future__ import annotations
@@ -175,11 +176,11 @@ def measure(count: int, repeat: int) -> list[dict[str, object]]:
         for name, (scan, inner) in methods.items():
             if scan is None or (name == "ir-sim lidar2d" and turn >= 2):
                 continue
-            begin = time.perf_counter()
+            begin = time.process_time()
             for _ in range(inner):
                 for pose in places:
                     scan(pose)
-            times[name].append((time.perf_counter() - begin) / (inner * len(places)) * 1e6)
+            times[name].append((time.process_time() - begin) / (inner * len(places)) * 1e6)
     rows: list[dict[str, object]] = []
     for name, (scan, _) in methods.items():
         if scan is None:
@@ -218,7 +219,7 @@ def main() -> None:
     if options.json:
         print(json.dumps(results, indent=1))
         return
-    print(f"360 beams, 12 m, 20 poses, median of {options.repeat} turns; Python {platform.python_version()},")
+    print(f"360 beams, 12 m, 20 poses, CPU time, median of {options.repeat} turns; Python {platform.python_version()},")
     print(f"numpy {np.__version__}, pymunk {pymunk.version}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
     for count, rows in results.items():
         print(f"\n{count} obstacles             median µs   best µs   scans/s   x pymunk tuned   worst difference")

@@ -17,7 +17,9 @@ class Mover:
         self._motion = motion
         self._started = False
         self._travelled = 0.0
-        self._held_from = 0.0
+        self._before = (self.x, self.y, 0.0)  # place and metres travelled before the last step
+        self._after = (self.x, self.y)
+        self._last_step = 0.0
         self._route = _Route((self.x, self.y), motion) if isinstance(motion, Path) else None
 
     def hear(self, event: str) -> None:
@@ -34,26 +36,31 @@ class Mover:
             if isinstance(motion, Path) and motion.wakes_within is not None and not distance <= motion.wakes_within:
                 return 0.0
             self._started = True
+        self._before = (self.x, self.y, self._travelled)
         if isinstance(motion, Chase):
             step = min(motion.speed * dt, distance - motion.standoff)
             if step <= 0.0:
                 return 0.0
             self.x += step * (robot_x - self.x) / distance
             self.y += step * (robot_y - self.y) / distance
+            self._after = (self.x, self.y)
             return step
         if motion.yields_within is not None and distance <= motion.yields_within:
             return 0.0
         assert self._route is not None  # made in __init__ for every Path
-        self._held_from = self._travelled
-        self._travelled += motion.speed * dt
-        x, y = self.x, self.y
+        self._last_step = motion.speed * dt
+        self._travelled += self._last_step
         self.x, self.y = self._route.at(self._travelled)
-        return math.hypot(self.x - x, self.y - y)
+        return math.hypot(self.x - self._before[0], self.y - self._before[1])
 
-    def hold_at(self, place: Point) -> None:
-        """Go back to where it was before the last `advance`: something is in the way."""
-        self.x, self.y = place
-        self._travelled = self._held_from
+    def hold(self, part: float) -> None:
+        """Take back the last `advance` but for a part of it (0 to 1): something is in the way."""
+        if self._route is not None:
+            self._travelled = self._before[2] + part * self._last_step
+            self.x, self.y = self._route.at(self._travelled)
+        else:
+            self.x = self._before[0] + part * (self._after[0] - self._before[0])
+            self.y = self._before[1] + part * (self._after[1] - self._before[1])
 
 
 class _Route:

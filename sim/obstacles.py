@@ -100,6 +100,10 @@ class Wall(_Common):
     end: Point
     thickness: float = 0.0
 
+    def __post_init__(self) -> None:
+        _demand(self.start != self.end and self.thickness >= 0, self, "two different ends and a thickness of 0 or more")
+        _demand_finite(self, *self.start, *self.end, self.thickness)
+
     @property
     def pose(self) -> Pose:
         """The middle of the wall, axes along the map's."""
@@ -126,6 +130,10 @@ class Box(_Common):
     size: tuple[float, float]
     yaw: float = 0.0
 
+    def __post_init__(self) -> None:
+        _demand(min(self.size) > 0, self, "a size above 0 in both directions")
+        _demand_finite(self, *self.center, *self.size, self.yaw)
+
     @property
     def pose(self) -> Pose:
         """The centre, turned by yaw."""
@@ -143,6 +151,10 @@ class Circle(_Common):
     center: Point
     radius: float
 
+    def __post_init__(self) -> None:
+        _demand(self.radius > 0, self, "a radius above 0")
+        _demand_finite(self, *self.center, self.radius)
+
     @property
     def pose(self) -> Pose:
         """The centre."""
@@ -158,6 +170,10 @@ class Polygon(_Common):
     """A filled polygon without self-intersection, convex or not; corners in either sense of rotation."""
 
     points: tuple[Point, ...]
+
+    def __post_init__(self) -> None:
+        _demand(len(self.points) >= 3 and signed_area(self.points) != 0, self, "three corners or more round an area")
+        _demand_finite(self, *(v for p in self.points for v in p))
 
     @property
     def pose(self) -> Pose:
@@ -199,6 +215,15 @@ class GridMap(_Common):
 
 
 Obstacle = Wall | Box | Circle | Polygon | GridMap
+
+
+def _demand(holds: bool, obstacle: object, needed: str) -> None:
+    if not holds:
+        raise ValueError(f"{obstacle} needs {needed}")
+
+
+def _demand_finite(obstacle: object, *values: float) -> None:
+    _demand(all(math.isfinite(v) for v in values), obstacle, "finite numbers")
 
 
 def room(low: Point, high: Point, prefix: str = "") -> tuple[Wall, Wall, Wall, Wall]:

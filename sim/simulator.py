@@ -287,7 +287,13 @@ class Simulator:
             self._withdraw(name)
 
     def place_robot(self, pose: Pose, *, odometry_notices: bool = True) -> None:
-        """Put the robot elsewhere, standing still. With `odometry_notices=False` it is kidnapped: odometry stays."""
+        """Put the robot elsewhere, standing still. With `odometry_notices=False` it is kidnapped: odometry stays.
+
+        Raises:
+            ValueError: the pose is not finite.
+        """
+        if not all(math.isfinite(value) for value in (pose.x, pose.y, pose.yaw)):
+            raise ValueError(f"{pose} is not finite; give metres and radians")
         self._x, self._y, self._yaw = pose.x, pose.y, normalize_angle(pose.yaw)
         self._v = self._omega = self._v_before = 0.0
         if odometry_notices:
@@ -490,29 +496,39 @@ class Simulator:
     def _move_obstacles(self) -> None:
         now = self.time
         for name, mover in self._movers.items():
-            before = (mover.x, mover.y)
             moved = mover.advance(SUBSTEP_S, now, self._x, self._y)
             if moved == 0.0:
                 continue
             self._scene.move(name, mover.x, mover.y)
             self._free -= moved
             if self._free < 0.0:
-                self._check_mover(name, mover, before)
+                self._check_mover(name, mover)
 
-    def _check_mover(self, name: str, mover: Mover, before: Point) -> None:
-        """Stop an obstacle that would run into the hull, and record the contact."""
+    def _check_mover(self, name: str, mover: Mover) -> None:
+        """Stop an obstacle at the hull that it would run into, and record the contact."""
         self._pressed = None
         self._free = gap = self._gap(self._x, self._y)
         if gap >= PART_M:
             self._touching = frozenset()
         if gap >= 0.0:
             return
-        hits = [hit for hit in self._touched(self._x, self._y, 0.0) if hit.name == name]
-        if hits:
-            mover.hold_at(before)
-            self._scene.move(name, *before)
-            self._free = 0.0
-            self._record(hits, abs(self._v))
+        if not any(hit.name == name for hit in self._touched(self._x, self._y, 0.0)):
+            return
+        free, blocked = 0.0, 1.0
+        while blocked - free > 1e-6 and not (free == 0.0 and self._gap_with(name, mover, 0.0) <= TOUCH_M):
+            middle = (free + blocked) / 2
+            if self._gap_with(name, mover, middle) < 0.0:
+                blocked = middle
+            else:
+                free = middle
+        self._free = max(0.0, self._gap_with(name, mover, free))
+        self._record([hit for hit in self._touched(self._x, self._y, TOUCH_M) if hit.name == name], abs(self._v))
+
+    def _gap_with(self, name: str, mover: Mover, part: float) -> float:
+        """Return the clearance when the mover makes only a part of its last step; leave it there."""
+        mover.hold(part)
+        self._scene.move(name, mover.x, mover.y)
+        return self._gap(self._x, self._y)
 
 
 class _Due:

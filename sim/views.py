@@ -93,7 +93,7 @@ def time_view(recording: Recording, thresholds: Mapping[str, float] | None = Non
 
 
 def run_view(recording: Recording, thresholds: Mapping[str, float] | None = None, at: float | None = None) -> View:
-    """Return map and time lines of one run side by side."""
+    """Return map and time lines of one run side by side; `at` (s) chooses the moment that the map shows."""
     figure = View(figsize=(13.0, 6.0), layout="constrained")
     plan, axes = _map_and_lines(figure)
     draw_run(plan, recording, at)

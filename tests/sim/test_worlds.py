@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+from collections.abc import Callable
 from pathlib import Path as FilePath
 
 import pytest
@@ -120,7 +121,7 @@ keys = st.sampled_from(
 )
 
 
-@settings(max_examples=300, deadline=None, derandomize=True, database=None)
+@settings(max_examples=150, deadline=None, derandomize=True, database=None)
 @given(st.dictionaries(keys, values | st.lists(values, max_size=2), max_size=3))
 def test_whatever_a_file_says_the_answer_is_a_world_or_a_world_error(document: object) -> None:
     with contextlib.suppress(WorldError):
@@ -156,6 +157,21 @@ def test_an_empty_file_is_an_open_field(tmp_path: FilePath) -> None:
 def test_obstacles_without_a_name_get_one() -> None:
     world = World(obstacles=(Circle((0, 1), 0.1), Circle((0, 2), 0.1, name="circle 1"), Box((5, 5), (1, 1))))
     assert [o.name for o in world.obstacles] == ["circle 2", "circle 1", "box 1"]
+
+
+@pytest.mark.parametrize(
+    ("make", "needed"),
+    [
+        (lambda: Circle((0, 0), 0), "a radius above 0"),
+        (lambda: Circle((0, math.nan), 1), "finite numbers"),
+        (lambda: Box((0, 0), (1, -1)), "a size above 0"),
+        (lambda: Wall((1, 1), (1, 1)), "two different ends"),
+        (lambda: Polygon(((0, 0), (1, 1), (2, 2))), "three corners or more"),
+    ],
+)
+def test_an_impossible_obstacle_is_refused_where_it_is_made(make: Callable[[], object], needed: str) -> None:
+    with pytest.raises(ValueError, match=needed):
+        make()
 
 
 def test_two_obstacles_of_one_name_are_refused() -> None:
