@@ -195,11 +195,9 @@ def _canonical(name: str) -> str:
 
 
 def _rclpy(host: Host) -> list[Finding]:
-    ran = host.run(
-        [sys.executable, "-c", "import rclpy, std_msgs.msg; print('fine')"],
-        20,
-        toolchain.environment(home=Path(tempfile.gettempdir())),
-    )
+    with tempfile.TemporaryDirectory() as home:
+        environment = toolchain.environment(home=Path(home))
+        ran = host.run([sys.executable, "-c", "import rclpy, std_msgs.msg; print('fine')"], 20, environment)
     if ran.output.endswith("fine"):
         return [Finding("import rclpy", State.OK, "works in a clean process")]
     return [Finding("import rclpy", State.BAD, _last_line(ran.output), AGAIN)]
@@ -302,13 +300,15 @@ sys.exit(listener.wait())
 
 
 def _dds(host: Host) -> Finding:
+    """Two nodes in a network of their own, the listener behind a wall as a student's node is."""
     name = "DDS in a network namespace"
-    listener = [*_NODE_WALL, sys.executable, "-c", _LISTENER]
-    ran = host.run(
-        sandbox.private_network([sys.executable, "-c", _TALKER, *listener]),
-        DDS_SECONDS,
-        toolchain.environment(home=Path("/run")),
-    )
+    listener = [*_NODE_WALL[:-1], "--setenv", "ROS_LOG_DIR", "/run/ros-log", "--", sys.executable, "-c", _LISTENER]
+    with tempfile.TemporaryDirectory() as home:
+        ran = host.run(
+            sandbox.private_network([sys.executable, "-c", _TALKER, *listener]),
+            DDS_SECONDS,
+            toolchain.environment(home=Path(home)),
+        )
     if ran.ok:
         return Finding(name, State.OK, "a message gets through a wall")
     mend = f"{' '.join(sandbox.private_network(['ip', 'address', 'show', 'lo']))}  (lo must be UP, with 127.0.0.1)"
