@@ -190,7 +190,7 @@ def _sweep(low: Array, span: Array, keys: Complex, power: Array, beams: Beams, s
     stop = (begin + (span / beams.increment + WIDER_BEAMS)).astype(np.intp)
     count = stop - first
     ends = count.cumsum()
-    primitive = np.repeat(np.arange(low.size), count)
+    primitive = np.arange(low.size).repeat(count)
     beam = np.arange(primitive.size) + (stop - ends)[primitive]
     inverse = (_directions(beams, shift, size)[beam] * keys[primitive]).real
     lines = low.size - power.size
@@ -198,7 +198,8 @@ def _sweep(low: Array, span: Array, keys: Complex, power: Array, beams: Beams, s
         cut = int(ends[lines - 1]) if lines else 0
         along, c = inverse[cut:], power[primitive[cut:] - lines]
         inverse[cut:] = (along + np.sqrt(np.maximum(along * along - c, 0.0))) / c
-    table = np.full(size, 0.5 / beams.range_max)
+    table = np.empty(size)
+    table.fill(0.5 / beams.range_max)
     np.maximum.at(table, beam, inverse)
     return table
 

@@ -109,7 +109,10 @@ class LidarModel:
         p = self._profile
         if self._noise:
             random = self._stream.at(tick)
-            ranges = ranges * (1.0 + p.noise * random.standard_normal(ranges.size))
+            factors = random.standard_normal(ranges.size)
+            factors *= p.noise
+            factors += 1.0
+            ranges = np.multiply(ranges, factors, out=factors)
             if p.dropout:
                 ranges[random.random(ranges.size) < p.dropout] = np.inf
         else:
