@@ -19,6 +19,7 @@ from pathlib import Path
 from grader import build, evidence, own_tests, sandbox
 from grader.checks import run as checks
 from grader.errors import GraderError
+from grader.quality import read as read_quality
 from grader.report.grading import Grading
 from grader.rubric import Requirement, Rubric
 from grader.score import score
@@ -69,7 +70,14 @@ def grade(source: Path, out: Path, settings: Settings) -> Grading:
 
 
 def gather(submission: Submission, room: Path, settings: Settings) -> evidence.Evidence:
-    """Build the submission and try it out behind walls. Return what was seen."""
+    """Read the submission, build it and try it out behind walls. Return what was seen."""
+    with ThreadPoolExecutor(1) as pool:
+        # Reading needs no build, so it goes on beside one, and is done before the trials keep the cores busy.
+        quality = pool.submit(_quality, submission, settings)
+        return replace(_build_and_try(submission, room, settings), quality=quality.result())
+
+
+def _build_and_try(submission: Submission, room: Path, settings: Settings) -> evidence.Evidence:
     settings.progress("building the contract's interfaces (once on this machine, about a minute)")
     contract = build.contract(settings.cache)
     settings.progress("building the package")
@@ -132,6 +140,12 @@ def environment() -> dict[str, str]:
     names = ("ros2-course-kit", "ros-jazzy-rclpy", "pymunk", "numpy", "pytest", "coverage")
     versions = {name: _version(name) for name in names}
     return versions | {"python": platform.python_version(), "system": platform.platform(), "cores": str(os.cpu_count())}
+
+
+def _quality(submission: Submission, settings: Settings) -> evidence.Quality | None:
+    if not any(requirement.id[0] == "Q" or requirement.id == "I2" for requirement in settings.wanted):
+        return None
+    return read_quality(submission.package, submission.interfaces)
 
 
 def _own_tests(submission: Submission, built: build.Built, settings: Settings) -> evidence.OwnTests | None:

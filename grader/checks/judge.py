@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from grader.evidence import Call, Evidence, Goal, Graph, Sample, Trial
+from grader.evidence import Call, Evidence, Goal, Graph, Quality, Sample, Trial
 
 
 class Failed(AssertionError):
@@ -96,6 +96,12 @@ class Judge:
         if not goal.accepted:
             raise Failed(f"the goal ({goal.x:.2f}, {goal.y:.2f}) was rejected", "accept goals with finite numbers")
         return goal
+
+    def quality(self) -> Quality:
+        """Return what the package's text shows."""
+        if self.evidence.quality is None:
+            raise Unjudged("the package's text was not read")
+        return self.evidence.quality
 
     def expect(self, holds: bool, seen: str, try_: str) -> None:
         """Fail the check unless `holds`."""

@@ -21,24 +21,6 @@ _DEPENDS = (
     "depend", "build_depend", "build_export_depend", "buildtool_depend", "buildtool_export_depend", "exec_depend",
     "test_depend", "doc_depend",
 )  # fmt: skip
-# What a name in code is called among rosdep's keys, where taking "python3-" away does not tell.
-_ALSO = {
-    "yaml": ("pyyaml",),
-    "cv2": ("opencv", "libopencv-dev", "cv-bridge", "vision-opencv"),
-    "PIL": ("pil", "pillow"),
-    "serial": ("pyserial",),
-    "sklearn": ("sklearn", "scikit-learn"),
-    "skimage": ("skimage", "scikit-image"),
-    "usb": ("usb", "pyusb"),
-    "pkg_resources": ("pkg-resources", "setuptools"),
-    # A package's linter tests are also declared by the two that bring all linters.
-    "ament_copyright": ("ament-lint-common", "ament-lint-auto", "ament-cmake-copyright"),
-    "ament_flake8": ("ament-lint-common", "ament-lint-auto", "ament-cmake-flake8"),
-    "ament_pep257": ("ament-lint-common", "ament-lint-auto", "ament-cmake-pep257"),
-    "pytest": ("ament-cmake-pytest",),
-    # A plain <depend> on the generators holds at run time too.
-    "rosidl_default_runtime": (),
-}
 _FIELD = re.compile(r"^\s*([A-Za-z]\w*)(?:/(?:msg/)?[A-Za-z]\w*)?(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
 _CMAKE = re.compile(r"^[^#\n]*?\bfind_package\s*\(\s*([a-z][a-z0-9_]*)\b", re.MULTILINE)
 _MOST_TEXT = 256 * 1024
@@ -66,17 +48,6 @@ def read_manifest(package: Path, files: Sequence[str], modules: Sequence[Module]
         declared=sorted({printable(text) for text in xml.texts(*_DEPENDS)})[:200],
         used=dict(sorted(used.items())[:200]),
     )
-
-
-def is_declared(name: str, declared: Sequence[str]) -> bool:
-    """Return whether one of the `declared` keys stands for the package or module `name`: numpy is python3-numpy."""
-    wanted = {_key(name), *_ALSO.get(name, ())}
-    return bool(wanted & {_key(other) for other in declared})
-
-
-def _key(name: str) -> str:
-    plain = name.lower().replace("_", "-")
-    return re.sub(r"^python3?-|-pip$", "", plain)
 
 
 def _problems(path: Path) -> list[str]:

@@ -106,13 +106,7 @@ def _facts(package: Path, interfaces: Path | None, good: Sequence[Source], room:
     def run(items: Sequence[Source]) -> Quality | None:
         listing = room / f"sources-{len(items)}-{items[0].copy[:4] if items else ''}.json"
         listing.write_text(json.dumps([[item.path, item.copy] for item in items]))
-        arguments = [
-            "-m",
-            "grader.quality.reader",
-            str(package.resolve()),
-            str((interfaces or "") and interfaces.resolve()),
-        ]
-        done = limited.python([*arguments, str(listing)], room)
+        done = limited.python(["-m", "grader.quality.reader", str(package.resolve()), beside, str(listing)], room)
         if done is None or done.returncode:
             _complain_if_broken("the reader", done)
             return None

@@ -1,0 +1,124 @@
+"""Compare the tables of a README with the interfaces that the nodes have. Pure functions over evidence."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from grader.evidence import Evidence, Quality, Table
+
+# Every node has these; nobody lists them.
+_OF_RCLPY = ("parameter_events", "rosout", "clock")
+_TRIALS = {"robot_controller": "idle", "sensor_processor": "idle_processor"}
+
+_DIRECTIONS = {
+    "publisher": re.compile(r"\b(pub\w*|out\w*|sends?|writes?)\b", re.IGNORECASE),
+    "subscription": re.compile(r"\b(sub\w*|inp?\w*|receives?|reads?|listens?)\b", re.IGNORECASE),
+}
+_TYPE = re.compile(r"\b[a-z][a-z0-9_]*(?:/(?:msg|srv|action))?/[A-Z]\w*\b")
+_NAME = re.compile(r"(?<![\w/])/?[A-Za-z_~][\w/]*")
+
+
+@dataclass(frozen=True)
+class Interface:
+    """One thing that a node offers or asks for. `type` is the short name, such as "LaserScan"."""
+
+    node: str
+    kind: str
+    name: str
+    type: str
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How far the tables agree: `wanted` rows at least, and what is wrong or missing in words."""
+
+    wanted: int
+    wrong: list[str]
+    from_graph: bool
+
+
+def agreement(tables: Sequence[Table], evidence: Evidence) -> Agreement:
+    """Return how the tables of a README agree with the nodes: as the graph shows them, or the code if none ran."""
+    seen = list(_running(evidence))
+    nodes = {interface.node for interface in seen}
+    # A node that did not come up is compared by its code: that it does not run is not the README's fault.
+    written = [item for item in _written(evidence.quality) if item.node not in nodes]
+    wanted = list(dict.fromkeys([*seen, *written]))
+    rows = [_Row(table.head, row) for table in tables for row in table.rows]
+    wrong = [words for interface in wanted if (words := _missing(interface, rows))]
+    stale = [words for row in rows if (words := _stale(row, wanted))]
+    return Agreement(len(wanted), [*wrong, *stale], bool(seen))
+
+
+class _Row:
+    """A row of a table: what its cells name, and what they say of directions."""
+
+    def __init__(self, head: Sequence[str], cells: Sequence[str]) -> None:
+        self.text = " | ".join(cells)
+        self.cells = [_plain(cell) for cell in cells]
+        self.heads = [_plain(cell) for cell in head]
+        self.names = {name.strip("/~") for cell in self.cells for name in _NAME.findall(cell)}
+
+    def directions(self, name: str) -> set[str]:
+        """Return "publisher" or "subscription" as this row says of `name`: in its cell's column head, or in a cell."""
+        found: set[str] = set()
+        for number, cell in enumerate(self.cells):
+            words = [self.heads[number] if number < len(self.heads) else ""] if name in _names(cell) else [cell]
+            found |= {kind for kind, said in _DIRECTIONS.items() if any(said.search(word) for word in words)}
+        return found
+
+
+def _plain(cell: str) -> str:
+    """Return a cell without Markdown: code marks, emphasis, links, line breaks."""
+    cell = re.sub(r"<br\s*/?>", " , ", cell)
+    cell = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", cell)
+    return cell.replace("`", " ").replace("**", " ").replace("\\_", "_").replace("::", "/")
+
+
+def _names(cell: str) -> set[str]:
+    return {name.strip("/~") for name in _NAME.findall(cell)}
+
+
+def _missing(interface: Interface, rows: Sequence[_Row]) -> str:
+    """Return what the tables lack or get wrong of an interface, "" if a row is right."""
+    named = [row for row in rows if interface.name in row.names]
+    what = f"{interface.node}: {interface.kind} {interface.name} ({interface.type})"
+    if not named:
+        return f"{what} is in no table"
+    typed = [row for row in named if any(name.rpartition("/")[2] == interface.type for name in row.names)]
+    if not typed:
+        return f"{what} stands there with another type or none: {named[0].text[:120]}"
+    if interface.kind in _DIRECTIONS:
+        said = [row.directions(interface.name) for row in typed]
+        if all(kinds and interface.kind not in kinds for kinds in said):
+            return f"{what} stands there with another direction: {typed[0].text[:120]}"
+    return ""
+
+
+def _stale(row: _Row, wanted: Sequence[Interface]) -> str:
+    """Return words for a row that gives a type to something that no node has."""
+    types = _TYPE.findall(" ".join(row.cells))
+    if types and not any(interface.name in row.names for interface in wanted):
+        return f"no node has what this row tells of: {row.text[:120]}"
+    return ""
+
+
+def _running(evidence: Evidence) -> Iterator[Interface]:
+    for node, name in _TRIALS.items():
+        trial = evidence.trials.get(name)
+        graph = trial.graph if trial is not None and trial.ready else None
+        if graph is None:
+            continue
+        for endpoint in graph.endpoints:
+            if endpoint.topic not in _OF_RCLPY and "/_action/" not in endpoint.topic:
+                yield Interface(node, endpoint.kind, endpoint.topic, endpoint.type.rpartition("/")[2])
+        for kind, offered in (("service", graph.services), ("action", graph.actions)):
+            for what, types in offered.items():
+                yield Interface(node, kind, what, types[0].rpartition("/")[2] if types else "")
+
+
+def _written(quality: Quality | None) -> Iterator[Interface]:
+    for item in quality.interfaces if quality else []:
+        yield Interface(item.node, item.kind, item.name, item.type)
