@@ -5,9 +5,11 @@ On disk a grading's evidence is one folder:
     submission.json     Intake: what was handed in, which package was chosen
     build.json          Build: how the build went and what it installed
     tests.json          OwnTests: the package's own tests and their coverage
+    mutation.json       Mutation: faults put into the package, and which tests noticed
     quality.json        Quality: what the package's text shows, read and never run
     trials/NAME.json    Trial: one run of one node in a world
     flags.json          list of Flag: attempts at tampering and other oddities
+    conversions.json    list of FunctionAnswer: what utils/conversions.py returned
 
 Times `t` are simulated seconds since the trial began, unless the name says wall.
 """
@@ -75,6 +77,8 @@ class TestModule:
     tests: int
     asserting: int
     subjects: list[str]
+    silent: list[str] = field(default_factory=list)
+    """The tests that assert nothing."""
     passed: int = 0
     failed: int = 0
     skipped: int = 0
@@ -102,6 +106,54 @@ class OwnTests:
 
     modules: list[TestModule] = field(default_factory=list)
     coverage: list[FileCoverage] = field(default_factory=list)
+    note: str = ""
+    doubts: list[str] = field(default_factory=list)
+    """What the reports said in runs whose result was known beforehand, and should not have."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault put into the package's source. `outcome` is "noticed", "unnoticed", "unreached" or "not tried"."""
+
+    path: str
+    line: int
+    function: str
+    operator: str
+    words: str
+    outcome: str
+    by: str = ""
+    """The test that noticed it, "" for none."""
+    late: bool = False
+    """Whether it was noticed because a test came to no end."""
+    tried: list[str] = field(default_factory=list)
+    """For a fault that no test noticed: the tests that reached it and passed."""
+
+
+@dataclass(frozen=True)
+class Decoy:
+    """One change that keeps the behaviour, and the tests that failed all the same."""
+
+    path: str
+    line: int
+    words: str
+    tests: int
+    failed: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """Faults put into the package's source, and whether its own tests noticed. `possible` counts all there could be."""
+
+    seed: int
+    possible: int
+    faults: list[Fault] = field(default_factory=list)
+    decoys: list[Decoy] = field(default_factory=list)
+    set_aside: list[str] = field(default_factory=list)
+    """Tests whose results did not repeat; what they noticed does not count."""
+    convicted: list[str] = field(default_factory=list)
+    """Tests that failed, again and again, on changes that keep the behaviour."""
+    wall_seconds: float = 0.0
+    budget_seconds: float = 0.0
     note: str = ""
 
 
@@ -408,14 +460,26 @@ class Trial:
 
 
 @dataclass(frozen=True)
+class FunctionAnswer:
+    """What one of the package's functions returned: one number, or the four of a quaternion; empty with a problem."""
+
+    function: str
+    arguments: list[Any]
+    answer: list[float] = field(default_factory=list)
+    problem: str = ""
+
+
+@dataclass(frozen=True)
 class Evidence:
     """Everything that one grading saw."""
 
     intake: Intake
     build: Build
     tests: OwnTests | None = None
+    mutation: Mutation | None = None
     trials: dict[str, Trial] = field(default_factory=dict)
     flags: list[Flag] = field(default_factory=list)
+    conversions: list[FunctionAnswer] = field(default_factory=list)
     quality: Quality | None = None
 
 
@@ -486,8 +550,11 @@ def save(evidence: Evidence, folder: Path) -> None:
     (folder / "submission.json").write_text(to_json(evidence.intake))
     (folder / "build.json").write_text(to_json(evidence.build))
     (folder / "flags.json").write_text(to_json(evidence.flags))
+    (folder / "conversions.json").write_text(to_json(evidence.conversions))
     if evidence.tests is not None:
         (folder / "tests.json").write_text(to_json(evidence.tests))
+    if evidence.mutation is not None:
+        (folder / "mutation.json").write_text(to_json(evidence.mutation))
     if evidence.quality is not None:
         (folder / "quality.json").write_text(to_json(evidence.quality))
     for trial in evidence.trials.values():
@@ -502,15 +569,18 @@ def load(folder: Path) -> Evidence:
         OSError: a file cannot be read.
     """
     tests = folder / "tests.json"
+    mutation = folder / "mutation.json"
     quality = folder / "quality.json"
     trials = [_read(path, Trial) for path in sorted((folder / "trials").glob("*.json"))]
     return Evidence(
         intake=_read(folder / "submission.json", Intake),
         build=_read(folder / "build.json", Build),
         tests=_read(tests, OwnTests) if tests.exists() else None,
+        mutation=_read(mutation, Mutation) if mutation.exists() else None,
         quality=_read(quality, Quality) if quality.exists() else None,
         trials={trial.name: trial for trial in trials},
         flags=_read(folder / "flags.json", list[Flag]),
+        conversions=_read(folder / "conversions.json", list[FunctionAnswer]),
     )
 
 

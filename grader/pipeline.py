@@ -19,6 +19,7 @@ from pathlib import Path
 from grader import build, evidence, own_tests, sandbox
 from grader.checks import run as checks
 from grader.errors import GraderError
+from grader.functions import ask_conversions
 from grader.quality import read as read_quality
 from grader.report.grading import Grading
 from grader.rubric import Requirement, Rubric
@@ -89,6 +90,8 @@ def _build_and_try(submission: Submission, room: Path, settings: Settings) -> ev
     found = evidence.Evidence(intake=submission.intake, build=facts, flags=list(submission.flags))
     if not facts.ok:
         return found
+    if any(requirement.id == "F14" for requirement in settings.wanted):
+        found = replace(found, conversions=ask_conversions(built.install, settings.seed))
     (room / "trials").mkdir()
     plans = catalog.serving(requirement.id for requirement in settings.wanted)
     with ThreadPoolExecutor(1) as pool:

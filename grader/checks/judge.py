@@ -62,6 +62,19 @@ class Judge:
             raise NotReached(trial.ended + _last_words(trial))
         return trial
 
+    def started(self, name: str) -> Trial:
+        """Return a trial whose node may have refused to start.
+
+        Raises:
+            Unjudged: the trial went wrong by a fault of ours.
+        """
+        self.built()
+        self.trials.append(name)
+        trial = self.evidence.trials.get(name)
+        if trial is None or trial.script_error:
+            raise Unjudged(f"the trial {name} broke" if trial else f"the trial {name} was not run")
+        return trial
+
     def graph(self, name: str) -> Graph:
         """Return what the graph showed in a trial whose node came up."""
         trial = self.trial(name, complete=False)
@@ -126,6 +139,16 @@ def near_miss(graph: Graph | None, wanted: str) -> str:
         return ""
     return "; found " + ", ".join(f"{name} ({short_types(types)})" for name, types in sorted(others.items())[:4])
 
+
+def near_topic(graph: Graph | None, wanted: str) -> str:
+    """Return words that name the publishers that the graph shows instead of `wanted`, "" if there are none."""
+    names = sorted({e.topic for e in graph.endpoints if e.kind == "publisher"} - _ALWAYS) if graph else []
+    if wanted in names:
+        return f"; {wanted} is on the graph, but nothing came"
+    return f"; the node publishes {', '.join(names)}" if names else ""
+
+
+_ALWAYS = {"rosout", "parameter_events"}
 
 # Services and actions of the contract: one of these is no near miss of another.
 KNOWN = ("set_speed", "get_status", "navigate_to_position")

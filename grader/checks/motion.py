@@ -49,11 +49,17 @@ def stays_still(samples: Sequence[Sample], start: float, distance_m: float = 0.0
     )
 
 
+def in_the_way(trial: Trial) -> list[tuple[float, float]]:
+    """Return (t, closest valid reading in the direction of travel) of each scan; the trial's set speed points it."""
+    backwards = trial.choices.get("speed", 0.0) < 0
+    return [(scan.t, scan.behind if backwards else scan.ahead) for scan in trial.scans]
+
+
 def first_near(trial: Trial, threshold: float = THRESHOLD_M) -> float:
-    """Return when the first scan with a valid reading ahead below `threshold` was published, inf if none was."""
-    return next((scan.t for scan in trial.scans if scan.ahead < threshold), math.inf)
+    """Return when the first scan with a valid reading in the way below `threshold` was published, inf if none was."""
+    return next((t for t, distance in in_the_way(trial) if distance < threshold), math.inf)
 
 
 def closest_ahead(trial: Trial) -> float:
-    """Return the smallest valid reading ahead in the whole trial, in metres."""
-    return min((scan.ahead for scan in trial.scans), default=math.inf)
+    """Return the smallest valid reading in the way in the whole trial, in metres."""
+    return min((distance for _, distance in in_the_way(trial)), default=math.inf)

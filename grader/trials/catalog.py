@@ -21,7 +21,9 @@ SCRIPTS = "grader.trials.scripts"
 class TrialPlan:
     """One trial: a script, the node it is done to, the world it happens in, and what it is evidence for.
 
-    `parameters` are the node's overrides; `reliable` says whether the robot's sensors are published reliably.
+    `parameters` are the node's overrides, `params_file` the one of the package's config/ it is started with;
+    `reliable` says whether the robot's sensors are published reliably, `may_refuse` that a node which does not come up
+    is no failure in itself.
     """
 
     name: str
@@ -31,7 +33,9 @@ class TrialPlan:
     world: str
     serves: tuple[str, ...]
     parameters: Mapping[str, object] = field(default_factory=dict)
+    params_file: str = ""
     reliable: bool = True
+    may_refuse: bool = False
 
 
 _PLANS: dict[str, TrialPlan] = {}
@@ -43,7 +47,9 @@ def trial(
     node: str = "robot_controller",
     world: str = "open_field",
     parameters: Mapping[str, object] | None = None,
+    params_file: str = "",
     reliable: bool = True,
+    may_refuse: bool = False,
 ) -> Callable[[Script], Script]:
     """Enter the decorated script into the list of trials, under its own name; its docstring is the trial's sentence."""
 
@@ -52,7 +58,9 @@ def trial(
         if name in _PLANS:
             raise ValueError(f"two trials are called {name}")
         sentence = (script.__doc__ or "").strip().partition("\n")[0]
-        _PLANS[name] = TrialPlan(name, sentence, script, node, world, tuple(serves), parameters or {}, reliable)
+        _PLANS[name] = TrialPlan(
+            name, sentence, script, node, world, tuple(serves), parameters or {}, params_file, reliable, may_refuse
+        )
         return script
 
     return enter

@@ -16,7 +16,7 @@ from typing import Any
 
 from grader import build, evidence, sandbox, toolchain
 from grader.trials import catalog
-from grader.trials.request import Request, unjudged
+from grader.trials.request import READY, Request, unjudged
 from grader.trials.stage import Stage, TrialOver
 from sim import Simulator, World, load_world
 
@@ -24,6 +24,7 @@ from sim import Simulator, World, load_world
 def main() -> int:
     """Run the trials that standard input asks for."""
     plans = catalog.trials()
+    print(READY, flush=True)
     for line in sys.stdin:
         request = Request(**json.loads(line))
         plan = plans[request.trial]
@@ -82,6 +83,8 @@ def _wall(install: Path, domain_id: int) -> sandbox.Wall:
 
 def _command(plan: catalog.TrialPlan) -> list[str]:
     command = [f"{build.INSTALL}/lib/{build.PACKAGE}/{plan.node}", "--ros-args", "-p", "use_sim_time:=true"]
+    if plan.params_file:
+        command += ["--params-file", f"{build.INSTALL}/share/{build.PACKAGE}/config/{plan.params_file}"]
     for name, value in plan.parameters.items():
         command += ["-p", f"{name}:={_parameter(value)}"]
     return command

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from grader import evidence
 from grader.trials.catalog import TrialPlan
 
+READY = "ready"
+"""What a host says first, once it has loaded everything."""
+
 
 @dataclass(frozen=True)
 class Request:

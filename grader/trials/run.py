@@ -16,7 +16,7 @@ from pathlib import Path
 from grader import evidence, sandbox, toolchain
 from grader.errors import GraderError
 from grader.trials.catalog import TrialPlan
-from grader.trials.request import Request, unjudged
+from grader.trials.request import READY, Request, unjudged
 
 _TRIAL_CAP_S = 180.0  # of wall time, above every cap inside
 
@@ -118,17 +118,24 @@ class _Worker(threading.Thread):
         home = self._folder / "host-home"
         home.mkdir(parents=True, exist_ok=True)
         command = [sys.executable, "-m", "grader.trials.host"]
+        log_path = self._folder / f"host-{self.name}.log"
         try:
-            self._host = subprocess.Popen(
-                sandbox.private_network(command),
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                env=toolchain.environment(self._contract, home=home),
-                cwd=self._folder,
-                text=True,
-            )
+            with log_path.open("w") as log:
+                self._host = subprocess.Popen(
+                    sandbox.private_network(command),
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=log,
+                    env=toolchain.environment(self._contract, home=home),
+                    cwd=self._folder,
+                    text=True,
+                )
         except OSError as error:
             raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it says how to mend it.") from error
+        assert self._host.stdout is not None
+        if self._host.stdout.readline().strip() != READY:
+            said = log_path.read_text().strip()[-2000:]
+            raise GraderError(f"The host of the trials did not start:\n{said}\nRun `grader doctor`.")
         return self._host
 
     def _stop(self) -> None:

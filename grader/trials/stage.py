@@ -10,10 +10,11 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import numpy as np
+from rcl_interfaces.msg import Log
 from rclpy.action.client import ActionClient
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
-from rclpy.qos import QoSProfile
+from std_msgs.msg import Float32
 
 from grader import evidence
 from grader.sandbox import Process
@@ -31,6 +32,13 @@ T = TypeVar("T")
 
 _ANSWER_WITHIN_S = 2.0  # simulated, for a service or a goal's acceptance
 _ANSWER_WALL_S = 1.0  # the clock stands still so long for an answer before time goes on
+TOPICS: dict[str, tuple[Any, int]] = {
+    "sensor_fusion_data": (SensorFusionData, 10),
+    "obstacle_distance": (Float32, 10),
+    "rosout": (Log, 100),
+}
+"""The topics that a script can listen to."""
+
 _ACTION = "navigate_to_position"
 _SECTOR = math.radians(60)
 
@@ -155,13 +163,14 @@ class Stage:
             self.bridge.find_pace()
         return goal
 
-    def listen(self, topic: str, message_type: type, qos: QoSProfile | int = 10) -> None:
-        """Record every message of a topic from now on."""
+    def listen(self, topic: str) -> None:
+        """Record every message of a topic (one of TOPICS) from now on."""
+        message_type, depth = TOPICS[topic]
 
         def take(message: Any) -> None:
             self.messages.append(evidence.Message(self.t, topic, plain(message)))
 
-        self.bridge.node.create_subscription(message_type, topic, take, qos)
+        self.bridge.node.create_subscription(message_type, topic, take, depth)
 
     def mute(self, *kinds: type) -> None:
         """Let these sensors fall silent: ScanReading, OdometryReading, ImuReading, BatteryReading."""
@@ -209,10 +218,13 @@ class Stage:
         """Press Ctrl-C: send SIGINT to the node and wait for its end, `limit` wall seconds at most."""
         self.mark("interrupt")
         self.interrupted = True
+        started = time.monotonic()
         self.process.interrupt()
-        deadline = time.monotonic() + limit
+        deadline = started + limit
         while self.process.exit_code() is None and time.monotonic() < deadline:
             self.bridge.spin_until(lambda: False, 0.02)
+        if self.process.exit_code() is not None:
+            self.choices["seconds_to_end"] = round(time.monotonic() - started, 2)
         # The node's last words may still be on their way.
         self.bridge.alive = lambda: True
         self.bridge.spin_until(lambda: False, 0.05)

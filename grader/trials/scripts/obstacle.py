@@ -14,11 +14,11 @@ def _drive_at_the_wall(stage: Stage, speed: float) -> None:
     stage.choices["speed"] = speed
     stage.run(0.3)
     stage.call("set_speed", speed=speed)
-    # The wall is at most 3 m away; what is left of the time shows whether the robot stays where it stopped.
-    stage.run(3.0 / speed + 2.0)
+    # The wall is two metres away; what is left of the time shows whether the robot stays where it stopped.
+    stage.run(2.0 / abs(speed) + 2.5)
 
 
-@trial(serves=["F4"], world="wall_ahead")
+@trial(serves=["F4", "F11"], world="wall_ahead")
 def wall_fast(stage: Stage) -> None:
     """Drive at a wall at the highest allowed speed."""
     _drive_at_the_wall(stage, 0.5)
@@ -28,6 +28,44 @@ def wall_fast(stage: Stage) -> None:
 def wall_slow(stage: Stage) -> None:
     """Drive at a wall at a lower speed."""
     _drive_at_the_wall(stage, stage.choose("speed", [0.25, 0.3125, 0.375]))
+
+
+@trial(serves=["F4"])
+def wall_backward(stage: Stage) -> None:
+    """Drive backwards at something behind."""
+    stage.put_ahead(1.0, bearing=3.14159, radius=0.3)
+    stage.choices["speed"] = -0.375
+    stage.run(0.3)
+    stage.call("set_speed", speed=-0.375)
+    stage.run(5.0)
+
+
+@trial(serves=["F5"])
+def obstacle_vanishes(stage: Stage) -> None:
+    """Something stands in the way and goes away again."""
+    stage.run(0.3)
+    stage.call("set_speed", speed=stage.choose("speed", [0.25, 0.375]))
+    stage.run(1.0)
+    name = stage.put_ahead(0.45)
+    stage.mark("blocked")
+    stage.run(1.5)
+    stage.take_away(name)
+    stage.mark("free")
+    stage.run(1.0)
+    stage.mark("cruise")
+    stage.run(1.5)
+    stage.mark("cruise_end")
+
+
+@trial(serves=["F5"])
+def obstacle_behind(stage: Stage) -> None:
+    """Drive forward with something right behind the robot."""
+    stage.put_ahead(stage.between("distance", 0.35, 0.45), bearing=3.14159)
+    stage.run(0.3)
+    stage.call("set_speed", speed=0.25)
+    stage.mark("start")
+    stage.run(2.0)
+    stage.mark("end")
 
 
 @trial(serves=["F7"])

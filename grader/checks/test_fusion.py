@@ -1,0 +1,134 @@
+"""F12 and F13: what the sensor processor publishes, and when."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from grader.checks.judge import Judge, NotReached, near_topic
+from grader.evidence import Message, Trial
+
+_TICK_S = 0.05
+_WARN, _ERROR = 30, 40  # rcl_interfaces/msg/Log
+
+
+def test_fuses_the_closest_valid_reading(judge: Judge) -> None:
+    """`closest_obstacle_distance` is the closest valid reading, inf where there is none."""
+    trial, fused = _fused(judge)
+    scans = [(scan.t, scan.anywhere) for scan in trial.scans]
+    _expect_followed(
+        judge, fused, "closest_obstacle_distance", scans, lambda said, true: _same(said, true, 0.01),
+        "leave out what is not finite or not within [range_min, range_max]; inf when nothing is left",
+    )  # fmt: skip
+
+
+def test_fuses_the_battery_in_percent(judge: Judge) -> None:
+    """`battery_level` is in percent, 0 to 100; 100.0 before the first battery message."""
+    trial, fused = _fused(judge)
+    told = [(-math.inf, 100.0)]
+    told += [(m.t, 100.0 * m.data["percentage"]) for m in trial.published if m.topic == "battery/state"]
+    _expect_followed(
+        judge, fused, "battery_level", told, lambda said, true: _same(said, true, 0.1),
+        "BatteryState.percentage is 0 to 1; start with 100.0",
+    )  # fmt: skip
+
+
+def test_fuses_the_latest_imu_message(judge: Judge) -> None:
+    """Acceleration and angular velocity are those of the latest IMU message, zero before the first."""
+    trial, fused = _fused(judge)
+    for field in ("linear_acceleration", "angular_velocity"):
+        told: list[tuple[float, Any]] = [(-math.inf, [0.0, 0.0, 0.0])]
+        told += [(m.t, m.data[field]) for m in trial.published if m.topic == "imu/data"]
+        _expect_followed(
+            judge, fused, field, told, _same_vector, "keep the latest Imu message and copy both vectors from it"
+        )
+
+
+def test_battery_alarms_sound_once(judge: Judge) -> None:
+    """Battery below the low threshold is logged as a warning once, below the critical threshold as an error once."""
+    trial = judge.trial("battery_runs_down")
+    logs = [m for m in trial.messages if m.topic == "rosout" and m.data.get("name", "").endswith("sensor_processor")]
+    for level, word, threshold in ((_WARN, "warning", 20), (_ERROR, "error", 10)):
+        found = [m for m in logs if m.data["level"] == level]
+        about = [m for m in found if "batter" in str(m.data["msg"]).lower()] or found
+        seen = f"{len(about)} {word}s while the battery fell from 60 to 5 %"
+        if about:
+            seen += f", the first at {about[0].t:.1f} s: {about[0].data['msg']!r}"
+        judge.expect(len(about) == 1, seen, f"log when the level crosses {threshold} %, not at every message")
+
+
+def test_comes_at_the_fusion_frequency(judge: Judge) -> None:
+    """`sensor_fusion_data` and `obstacle_distance` come at `fusion_frequency` ± 20 %, once a scan has been seen."""
+    trial, _ = _fused(judge)
+    start, end = trial.marks["scans"] + 0.4, trial.marks["end"]
+    for topic in ("sensor_fusion_data", "obstacle_distance"):
+        count = sum(m.topic == topic and start < m.t <= end for m in trial.messages)
+        hertz = count / (end - start)
+        seen = f"{topic} at {hertz:.1f} Hz of simulated time{near_topic(trial.graph, topic) if not count else ''}"
+        judge.expect(16.0 <= hertz <= 24.0, seen, "publish both from one timer with period 1 / fusion_frequency")
+
+
+def test_says_nothing_before_the_first_scan(judge: Judge) -> None:
+    """Nothing comes before the first scan; the stamp is from the node's clock and the frame is `base_link`."""
+    trial, fused = _fused(judge)
+    early = [m for m in trial.messages if m.t < trial.marks["scans"] + 1e-9]
+    judge.expect(
+        not early,
+        f"{len(early)} messages before the first scan",
+        "remember whether a scan has come; say nothing before",
+    )
+    frames = {m.data["header"]["frame_id"] for m in fused}
+    judge.expect(frames == {"base_link"}, f"frame_id {sorted(frames)}", "set header.frame_id")
+    worst = max(fused, key=lambda m: abs(_stamp(m) - m.t))
+    seen = f"a stamp of {_stamp(worst):.2f} s at {worst.t:.2f} s of simulated time"
+    judge.expect(abs(_stamp(worst) - worst.t) <= 2 * _TICK_S + 1e-6, seen, "self.get_clock().now().to_msg()")
+
+
+def _stamp(message: Message) -> float:
+    """Return a header's stamp in seconds since the trial began (ROS time 100 s)."""
+    stamp = message.data["header"]["stamp"]
+    return float(stamp["sec"]) - 100.0 + float(stamp["nanosec"]) * 1e-9
+
+
+def _fused(judge: Judge) -> tuple[Trial, list[Message]]:
+    trial = judge.trial("fusion")
+    fused = [m for m in trial.messages if m.topic == "sensor_fusion_data"]
+    if not fused:
+        raise NotReached(f"no message on sensor_fusion_data{near_topic(trial.graph, 'sensor_fusion_data')}")
+    return trial, fused
+
+
+def _expect_followed(
+    judge: Judge,
+    fused: list[Message],
+    field: str,
+    told: list[tuple[float, Any]],
+    same: Callable[[Any, Any], bool],
+    try_: str,
+) -> None:
+    """Expect each fused message to hold what was told last; what was told in the last two ticks may count or not."""
+    for message in fused:
+        said = message.data[field]
+        known = [value for t, value in told if t <= message.t + 1e-9]
+        recent = [value for t, value in told if message.t - 2 * _TICK_S <= t <= message.t + 1e-9]
+        candidates = known[-1 - len(recent) :]
+        if candidates and not any(same(said, value) for value in candidates):
+            seen = f"{field} {_show(said)} at {message.t:.2f} s, when {_show(candidates[-1])} had been measured"
+            judge.expect(False, seen, try_)
+
+
+def _same(said: Any, true: Any, tolerance: float) -> bool:
+    a, b = float(said), float(true)
+    return a == b or abs(a - b) <= tolerance
+
+
+def _same_vector(said: Any, true: Any) -> bool:
+    values = [said[axis] for axis in "xyz"]
+    return all(_same(a, b, 1e-6) for a, b in zip(values, true, strict=True))
+
+
+def _show(value: Any) -> str:
+    if isinstance(value, dict):
+        value = [value[axis] for axis in "xyz"]
+    if isinstance(value, list):
+        return "(" + ", ".join(f"{float(item):.2f}" for item in value) + ")"
+    return f"{float(value):.2f}"

@@ -1,0 +1,61 @@
+"""F6: readings that are none."""
+
+import math
+
+from grader.checks import motion
+from grader.checks.judge import Judge, NotReached
+from grader.evidence import Trial
+
+_TRIALS = ("bad_readings", "empty_scans")
+_SPEED = 0.25
+
+
+def test_bad_readings_are_no_obstacle(judge: Judge) -> None:
+    """NaN, +inf, zero, below-range_min and above-range_max readings, and a scan with no readings, are no obstacle."""
+    stopped = []
+    kinds = 0
+    for name in _TRIALS:
+        trial = judge.trial(name, complete=False)
+        _expect_driving(judge, trial)
+        marks = sorted(trial.marks.items(), key=lambda item: item[1])
+        for (kind, start), end in zip(marks, [t for _, t in marks[1:]] or [math.inf], strict=False):
+            kinds += 1
+            commands = motion.between(trial.commands, start + 0.1, end)
+            if not commands or min(command.v for command in commands) < 0.9 * _SPEED:
+                stopped.append(kind)
+    if stopped:
+        seen = f"the robot did not drive on through scans full of: {', '.join(stopped)}"
+        try_ = "count a reading only if it is finite and range_min <= reading <= range_max"
+        judge.share(1 - len(stopped) / max(kinds, 7), seen, try_)
+
+
+def test_bad_readings_crash_nothing(judge: Judge) -> None:
+    """Bad readings, and a scan with no readings, are no crash."""
+    dead = []
+    for name in (*_TRIALS, "obstacle_among_bad_readings"):
+        trial = judge.trial(name, complete=False)
+        if trial.ended:
+            phase = max(trial.marks.items(), key=lambda item: item[1], default=("the start", 0.0))[0]
+            dead.append(f"after {phase}: {trial.ended}")
+    seen = "; ".join(dead)
+    judge.expect(not dead, seen, "min() of nothing raises: min(readings, default=math.inf)")
+
+
+def test_a_real_obstacle_among_bad_readings_is_seen(judge: Judge) -> None:
+    """A real obstacle among bad readings is still seen."""
+    trial = judge.trial("obstacle_among_bad_readings")
+    _expect_driving(judge, trial)
+    since = trial.marks["obstacle"]
+    zero = next((c.t for c in trial.commands if c.t > since and motion.is_zero(c)), math.inf)
+    seen = (
+        f"a zero {zero - since:.2f} s after the obstacle" if math.isfinite(zero) else "no zero cmd_vel"
+    ) + " stood 0.45 m ahead, seen by one beam in four; the others read NaN, inf, 0, 0.05 and 25 m"
+    judge.expect(zero - since <= 0.5, seen, "what does min() make of a list that starts with NaN?")
+
+
+def _expect_driving(judge: Judge, trial: Trial) -> None:
+    judge.call(trial, "set_speed", 0)
+    before = min(trial.marks.values(), default=math.inf)
+    last = next((c for c in reversed(trial.commands) if c.t <= before), None)
+    if last is None or last.v < 0.9 * _SPEED:
+        raise NotReached("the robot did not drive before the bad readings came (F2)")

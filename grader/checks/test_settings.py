@@ -1,0 +1,77 @@
+"""I6: parameters from files, by overrides, at run time."""
+
+from typing import Any
+
+from grader.checks import motion
+from grader.checks.judge import Judge, NotReached
+
+_TRY_CALLBACK = "register add_on_set_parameters_callback before you declare the parameters"
+
+
+def test_parameter_files_load_on_both_nodes(judge: Judge) -> None:
+    """The YAML files load on both nodes."""
+    missing = []
+    for name in ("file_controller", "file_processor"):
+        trial = judge.trial(name)
+        missing += [f"{trial.node}: {answer.name}" for answer in trial.parameters if answer.value is None]
+    judge.expect(not missing, f"not declared: {', '.join(missing)}", "declare every parameter of the contract")
+
+
+def test_overrides_change_the_behaviour(judge: Judge) -> None:
+    """Overriding `max_linear_speed`, `obstacle_detection_threshold` and `fusion_frequency` changes behaviour."""
+    wrong = [*_slow_robot(judge), *_far_sighted_robot(judge), *_slow_fusion(judge)]
+    if wrong:
+        judge.share(1 - len(wrong) / 3, "; ".join(wrong), "read the parameter where you use it, not a constant")
+
+
+def test_senseless_values_are_refused_at_run_time(judge: Judge) -> None:
+    """A value that makes no sense is refused by a parameter callback at run time."""
+    for name in ("senseless_settings", "senseless_settings_processor"):
+        trial = judge.trial(name)
+        for answer in trial.parameters[:-1]:
+            seen = f"{answer.name} := {answer.wanted} was accepted; it is {answer.value} now"
+            judge.expect(answer.accepted is False and answer.value != answer.wanted, seen, _TRY_CALLBACK)
+        good = trial.parameters[-1]
+        seen = f"{good.name} := {good.wanted}, which makes sense, was refused: {good.reason}"
+        judge.expect(good.accepted is True, seen, "refuse only what makes no sense")
+
+
+def test_senseless_values_are_refused_at_start(judge: Judge) -> None:
+    """A value that makes no sense is refused by a parameter callback at start."""
+    for name, parameter, value in (
+        ("senseless_start", "max_linear_speed", -1.0), ("senseless_start_processor", "fusion_frequency", 0.0),
+    ):  # fmt: skip
+        usual = "idle" if name == "senseless_start" else "idle_processor"
+        judge.trial(usual, complete=False)  # a node that never starts has refused nothing
+        trial = judge.started(name)
+        if trial.ready:
+            now: Any = trial.parameters[0].value if trial.parameters else None
+            seen = f"the node started with {parameter} = {now}"
+            judge.expect(now is not None and now != value, seen, _TRY_CALLBACK)
+
+
+def _slow_robot(judge: Judge) -> list[str]:
+    trial = judge.trial("slow_robot")
+    refused = judge.call(trial, "set_speed", 0).response or {}
+    accepted = judge.call(trial, "set_speed", 1).response or {}
+    if refused["success"] is not False or accepted["success"] is not True:
+        answers = f"0.375 answered {refused['success']} and 0.25 answered {accepted['success']}"
+        return [f"with max_linear_speed 0.25, set_speed {answers}"]
+    return []
+
+
+def _far_sighted_robot(judge: Judge) -> list[str]:
+    trial = judge.trial("far_sighted_robot")
+    judge.call(trial, "set_speed", 0)
+    nearest = motion.closest_ahead(trial)
+    if nearest > 1.5:
+        raise NotReached(f"the robot never came near the wall: {nearest:.2f} m at best (F2)")
+    if nearest < 0.85:
+        return [f"with obstacle_detection_threshold 1.0 the robot came as near as {nearest:.2f} m to the wall"]
+    return []
+
+
+def _slow_fusion(judge: Judge) -> list[str]:
+    trial = judge.trial("slow_fusion")
+    hertz = sum(1.0 < m.t <= 2.5 for m in trial.messages) / 1.5
+    return [] if 8.0 <= hertz <= 12.0 else [f"with fusion_frequency 10 fused data came at {hertz:.1f} Hz"]

@@ -1,0 +1,65 @@
+"""Trials of the sensor processor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from grader.trials.catalog import trial
+from sim.sensors import BatteryReading, ImuReading, ScanReading
+
+if TYPE_CHECKING:
+    from grader.trials.stage import Stage
+
+
+@trial(serves=["F12", "F13", "I7"], node="sensor_processor")
+def fusion(stage: Stage) -> None:
+    """The sensors begin to speak one after the other; things come near, some beams go bad."""
+    stage.listen("sensor_fusion_data")
+    stage.listen("obstacle_distance")
+    stage.mute(ScanReading, ImuReading, BatteryReading)
+    stage.run(0.8)
+    stage.unmute(ScanReading)
+    stage.mark("scans")
+    stage.run(0.8)
+    stage.mark("battery")
+    stage.simulator.set_battery(stage.choose("battery", [0.25, 0.5, 0.75]))
+    stage.unmute(BatteryReading)
+    stage.run(1.2)
+    stage.mark("imu")
+    stage.unmute(ImuReading)
+    # The observer drives the robot: an IMU that stands still has little to say.
+    stage.simulator.command(0.0, 0.5)
+    stage.run(0.6)
+    stage.mark("near")
+    stage.put_ahead(stage.between("distance", 0.8, 1.5), bearing=stage.between("bearing", -3.0, 3.0))
+    stage.run(0.6)
+    stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 5 == 0, np.nan, ranges))
+    stage.run(0.4)
+    stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, 0.01, ranges))
+    stage.run(0.4)
+    stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, 50.0, np.inf))
+    stage.mark("nothing in range")
+    stage.run(0.4)
+    stage.distort(lambda ranges: ranges[:0])
+    stage.mark("no readings")
+    stage.run(0.4)
+    stage.mark("end")
+
+
+@trial(serves=["F12"], node="sensor_processor")
+def battery_runs_down(stage: Stage) -> None:
+    """The battery falls through both thresholds."""
+    stage.listen("rosout")
+    for percent in (60, 25, 19, 18, 15, 11, 9, 8, 5):
+        stage.simulator.set_battery(percent / 100)
+        stage.run(1.1)  # one battery message a second
+    stage.mark("end")
+
+
+@trial(serves=["I6"], node="sensor_processor", parameters={"fusion_frequency": 10.0})
+def slow_fusion(stage: Stage) -> None:
+    """The fusion frequency is set to half of its default at the start."""
+    stage.listen("sensor_fusion_data")
+    stage.run(2.5)

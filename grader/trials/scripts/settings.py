@@ -1,0 +1,136 @@
+"""Trials of parameters: from files, by overrides, at run time; with sense and without."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from grader.trials.catalog import trial
+
+if TYPE_CHECKING:
+    from grader.trials.stage import Stage
+
+CONTROLLER = (
+    "robot_name", "max_linear_speed", "max_angular_speed", "linear_acceleration", "angular_acceleration",
+    "laser_processing_rate", "fusion_rate", "obstacle_detection_threshold", "emergency_stop_distance", "safety_margin",
+)  # fmt: skip
+PROCESSOR = ("fusion_frequency", "battery_low_threshold", "battery_critical_threshold")
+
+
+@trial(serves=["I6"], params_file="robot_params.yaml")
+def file_controller(stage: Stage) -> None:
+    """The controller with its parameter file."""
+    for name in CONTROLLER:
+        stage.ask_parameter(name)
+
+
+@trial(serves=["I6"], node="sensor_processor", params_file="sensor_params.yaml")
+def file_processor(stage: Stage) -> None:
+    """The sensor processor with its parameter file."""
+    for name in PROCESSOR:
+        stage.ask_parameter(name)
+
+
+@trial(serves=["I6"], parameters={"max_linear_speed": 0.25})
+def slow_robot(stage: Stage) -> None:
+    """The speed limit is set to half of its default at the start."""
+    stage.run(0.3)
+    stage.call("set_speed", speed=0.375)
+    stage.run(0.3)
+    stage.call("set_speed", speed=0.25)
+    stage.run(1.0)
+    stage.mark("cruise")
+    stage.run(1.0)
+    stage.mark("cruise_end")
+
+
+@trial(serves=["I6"], world="wall_ahead", parameters={"obstacle_detection_threshold": 1.0})
+def far_sighted_robot(stage: Stage) -> None:
+    """The obstacle threshold is set to twice its default at the start."""
+    stage.run(0.3)
+    stage.call("set_speed", speed=0.25)
+    stage.run(7.0)
+
+
+@trial(serves=["I6"])
+def senseless_settings(stage: Stage) -> None:
+    """Parameters of the running controller are set to values that make no sense, then one that does."""
+    stage.run(0.3)
+    for name, value in (
+        ("max_linear_speed", -1.0), ("laser_processing_rate", 0.0), ("obstacle_detection_threshold", -0.5),
+        ("linear_acceleration", -1.0),
+    ):  # fmt: skip
+        stage.set_parameter(name, value)
+    stage.set_parameter("max_linear_speed", 0.375)
+    stage.run(1.0)
+
+
+@trial(serves=["I6"], node="sensor_processor")
+def senseless_settings_processor(stage: Stage) -> None:
+    """Parameters of the running sensor processor are set to values that make no sense, then one that does."""
+    stage.run(0.3)
+    for value in (0.0, -5.0):
+        stage.set_parameter("fusion_frequency", value)
+    stage.set_parameter("fusion_frequency", 10.0)
+    stage.run(0.5)
+
+
+@trial(serves=["I6"], parameters={"max_linear_speed": -1.0}, may_refuse=True)
+def senseless_start(stage: Stage) -> None:
+    """The controller is started with a speed limit below zero."""
+    stage.ask_parameter("max_linear_speed")
+
+
+@trial(serves=["I6"], node="sensor_processor", parameters={"fusion_frequency": 0.0}, may_refuse=True)
+def senseless_start_processor(stage: Stage) -> None:
+    """The sensor processor is started with a rate of zero."""
+    stage.ask_parameter("fusion_frequency")
+
+
+@trial(serves=["I7"])
+def standing_clock(stage: Stage) -> None:
+    """The clock stands still for a while, then goes on."""
+    stage.run(2.0)
+    stage.choices["held"] = stage.hold(1.0)
+    stage.run(1.0)
+
+
+@trial(serves=["I7"], node="sensor_processor")
+def standing_clock_processor(stage: Stage) -> None:
+    """The clock stands still for a while beside the sensor processor."""
+    stage.run(2.0)
+    stage.choices["held"] = stage.hold(1.0)
+    stage.run(1.0)
+
+
+@trial(serves=["I8"])
+def interrupted_idle(stage: Stage) -> None:
+    """Ctrl-C while the robot stands."""
+    stage.run(0.5)
+    stage.interrupt()
+
+
+@trial(serves=["I8"])
+def interrupted_driving(stage: Stage) -> None:
+    """Ctrl-C while the robot drives."""
+    stage.run(0.3)
+    stage.call("set_speed", speed=0.375)
+    stage.run(1.5)
+    stage.interrupt()
+
+
+@trial(serves=["I8"])
+def interrupted_navigating(stage: Stage) -> None:
+    """Ctrl-C while the robot drives to a goal."""
+    stage.run(0.3)
+    pose = stage.simulator.odometry().pose
+    stage.navigate(pose.x + 3.0 * math.cos(pose.yaw), pose.y + 3.0 * math.sin(pose.yaw))
+    stage.run(1.5)
+    stage.interrupt()
+
+
+@trial(serves=["I8"], node="sensor_processor")
+def interrupted_processor(stage: Stage) -> None:
+    """Ctrl-C while the sensor processor publishes."""
+    stage.run(0.5)
+    stage.interrupt()
