@@ -402,13 +402,9 @@ class Shutdown(EmitEvent):
         super().__init__(event=events.Shutdown(reason=reason), **rest)
 
     def execute(self, context: LaunchContext) -> None:
-        """End it; where a process's end is the occasion, its label is part of the reason."""
+        """End it, and say so where a process's end is the occasion."""
         event = context.get_locals_as_dict().get("event")
-        reason = self.event.reason  # type: ignore[attr-defined]  # made above
         if isinstance(event, events.ProcessExited):
-            reason = (
-                f"{event.process_name} process exited: {reason}"
-                if reason != "reason not given"
-                else (f"{event.process_name} has ended")
-            )
-        context.emit_event_sync(events.Shutdown(reason=reason))
+            said = f"process[{event.process_name}] was required: shutting down launched system"
+            context.runner.output.info("launch", said)
+        super().execute(context)

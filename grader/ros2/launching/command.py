@@ -74,6 +74,7 @@ def main(args: argparse.Namespace) -> int:
     )
     service.output.begin()
     include = IncludeLaunchDescription(AnyLaunchDescriptionSource(str(path)), launch_arguments=list(given.items()))
+    include.place = None  # no line of anybody's launch file
     service.include_launch_description(LaunchDescription([include]))
     return service.run()
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
-HERE = str(Path(__file__).resolve().parent)
+HERE = str(Path(__file__).resolve().parent.parent)  # the whole folder of the command
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,10 @@ from .entities import SomeSubstitutionsType, Substitution, is_substitution, perf
 from .errors import LaunchError, UnsupportedError, caller
 from .substitutions import EnvironmentVariable, LaunchConfiguration, ThisLaunchFile, ThisLaunchFileDir
 
+AS_TEXT = (
+    "If the parameter is meant to be a string, try wrapping it in "
+    "launch_ros.parameter_descriptions.ParameterValue(value, value_type=str)"
+)
 SCALARS = (bool, int, float, str, bytes)
 
 
@@ -84,12 +88,12 @@ class ParameterFile:
 
 def read(text: str) -> Any:
     """Return what a text that a substitution gave becomes: the value that YAML sees in it."""
+    if not text:
+        return ""
     try:
         value = yaml.safe_load(text)
-    except yaml.YAMLError:
-        return text
-    if value is None:
-        return ""
+    except yaml.YAMLError as error:
+        raise ValueError(f"Unable to parse the value '{text}' as yaml. {AS_TEXT}") from error
     return checked(value, f"'{text}'")
 
 
@@ -100,8 +104,7 @@ def checked(value: Any, shown: str) -> Any:
     if not isinstance(value, Sequence):
         raise TypeError(
             f"Allowed value types are bytes, bool, int, float, str, Sequence[bool], Sequence[int], Sequence[float], "
-            f"Sequence[str]. Got {type(value)} for {shown}. If the parameter is meant to be a string, try wrapping it "
-            "in launch_ros.parameter_descriptions.ParameterValue(value, value_type=str)"
+            f"Sequence[str]. Got {type(value)} for {shown}. {AS_TEXT}"
         )
     kinds = {type(one) for one in value}
     if kinds == {int, float}:

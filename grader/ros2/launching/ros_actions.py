@@ -25,11 +25,11 @@ RENAMED = {
 
 def joined(base: str | None, name: str | None) -> str | None:
     """Return a namespace below another one, absolute; an absolute one stands for itself, none and none is none."""
+    if base is None and name is None:
+        return None
     parts = [part.rstrip("/") for part in (base, name) if part]
     if name and name.startswith("/"):
         parts = [name.rstrip("/")]
-    if not parts:
-        return None
     return "/" + "/".join(parts).lstrip("/")
 
 
@@ -194,10 +194,7 @@ class SetParameter(Action):
         name = perform(context, self.name)
         if isinstance(value, list):
             value = tuple(value)
-        kept = [
-            one for one in context.launch_configurations.get(PARAMETERS, ()) if isinstance(one, str) or one[0] != name
-        ]
-        context.launch_configurations[PARAMETERS] = [*kept, (name, value)]
+        _append(context, PARAMETERS, (name, value))
 
 
 class SetParametersFromFile(Action):

@@ -217,7 +217,7 @@ def explain(error: BaseException) -> str:
         return str(error)
     text = str(error) if isinstance(error, LaunchError) else f"{type(error).__name__}: {error}"
     place = getattr(error, "launch_place", None)
-    here = str(Path(__file__).resolve().parent)
+    here = str(Path(__file__).resolve().parent.parent)
     lines = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith((here, "<"))]
     mine = [frame for frame in lines if not frame.filename.startswith((sys.prefix, sys.base_prefix))]
     if isinstance(error, SyntaxError) and error.filename:
