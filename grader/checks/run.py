@@ -29,7 +29,7 @@ def run(folder: Path, ids: Sequence[str]) -> list[CheckResult]:
         # -I: no user site, no PYTHONPATH, nothing from the working folder; pytest loads no plugin but our conftest.
         command = [
             sys.executable, "-I", "-m", "pytest", "-q", "-c", os.devnull, "--rootdir", str(_FOLDER),
-            "-p", "no:cacheprovider", "--evidence", str(folder), "--results", str(results),
+            "-p", "no:cacheprovider", "--evidence", str(folder.resolve()), "--results", str(results),
             *(str(_FOLDER / f"{check.replace('::', '.py::', 1)}") for check in ids),
         ]  # fmt: skip
         environment = {"PATH": os.environ.get("PATH", ""), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "LANG": "C.UTF-8"}

@@ -81,9 +81,6 @@ def test_a_blocked_goal_is_completed_once_the_way_is_free(judge: Judge) -> None:
     if math.isfinite(goal.ended_t):
         seen += f" at {goal.ended_t:.1f} s; the way was blocked from {trial.marks['blocked']:.1f} s"
     judge.expect(bool(goal.success), seen, "wait before the obstacle and go on; do not give up the goal")
-    sample = at(trial.samples, goal.ended_t)
-    off = math.hypot(goal.x - sample.x, goal.y - sample.y)
-    judge.expect(off <= goal.tolerance + 0.02, f"{seen}, {off:.2f} m off", "compare the distance with the tolerance")
 
 
 def test_limits_hold_throughout(judge: Judge) -> None:

@@ -12,8 +12,7 @@ _SLACK_S = 0.05  # one tick of the trial: a command is known to be sent no bette
 
 def test_never_touches_the_obstacle(judge: Judge) -> None:
     """Driven at an obstacle at any allowed speed, the robot stops and never touches it."""
-    for name in _TRIALS:
-        trial = _driven(judge, name)
+    for trial in _driven(judge):
         if trial.touches:
             touch = trial.touches[0]
             seen = f"touched the {touch.obstacle} at {touch.t:.2f} s, moving at {touch.speed:.2f} m/s"
@@ -26,8 +25,7 @@ def test_never_touches_the_obstacle(judge: Judge) -> None:
 
 def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
     """`cmd_vel` is zero within 0.3 s of the first scan whose closest valid reading is below the threshold."""
-    for name in _TRIALS:
-        trial = _driven(judge, name)
+    for trial in _driven(judge):
         near = motion.first_near(trial)
         if math.isinf(near):
             continue  # it stopped earlier than it had to
@@ -38,10 +36,15 @@ def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
         judge.expect(delay <= 0.3 + _SLACK_S, seen, "stop in the cycle that sees the scan: no averaging, no waiting")
 
 
-def _driven(judge: Judge, name: str) -> Trial:
-    """Return the trial, in which the robot did come near: a robot that never drove has avoided nothing."""
-    trial = judge.trial(name)
-    judge.call(trial, "set_speed", 0)
-    if motion.closest_ahead(trial) > 1.0 and not trial.touches:
-        raise NotReached(f"the robot never came near the obstacle: {motion.closest_ahead(trial):.2f} m at best (F2)")
-    return trial
+def _driven(judge: Judge) -> list[Trial]:
+    """Return the trials in which the robot did come near: a robot that never drove has avoided nothing."""
+    trials = []
+    for name in _TRIALS:
+        trial = judge.trial(name)
+        judge.call(trial, "set_speed", 0)
+        nearest = motion.closest_ahead(trial)
+        if nearest <= 1.0 or trial.touches:
+            trials.append(trial)
+        elif trial.choices["speed"] > 0:
+            raise NotReached(f"the robot never came near the obstacle: {nearest:.2f} m at best (F2)")
+    return trials

@@ -9,14 +9,19 @@ def test_drives_on_when_the_obstacle_goes_away(judge: Judge) -> None:
     trial = judge.trial("obstacle_vanishes")
     judge.call(trial, "set_speed", 0)
     marks, wanted = trial.marks, trial.choices["speed"]
+    if motion.odometry_speed(trial.samples, marks["blocked"] - 0.5, marks["blocked"]) < 0.05:
+        raise NotReached("the robot did not drive before the obstacle came (F2)")
     stood = motion.odometry_speed(trial.samples, marks["blocked"] + 1.0, marks["free"])
     if abs(stood) > 0.05:
         raise NotReached(f"the robot did not stop for the obstacle: {stood:.2f} m/s before it (F4)")
     speed = motion.odometry_speed(trial.samples, marks["cruise"], marks["cruise_end"])
-    seen = f"{speed:.3f} m/s from 1.0 s after the obstacle was gone, set_speed {wanted:g}"
-    judge.expect(
-        abs(speed - wanted) <= 0.05 * wanted, seen, "who clears the obstacle flag, and who keeps the set speed?"
+    before = motion.odometry_speed(trial.samples, marks["blocked"] - 0.5, marks["blocked"])
+    seen = (
+        f"{before:.3f} m/s before the obstacle came, {speed:.3f} m/s from 1 s after it was gone, set_speed {wanted:g}"
     )
+    # Whether it drove at the set speed before is F2's matter.
+    holds = abs(speed - before) <= 0.05 * max(abs(before), 0.1)
+    judge.expect(holds, seen, "who clears the obstacle flag, and who keeps the set speed?")
 
 
 def test_drives_forward_with_an_obstacle_behind(judge: Judge) -> None:

@@ -7,7 +7,6 @@ from grader.checks.judge import Judge, NotReached
 from grader.evidence import Trial
 
 _TRIALS = ("bad_readings", "empty_scans")
-_SPEED = 0.25
 
 
 def test_bad_readings_are_no_obstacle(judge: Judge) -> None:
@@ -16,12 +15,12 @@ def test_bad_readings_are_no_obstacle(judge: Judge) -> None:
     kinds = 0
     for name in _TRIALS:
         trial = judge.trial(name, complete=False)
-        _expect_driving(judge, trial)
+        speed = _speed_before(judge, trial)
         marks = sorted(trial.marks.items(), key=lambda item: item[1])
         for (kind, start), end in zip(marks, [t for _, t in marks[1:]] or [math.inf], strict=False):
             kinds += 1
             commands = motion.between(trial.commands, start + 0.1, end)
-            if not commands or min(command.v for command in commands) < 0.9 * _SPEED:
+            if not commands or not min(command.v for command in commands) >= 0.9 * speed:
                 stopped.append(kind)
     if stopped:
         seen = f"the robot did not drive on through scans full of: {', '.join(stopped)}"
@@ -44,18 +43,20 @@ def test_bad_readings_crash_nothing(judge: Judge) -> None:
 def test_a_real_obstacle_among_bad_readings_is_seen(judge: Judge) -> None:
     """A real obstacle among bad readings is still seen."""
     trial = judge.trial("obstacle_among_bad_readings")
-    _expect_driving(judge, trial)
+    _speed_before(judge, trial)
     since = trial.marks["obstacle"]
     zero = next((c.t for c in trial.commands if c.t > since and motion.is_zero(c)), math.inf)
     seen = (
         f"a zero {zero - since:.2f} s after the obstacle" if math.isfinite(zero) else "no zero cmd_vel"
     ) + " stood 0.45 m ahead, seen by one beam in four; the others read NaN, inf, 0, 0.05 and 25 m"
-    judge.expect(zero - since <= 0.5, seen, "what does min() make of a list that starts with NaN?")
+    judge.expect(zero - since <= 1.0, seen, "what does min() make of a list that starts with NaN?")
 
 
-def _expect_driving(judge: Judge, trial: Trial) -> None:
+def _speed_before(judge: Judge, trial: Trial) -> float:
+    """Return the speed commanded before the first bad scan, in m/s; whether it is the set one is F2's matter."""
     judge.call(trial, "set_speed", 0)
     before = min(trial.marks.values(), default=math.inf)
     last = next((c for c in reversed(trial.commands) if c.t <= before), None)
-    if last is None or last.v < 0.9 * _SPEED:
+    if last is None or not last.v > 0.05:
         raise NotReached("the robot did not drive before the bad readings came (F2)")
+    return last.v

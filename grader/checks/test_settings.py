@@ -72,6 +72,12 @@ def _far_sighted_robot(judge: Judge) -> list[str]:
 
 
 def _slow_fusion(judge: Judge) -> list[str]:
-    trial = judge.trial("slow_fusion")
-    hertz = sum(1.0 < m.t <= 2.5 for m in trial.messages) / 1.5
-    return [] if 8.0 <= hertz <= 12.0 else [f"with fusion_frequency 10 fused data came at {hertz:.1f} Hz"]
+    trial, usual = judge.trial("slow_fusion"), judge.trial("fusion")
+    start, end = usual.marks["scans"] + 0.4, usual.marks["end"]
+    before = sum(m.topic == "sensor_fusion_data" and start < m.t <= end for m in usual.messages) / (end - start)
+    after = sum(1.0 < m.t <= 2.5 for m in trial.messages) / 1.5
+    if not before:
+        raise NotReached("no fused data came with the default fusion_frequency (F13)")
+    if 0.4 * before <= after <= 0.6 * before:
+        return []
+    return [f"fused data came at {before:.1f} Hz, and with half the fusion_frequency at {after:.1f} Hz"]

@@ -11,6 +11,7 @@ _MOMENTS = ("standing", "driving", "before an obstacle 0.45 m ahead")
 def test_status_gives_the_speed_in_force(judge: Judge) -> None:
     """`get_status` gives the speed in force."""
     trial, calls = _calls(judge)
+    judge.call(trial, "set_speed", 0)
     for moment, call, wanted in zip(_MOMENTS, calls, (0.0, trial.choices["speed"]), strict=False):
         speed = float(_answer(call)["speed"])
         judge.expect(

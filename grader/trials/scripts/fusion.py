@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
 
-@trial(serves=["F12", "F13", "I7"], node="sensor_processor")
+@trial(serves=["F12", "F13", "I6", "I7"], node="sensor_processor")
 def fusion(stage: Stage) -> None:
     """The sensors begin to speak one after the other; things come near, some beams go bad."""
     stage.listen("sensor_fusion_data")

@@ -33,11 +33,11 @@ def wall_slow(stage: Stage) -> None:
 @trial(serves=["F4"])
 def wall_backward(stage: Stage) -> None:
     """Drive backwards at something behind."""
-    stage.put_ahead(1.0, bearing=3.14159, radius=0.3)
+    stage.put_ahead(1.5, bearing=3.14159, radius=0.3)
     stage.choices["speed"] = -0.375
     stage.run(0.3)
     stage.call("set_speed", speed=-0.375)
-    stage.run(5.0)
+    stage.run(6.0)
 
 
 @trial(serves=["F5"])
@@ -77,5 +77,5 @@ def status(stage: Stage) -> None:
     stage.run(1.5)
     stage.call("get_status")
     stage.put_ahead(0.45)
-    stage.run(0.5)
+    stage.run(1.0)
     stage.call("get_status")

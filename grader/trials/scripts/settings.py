@@ -89,7 +89,8 @@ def senseless_start_processor(stage: Stage) -> None:
 
 @trial(serves=["I7"])
 def standing_clock(stage: Stage) -> None:
-    """The clock stands still for a while, then goes on."""
+    """The clock stands still for a while, then goes on; the robot drives, so that there is something to say."""
+    stage.call("set_speed", speed=0.25)
     stage.run(2.0)
     stage.choices["held"] = stage.hold(1.0)
     stage.run(1.0)
