@@ -99,6 +99,7 @@ def _build_and_try(submission: Submission, room: Path, settings: Settings) -> ev
         own = pool.submit(_own_tests, submission, built, settings)
         tried = trials.run(
             plans.values(), install=built.install, contract=contract.install, folder=room / "trials",
+            package=submission.package,
             seed=settings.seed, progress=lambda name: settings.progress(f"trial {name}: {plans[name].sentence}"),
         )  # fmt: skip
         return replace(found, trials=tried, tests=own.result())

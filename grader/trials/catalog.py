@@ -23,7 +23,8 @@ class TrialPlan:
 
     `parameters` are the node's overrides, `params_file` the one of the package's config/ it is started with;
     `reliable` says whether the robot's sensors are published reliably, `may_refuse` that a node which does not come up
-    is no failure in itself.
+    is no failure in itself. `beside` are executables that run beside the node and `remappings` the node's names, each
+    as name -> new name; `real_time` says that the clock goes like the one on the wall, for a script of the package's.
     """
 
     name: str
@@ -36,6 +37,9 @@ class TrialPlan:
     params_file: str = ""
     reliable: bool = True
     may_refuse: bool = False
+    beside: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    remappings: Mapping[str, str] = field(default_factory=dict)
+    real_time: bool = False
 
 
 _PLANS: dict[str, TrialPlan] = {}
@@ -50,6 +54,9 @@ def trial(
     params_file: str = "",
     reliable: bool = True,
     may_refuse: bool = False,
+    beside: Mapping[str, Mapping[str, str]] | None = None,
+    remappings: Mapping[str, str] | None = None,
+    real_time: bool = False,
 ) -> Callable[[Script], Script]:
     """Enter the decorated script into the list of trials, under its own name; its docstring is the trial's sentence."""
 
@@ -59,8 +66,9 @@ def trial(
             raise ValueError(f"two trials are called {name}")
         sentence = (script.__doc__ or "").strip().partition("\n")[0]
         _PLANS[name] = TrialPlan(
-            name, sentence, script, node, world, tuple(serves), parameters or {}, params_file, reliable, may_refuse
-        )
+            name, sentence, script, node, world, tuple(serves), parameters or {}, params_file, reliable, may_refuse,
+            beside or {}, remappings or {}, real_time,
+        )  # fmt: skip
         return script
 
     return enter

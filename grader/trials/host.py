@@ -11,13 +11,15 @@ import math
 import random
 import sys
 import traceback
+from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from grader import build, evidence, sandbox, toolchain
 from grader.trials import catalog
 from grader.trials.request import READY, Request, unjudged
-from grader.trials.stage import Stage, TrialOver
+from grader.trials.stage import SOURCE, Stage, TrialOver
 from sim import Simulator, World, load_world
 
 
@@ -44,8 +46,12 @@ def run_trial(plan: catalog.TrialPlan, request: Request) -> evidence.Trial:
     if not executable.is_file():
         return unjudged(plan, request.seed, "", ended=f"there is no executable {plan.node} in lib/{build.PACKAGE}")
     simulator = Simulator(_variant(plan, request.seed), seed=request.seed)
-    with sandbox.Process(_command(plan), _wall(install, request.domain_id), _LIMITS) as process:
+    wall = _wall(install, request)
+    with ExitStack() as others, sandbox.Process(_command(plan), wall, _LIMITS) as process:
         stage = Stage(plan, request.seed, simulator, process, request.domain_id)
+        stage.start = lambda command: others.enter_context(sandbox.Process(command, wall, _LIMITS))
+        for name, remappings in plan.beside.items():
+            stage.others[name] = stage.start(_start(name) + _remap(remappings))
         ended = script_error = ""
         try:
             stage.open()
@@ -72,22 +78,31 @@ def _variant(plan: catalog.TrialPlan, seed: int) -> World:
 _LIMITS = sandbox.Limits(wall_seconds=300.0)
 
 
-def _wall(install: Path, domain_id: int) -> sandbox.Wall:
+def _wall(install: Path, request: Request) -> sandbox.Wall:
     environment = toolchain.environment(build.INSTALL, home=sandbox.HOME)
+    source = {Path(request.package): str(SOURCE)} if request.package else {}
     return sandbox.Wall(
-        read_only={install: str(build.INSTALL)},
-        environment=environment | {"ROS_DOMAIN_ID": str(domain_id)},
+        read_only={install: str(build.INSTALL), **source},
+        environment=environment | {"ROS_DOMAIN_ID": str(request.domain_id)},
         network=True,
     )
 
 
 def _command(plan: catalog.TrialPlan) -> list[str]:
-    command = [f"{build.INSTALL}/lib/{build.PACKAGE}/{plan.node}", "--ros-args", "-p", "use_sim_time:=true"]
+    command = _start(plan.node) + _remap(plan.remappings)
     if plan.params_file:
         command += ["--params-file", f"{build.INSTALL}/share/{build.PACKAGE}/config/{plan.params_file}"]
     for name, value in plan.parameters.items():
         command += ["-p", f"{name}:={_parameter(value)}"]
     return command
+
+
+def _start(executable: str) -> list[str]:
+    return [f"{build.INSTALL}/lib/{build.PACKAGE}/{executable}", "--ros-args", "-p", "use_sim_time:=true"]
+
+
+def _remap(remappings: Mapping[str, str]) -> list[str]:
+    return [word for name, new in remappings.items() for word in ("-r", f"{name}:={new}")]
 
 
 def _parameter(value: Any) -> str:

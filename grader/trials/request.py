@@ -20,6 +20,8 @@ class Request:
     seed: int
     domain_id: int
     out: str
+    package: str = ""
+    """The package's source folder, for a trial that plays a script of it."""
 
 
 def unjudged(plan: TrialPlan, seed: int, script_error: str, ended: str = "") -> evidence.Trial:

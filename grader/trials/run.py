@@ -29,6 +29,7 @@ def run(
     folder: Path,
     seed: int,
     workers: int | None = None,
+    package: Path | None = None,
     progress: Callable[[str], None] = lambda _name: None,
 ) -> dict[str, evidence.Trial]:
     """Run the trials and return their facts by name.
@@ -39,15 +40,19 @@ def run(
         contract: the install tree of the contract's interfaces.
         folder: where workers leave what they saw, one file a trial.
         seed: decides speeds, places and noise.
-        workers: how many trials run at once; by default one for each core, two at most.
+        workers: how many trials run at once; by default one for each core, two at most. Those in real time, which
+            mostly wait, run beside them.
+        package: the package's source folder.
         progress: told the name of each trial that has ended.
     """
     todo: queue.SimpleQueue[TrialPlan] = queue.SimpleQueue()
+    slow: queue.SimpleQueue[TrialPlan] = queue.SimpleQueue()
     for plan in plans:
-        todo.put(plan)
+        (slow if plan.real_time else todo).put(plan)
     found: dict[str, evidence.Trial] = {}
     count = workers or min(2, os.cpu_count() or 1)
-    workers_ = [_Worker(todo, found, install, contract, folder, seed, progress) for _ in range(count)]
+    queues = [todo] * count + [slow] * (not slow.empty())
+    workers_ = [_Worker(each, found, install, contract, folder, seed, package, progress) for each in queues]
     for worker in workers_:
         worker.start()
     for worker in workers_:
@@ -69,13 +74,14 @@ class _Worker(threading.Thread):
         contract: Path,
         folder: Path,
         seed: int,
+        package: Path | None,
         progress: Callable[[str], None],
     ) -> None:
         super().__init__(daemon=True)
         self.problem: Exception | None = None
         self._todo, self._found = todo, found
         self._install, self._contract, self._folder = install, contract, folder
-        self._seed, self._progress = seed, progress
+        self._seed, self._package, self._progress = seed, package, progress
         self._host: subprocess.Popen[str] | None = None
 
     def run(self) -> None:
@@ -96,7 +102,8 @@ class _Worker(threading.Thread):
         host = self._host or self._start()
         out = self._folder / f"{plan.name}.json"
         # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones.
-        request = Request(plan.name, str(self._install), self._seed, 1 + secrets.randbelow(100), str(out))
+        domain_id, package = 1 + secrets.randbelow(100), str(self._package or "")
+        request = Request(plan.name, str(self._install), self._seed, domain_id, str(out), package)
         assert host.stdin is not None
         assert host.stdout is not None
         timer = threading.Timer(_TRIAL_CAP_S, host.kill)

@@ -5,15 +5,18 @@ from __future__ import annotations
 import math
 import random
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
 import numpy as np
+from action_msgs.msg import GoalStatusArray
 from rcl_interfaces.msg import Log
 from rclpy.action.client import ActionClient
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import qos_profile_action_status_default
 from std_msgs.msg import Float32
 
 from grader import evidence
@@ -22,9 +25,10 @@ from grader.trials import graph
 from grader.trials.catalog import TrialPlan
 from grader.trials.flatten import fill, plain
 from grader.trials.goal import GoalRun
+from grader.trials.relay import Relay
 from grader.trials.types import SERVICES, NavigateToPosition, SensorFusionData
 from sim import Circle
-from sim.bridge import CONTROLLER, PROCESSOR, TICK_S, Bridge
+from sim.bridge import CONTROLLER, PROCESSOR, TICK_S, Bridge, Topics
 from sim.sensors import BatteryReading, ImuReading, Reading, ScanReading
 from sim.simulator import Simulator
 
@@ -40,6 +44,8 @@ TOPICS: dict[str, tuple[Any, int]] = {
 """The topics that a script can listen to."""
 
 _ACTION = "navigate_to_position"
+SOURCE = Path("/ws/src/ros2_robot_controller")
+"""Where a wall shows the package's source."""
 _SECTOR = math.radians(60)
 
 
@@ -58,7 +64,7 @@ class Stage:
         self.random = random.Random(f"{seed}:{plan.name}")
         self.bridge = Bridge(
             simulator,
-            CONTROLLER if plan.node == "robot_controller" else PROCESSOR,
+            _topics(plan),
             plan.node,
             domain_id=domain_id,
             alive=lambda: process.exit_code() is None,
@@ -68,6 +74,11 @@ class Stage:
         )
         self.bridge.on_command = self._take_command
         self.bridge.on_published = self._take_published
+        self.start: Callable[[Sequence[str]], Process]
+        """Start another command of the submission behind the same wall; the host provides it."""
+        self.others: dict[str, Process] = {}
+        self._relay: Relay | None = None
+        self._domain_id = domain_id
         self.ready = False
         self.interrupted = False
         self.choices: dict[str, float] = {}
@@ -89,7 +100,8 @@ class Stage:
         self.action: Any = None
         self._parameter_client = AsyncParameterClient(node, plan.node)
         if plan.node == "robot_controller":
-            self._clients = {name: node.create_client(kind, name) for name, kind in SERVICES.items()}
+            names = {name: plan.remappings.get(name, name) for name in SERVICES}
+            self._clients = {name: node.create_client(SERVICES[name], names[name]) for name in SERVICES}
             self.action = ActionClient(node, NavigateToPosition, _ACTION)
         else:
             self.bridge.watch_answers(SensorFusionData)
@@ -214,6 +226,31 @@ class Stage:
         """Take an obstacle away."""
         self.simulator.remove_obstacle(name)
 
+    def relay(self, services: Iterable[str]) -> None:
+        """Offer services in the node's place and pass calls on to it, so that those of others are on record too."""
+        names = {service: self.plan.remappings[service] for service in services}
+
+        def note(service: str, request: Any, answer: Any) -> None:
+            self._note_call(self.t, service, plain(request), plain(answer), "")
+
+        self._relay = Relay(self._domain_id, names, note)
+
+    def watch_goals(self) -> None:
+        """Put on record what the action's status topic tells of everybody's goals."""
+        topic = f"{_ACTION}/_action/status"
+
+        def take(message: Any) -> None:
+            for status in message.status_list[:20]:
+                goal = bytes(status.goal_info.goal_id.uuid).hex()
+                self.messages.append(evidence.Message(self.t, topic, {"goal": goal, "status": status.status}))
+
+        self.bridge.node.create_subscription(GoalStatusArray, topic, take, qos_profile_action_status_default)
+
+    def play(self, script: str) -> Process:
+        """Start a Python script of the package's source, by its path in it."""
+        process = self.others[PurePosixPath(script).name] = self.start(["python3", str(SOURCE / script)])
+        return process
+
     def interrupt(self, limit: float = 5.0) -> None:
         """Press Ctrl-C: send SIGINT to the node and wait for its end, `limit` wall seconds at most."""
         self.mark("interrupt")
@@ -241,6 +278,8 @@ class Stage:
         self.graph = graph.look(self.bridge.node, self.plan.node)
         if not self.ready:
             raise TrialOver(self._why_not_ready())
+        if self.plan.real_time:
+            self.bridge.pace = "real time"
         self._sample()
 
     def facts(self, ended: str, script_error: str) -> evidence.Trial:
@@ -273,10 +312,13 @@ class Stage:
             graph=self.graph,
             process=evidence.ProcessEnd(by, code, round(self.process.wall_seconds, 2), self.process.output[-4000:]),
             wall_seconds=round(time.monotonic() - self._started, 2),
+            others={name: _end(process) for name, process in self.others.items()},
         )
 
     def close(self) -> None:
         """Leave the graph."""
+        if self._relay is not None:
+            self._relay.close()
         self.bridge.close()
 
     # -- inside ---------------------------------------------------------------------------------------------------
@@ -380,3 +422,15 @@ def _summary(scan: ScanReading) -> evidence.ScanSummary:
         return float(found.min()) if found.size else math.inf
 
     return evidence.ScanSummary(scan.stamp, closest(ahead), closest(behind), closest(np.ones_like(valid)))
+
+
+def _topics(plan: TrialPlan) -> Topics:
+    """Return what the robot publishes: for the node, and for one beside it."""
+    own, other = (CONTROLLER, PROCESSOR) if plan.node == "robot_controller" else (PROCESSOR, CONTROLLER)
+    return replace(own, imu=own.imu or other.imu, battery=own.battery or other.battery) if plan.beside else own
+
+
+def _end(process: Process) -> evidence.ProcessEnd:
+    code = process.exit_code()
+    by = "us" if code is None else "itself"
+    return evidence.ProcessEnd(by, code, round(process.wall_seconds, 2), process.output[-4000:])
