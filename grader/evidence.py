@@ -476,11 +476,11 @@ class Evidence:
     intake: Intake
     build: Build
     tests: OwnTests | None = None
-    mutation: Mutation | None = None
     trials: dict[str, Trial] = field(default_factory=dict)
     flags: list[Flag] = field(default_factory=list)
     conversions: list[FunctionAnswer] = field(default_factory=list)
     quality: Quality | None = None
+    mutation: Mutation | None = None
 
 
 def _float_to_json(value: float) -> float | str:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 
-from grader import build, evidence, own_tests, sandbox
+from grader import build, evidence, mutation, own_tests, sandbox
 from grader.checks import run as checks
 from grader.errors import GraderError
 from grader.functions import ask_conversions
@@ -40,6 +40,8 @@ class Settings:
     seed: int = 0
     build_seconds: float = 300.0
     test_seconds: float = own_tests.run.MODULE_SECONDS
+    fault_seconds: float = mutation.SECONDS
+    """The budget for putting faults into the package: the wall time that it may take on a quiet machine."""
     requirements: tuple[str, ...] = ()
     """Judge only these; by default all that have checks."""
     progress: Callable[[str], None] = lambda _what: None
@@ -102,7 +104,11 @@ def _build_and_try(submission: Submission, room: Path, settings: Settings) -> ev
             package=submission.package,
             seed=settings.seed, progress=lambda name: settings.progress(f"trial {name}: {plans[name].sentence}"),
         )  # fmt: skip
-        return replace(found, trials=tried, tests=own.result())
+        tested = own.result()
+    if tested is None:
+        return replace(found, trials=tried)
+    found = replace(found, trials=tried, tests=tested.tests, flags=[*found.flags, *tested.flags])
+    return replace(found, mutation=_mutation(submission, built, tested, settings))
 
 
 def store(found: evidence.Evidence, out: Path) -> Path:
@@ -152,13 +158,26 @@ def _quality(submission: Submission, settings: Settings) -> evidence.Quality | N
     return read_quality(submission.package, submission.interfaces)
 
 
-def _own_tests(submission: Submission, built: build.Built, settings: Settings) -> evidence.OwnTests | None:
+def _own_tests(submission: Submission, built: build.Built, settings: Settings) -> own_tests.OwnRun | None:
     if not any(requirement.id.startswith("T") and requirement.checks for requirement in settings.wanted):
         return None
     modules = own_tests.read_modules(submission.package)
     return own_tests.run_modules(
-        submission.package, built.install, modules, seconds=settings.test_seconds,
+        submission.package, built.install, modules, seconds=settings.test_seconds, seed=settings.seed,
         progress=lambda path: settings.progress(f"own tests: {path}"),
+    )  # fmt: skip
+
+
+def _mutation(
+    submission: Submission, built: build.Built, tested: own_tests.OwnRun, settings: Settings
+) -> evidence.Mutation | None:
+    """Put faults into the package, after everything else: it takes all cores."""
+    if not any(requirement.id == "T3" and requirement.checks for requirement in settings.wanted):
+        return None
+    settings.progress("putting faults into the package, to see whether its own tests notice")
+    return mutation.mutate(
+        submission.package, built.install, tested.reach, seed=settings.seed, seconds=settings.fault_seconds,
+        progress=settings.progress,
     )  # fmt: skip
 
 

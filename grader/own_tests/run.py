@@ -1,26 +1,46 @@
-"""Run a package's own tests behind a wall, each module in a process of its own, and measure what they cover."""
+"""Run a package's own tests behind a wall, each module in a process of its own, and measure what they cover.
+
+What the tests' process reports is data. It is believed where runs of known result come out as they must (`canary`).
+"""
 
 from __future__ import annotations
 
 import json
-import shutil
-import sys
-import tempfile
-import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+import random
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from grader import build, sandbox, toolchain
-from grader.evidence import FileCoverage, OwnTests, TestModule
+from grader.evidence import FileCoverage, Flag, OwnTests, TestModule
+from grader.own_tests import canary
+from grader.own_tests.bench import MODULES, PACKAGE, Bench, Ran, Request, benches, places, read, sources
 
 MODULE_SECONDS = 90.0
-_OUT_CAP = 5_000_000
-_TAIL = 2000
-_RC = Path(__file__).parent / "coveragerc"
-# In-process only: what a submission installs must not become a plugin of the pytest that runs its tests.
-_ENVIRONMENT = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "ROS_DOMAIN_ID": "7"}
+_MODULES_AT_MOST = 100
+
+
+@dataclass(frozen=True)
+class Reach:
+    """What one module's tests reach: for each test that passed its seconds, and for each line the tests.
+
+    The test "" stands for importing, and for fixtures that several tests share. Where there are such fixtures the
+    tests depend on each other (`whole`), and only all of them together say something.
+    """
+
+    module: str
+    seconds: Mapping[str, float]
+    lines: Mapping[str, Mapping[int, frozenset[str]]]
+    whole: bool = False
+
+
+@dataclass(frozen=True)
+class OwnRun:
+    """The tests as evidence, what they reach (for `mutation`), and what an instructor should look at."""
+
+    tests: OwnTests
+    reach: list[Reach] = field(default_factory=list)
+    flags: list[Flag] = field(default_factory=list)
 
 
 def run_modules(
@@ -29,9 +49,9 @@ def run_modules(
     modules: Sequence[TestModule],
     *,
     seconds: float = MODULE_SECONDS,
-    workers: int = 1,
+    seed: int = 0,
     progress: Callable[[str], None] = lambda _name: None,
-) -> OwnTests:
+) -> OwnRun:
     """Return the modules with their results, and what they cover of the package.
 
     Args:
@@ -39,98 +59,143 @@ def run_modules(
         install: the package's install tree.
         modules: what `read_modules` found; stubs are not run.
         seconds: wall time for each module.
-        workers: how many modules run at once.
+        seed: decides the canaries.
         progress: told the path of each module that has ended.
     """
-    with tempfile.TemporaryDirectory(prefix="own-tests-") as scratch:
-        room = Path(scratch)
-        (room / "out").mkdir()
-        rc = room / "coveragerc"
-        rc.write_text(_RC.read_text().replace("@VERSION@", f"{sys.version_info.major}.{sys.version_info.minor}"))
-
-        def one(numbered: tuple[int, TestModule]) -> TestModule:
-            number, module = numbered
-            if module.stub or not module.tests:
-                return module
-            done = _run_module(package, install, room, number, module, seconds)
+    wanted = [m for m in modules if m.tests and not m.stub][:_MODULES_AT_MOST]
+    if not wanted:
+        return OwnRun(OwnTests(modules=list(modules)))
+    total = 60.0 + 3 * seconds * len(wanted)
+    with benches(package, install, 1, seconds=total) as (bench,):
+        chance = random.Random(f"canaries {seed}")
+        done: dict[str, TestModule] = {}
+        reach: list[Reach] = []
+        doubts: list[str] = []
+        refused: set[tuple[str, str]] = set()
+        runs: dict[str, Ran] = {}
+        for module in wanted:
+            bird = canary.canary(module.path, chance)
+            request = Request(
+                module.path, files={str(PACKAGE / bird.path): bird.text}, beside=[bird.path], coverage=True,
+                limit=seconds, total=seconds,
+            )  # fmt: skip
+            ran = bench.run(request)
+            _doubt(doubts, module, canary.judge_canary(ran, bird))
+            ran = replace(
+                ran,
+                tests=tuple(test for test in ran.tests if not test.id.startswith(bird.path)),
+                collected=tuple(name for name in ran.collected if not name.startswith(bird.path)),
+            )
+            runs[module.path] = ran
+            done[module.path] = _results(module, ran)
+            refused |= set(ran.refused)
             progress(module.path)
-            return done
+        covered = _coverage(install, bench)
+        texts = _probeable(package, install)
+        for module in wanted:
+            for problem in _doubts(bench, package, module, runs[module.path], texts, chance, seconds):
+                _doubt(doubts, module, problem)
+            reach.append(_reach(module, runs[module.path]))
+    tests = OwnTests(modules=[done.get(m.path, m) for m in modules], coverage=covered, doubts=doubts)
+    return OwnRun(tests, reach, [*_flags(doubts, refused)])
 
-        with ThreadPoolExecutor(workers) as pool:
-            done = list(pool.map(one, enumerate(modules)))
-        return OwnTests(modules=done, coverage=_coverage(install, room))
+
+def _doubts(
+    bench: Bench, package: Path, module: TestModule, ran: Ran, sources: Mapping[str, tuple[str, list[str]]],
+    chance: random.Random, seconds: float,
+) -> list[str]:  # fmt: skip
+    """Return what came out otherwise than it must in runs whose result is known beforehand."""
+    found = []
+    text = read(package / module.path) or ""
+    changed, names = canary.sabotage(text, ran.tests, chance)
+    if names:
+        files = {str(PACKAGE / module.path): changed}
+        again = bench.run(Request(module.path, files=files, select=names, limit=seconds, total=seconds))
+        found.append(canary.judge_sabotage(again, names))
+    probe = canary.probe({path: text for path, (text, _) in sources.items()}, ran.reach)
+    tests = canary.probed_tests(ran.tests, chance)
+    if probe.texts and tests:
+        files = {inside: text for path, text in probe.texts.items() for inside in sources[path][1]}
+        # Broken functions may leave a test waiting for what never comes: no test needs longer than it did.
+        limits = {test.id: 2.0 + 3 * test.seconds for test in ran.tests}
+        again = bench.run(
+            Request(module.path, files=files, select=tests, coverage=True, limits=limits, limit=20.0, total=seconds)
+        )
+        found.append(canary.judge_probe(again, probe))
+    return [problem for problem in found if problem]
 
 
-def _run_module(
-    package: Path, install: Path, room: Path, number: int, module: TestModule, seconds: float
-) -> TestModule:
-    folder = room / f"package{number}"
-    shutil.copytree(package, folder, symlinks=True)
-    out = room / "out"
-    # The `pytest` script, not `python -m pytest`: that would put the source folder before the installed package.
-    command = [
-        "python3", "-m", "coverage", "run", "--rcfile=/ws/coveragerc", str(toolchain.PREFIX / "bin" / "pytest"),
-        "-c", "/dev/null", "--rootdir=/ws/package", "-p", "no:cacheprovider", "-q", "-o", "addopts=",
-        f"--junitxml=/ws/out/junit{number}.xml", module.path,
-    ]  # fmt: skip
-    wall = sandbox.Wall(
-        read_only={install: str(build.INSTALL), room / "coveragerc": "/ws/coveragerc"},
-        writable={folder: "/ws/package", out: "/ws/out"},
-        environment=toolchain.environment(build.INSTALL, home=sandbox.HOME) | _ENVIRONMENT,
-        cwd="/ws/package",
-    )
-    result = sandbox.run(command, wall, sandbox.Limits(wall_seconds=seconds))
-    counted = _read_junit(out / f"junit{number}.xml")
-    if counted is None:
-        how = "ran out of time" if result.timed_out else f"pytest ended with status {result.exit_code} and no report"
-        counted = replace(module, errors=max(1, module.tests), failures=[f"{module.path}: {how}"])
+def _doubt(doubts: list[str], module: TestModule, problem: str) -> None:
+    if problem:
+        doubts.append(f"{module.path}: {problem}")
+
+
+def _flags(doubts: Sequence[str], refused: set[tuple[str, str]]) -> list[Flag]:
+    flags = [Flag("test reports", problem, where=problem.partition(":")[0]) for problem in doubts]
+    for hook, where in sorted(refused):
+        words = f"{where} has the hook {hook}, which can rewrite results; the grader's pytest does not call it"
+        flags.append(Flag("pytest hook", words, where=where))
+    return flags
+
+
+def _results(module: TestModule, ran: Ran) -> TestModule:
+    """Return the module with what a run reported. A test that was begun or collected and has no result is an error."""
+    counts = {
+        kind: sum(test.outcome == kind for test in ran.tests) for kind in ("passed", "failed", "error", "skipped")
+    }
+    failures = [
+        f"{test.id.rpartition('::')[2][:100]}: {' '.join(test.message.split())[:200]}"
+        for test in ran.tests
+        if test.outcome in ("failed", "error")
+    ]
+    missing = 0
+    if ran.late:
+        missing = 1
+        failures.append(f"{ran.late.rpartition('::')[2][:100]}: ran out of time")
+    elif ran.broken:
+        missing = max(1, module.tests - len(ran.tests))
+        failures.append(f"{module.path} could not be read by pytest: {ran.broken}")
+    elif not ran.ended:
+        missing = max(1, (len(ran.collected) or module.tests) - len(ran.tests))
+        failures.append(f"{module.path}: the process ended with status {ran.status} before pytest had finished")
     return replace(
-        counted,
-        path=module.path, stub=module.stub, tests=module.tests, asserting=module.asserting, subjects=module.subjects,
-        timed_out=result.timed_out, output_tail=result.output[-_TAIL:],
+        module, passed=counts["passed"], failed=counts["failed"], errors=counts["error"] + missing,
+        skipped=counts["skipped"], timed_out=bool(ran.late), failures=failures[:20], output_tail=ran.output_tail,
     )  # fmt: skip
 
 
-def _read_junit(path: Path) -> TestModule | None:
-    """Return the counts of a junit report; None if there is none. The file is the submission's word, read as data."""
-    text = _read(path)
-    if text is None or "<!DOCTYPE" in text or "<!ENTITY" in text:
-        return None
-    try:
-        cases = list(ElementTree.fromstring(text).iter("testcase"))
-    except ElementTree.ParseError:
-        return None
-    counts = {"failure": 0, "error": 0, "skipped": 0}
-    failures = []
-    for case in cases:
-        for kind in counts:
-            node = case.find(kind)
-            if node is not None:
-                counts[kind] += 1
-                if kind != "skipped":
-                    message = " ".join((node.get("message") or "").split())[:200]
-                    failures.append(f"{str(case.get('name'))[:100]}: {message}")
-    bad = sum(counts.values())
-    return TestModule(
-        path="", stub=False, tests=0, asserting=0, subjects=[], passed=max(0, len(cases) - bad),
-        failed=counts["failure"], errors=counts["error"], skipped=counts["skipped"], failures=failures[:20],
-    )  # fmt: skip
+def _reach(module: TestModule, ran: Ran) -> Reach:
+    seconds = {test.id: test.seconds for test in ran.tests if test.outcome == "passed" and not test.expected}
+    return Reach(module.path, seconds, ran.reach, whole=ran.shared)
 
 
-def _coverage(install: Path, room: Path) -> list[FileCoverage]:
-    """Return what all modules together reached. Combined behind the wall too: the data are the submission's."""
-    if not list((room / "out").glob("coverage.*")):
+def _probeable(package: Path, install: Path) -> dict[str, tuple[str, list[str]]]:
+    """Return the modules whose text can be replaced wherever the tests may import them from: text, places."""
+    found = {}
+    for path, text in sources(package, install).items():
+        where = places(package, install, path, text)
+        copies = [root / path for root in (install / toolchain.SITE_IN_PREFIX, package) if (root / path).is_file()]
+        if where and len(where) == len(copies):
+            found[path] = (text, where)
+    return found
+
+
+def _coverage(install: Path, bench: Bench) -> list[FileCoverage]:
+    """Return what all modules together reached. Combined behind a wall too: the data are the submission's."""
+    if not list(bench.out.glob("coverage.*")):
         return []
-    source = next(iter(sorted(room.glob("package*"))))
+    room = bench.out.parent
     wall = sandbox.Wall(
-        read_only={install: str(build.INSTALL), room / "coveragerc": "/ws/coveragerc", source: "/ws/package"},
-        writable={room / "out": "/ws/out"},
+        read_only={
+            install: str(build.INSTALL), room / "coveragerc": "/ws/coveragerc", room / "package": str(PACKAGE),
+        },
+        writable={bench.out: "/ws/out"},
         environment=toolchain.environment(home=sandbox.HOME),
         cwd="/ws/out",
-    )
+    )  # fmt: skip
     script = "coverage combine -q --rcfile=/ws/coveragerc; coverage json -q --rcfile=/ws/coveragerc -o /ws/out/all.json"
     sandbox.run(["sh", "-c", script], wall)
-    text = _read(room / "out" / "all.json")
+    text = read(bench.out / "all.json")
     try:
         files = json.loads(text or "{}").get("files", {})
         return [_file(name, data["summary"], data["missing_lines"]) for name, data in sorted(files.items())]
@@ -149,10 +214,4 @@ def _file(name: str, summary: dict[str, int], missing: list[int]) -> FileCoverag
     )
 
 
-def _read(path: Path) -> str | None:
-    try:
-        if path.is_symlink() or not path.is_file() or path.stat().st_size > _OUT_CAP:
-            return None
-        return path.read_text(errors="replace")
-    except OSError:
-        return None
+__all__ = ["MODULES", "MODULE_SECONDS", "OwnRun", "Reach", "run_modules"]

@@ -1,0 +1,333 @@
+"""Try faults and decoys: run the tests that reach each, and write down who noticed."""
+
+from __future__ import annotations
+
+import random
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+from queue import SimpleQueue
+
+from grader.evidence import Decoy, Fault, Mutation
+from grader.mutation.choose import Selection, Selector, choose
+from grader.mutation.decoys import WEAK, decoys
+from grader.mutation.faults import faults
+from grader.mutation.source import Change, Source, parse
+from grader.own_tests.bench import Bench, Ran, Request, benches, places, sources
+from grader.own_tests.run import Reach
+
+FAULTS = 40
+SECONDS = 20.0
+WORKERS = 2
+# Faults are tried in rounds: results count by whole rounds, so that a machine's mood does not move a grade by a little.
+ROUND = 10
+# One decoy to five faults, and at least six: as many as make a suite that fails on any change of the source give up.
+DECOY_SHARE = 0.2
+DECOYS_AT_LEAST = 6
+_TRIED_AT_MOST = 60
+_HARD_LIMIT = 6.0  # of the budget, in wall time: what a busy machine may take for the work of a quiet one
+
+
+def mutate(
+    package: Path,
+    install: Path,
+    reach: Sequence[Reach],
+    *,
+    seed: int = 0,
+    count: int = FAULTS,
+    seconds: float = SECONDS,
+    workers: int = WORKERS,
+    progress: Callable[[str], None] = lambda _what: None,
+) -> Mutation:
+    """Return what the package's own tests noticed of faults in its source.
+
+    Args:
+        package: the package's source folder.
+        install: its install tree; its modules are what is changed, and those of the source folder alike.
+        reach: what each test module's tests reach, from `own_tests.run_modules`.
+        seed: decides faults, decoys and their order.
+        count: how many faults to put in.
+        seconds: the time to spend, as wall time of a quiet machine with `workers` cores.
+        workers: how many faults are tried at once.
+        progress: told how far it is.
+    """
+    started = time.monotonic()
+    parsed = {name: source for name, text in sources(package, install).items() if (source := parse(name, text))}
+    possible = [change for source in parsed.values() for change in faults(source)]
+    chosen = choose(possible, count, random.Random(f"faults {seed}"))
+    found = _Findings(
+        sources=parsed,
+        places={name: places(package, install, name, source.text) for name, source in parsed.items()},
+        reach={r.module: r for r in reach},
+        selector=Selector(parsed, reach),
+        chance=random.Random(f"decoys {seed}"),
+    )
+    reached = [change for change in chosen if found.selector.tests(change)]
+    if reached:
+        for change in chosen:
+            found.outcomes[change] = _fault(change, "not tried")
+        with benches(package, install, min(workers, len(reached)), seconds=_HARD_LIMIT * seconds + 600.0) as crew:
+            _rounds(found, chosen, _Crew(crew), seconds, progress)
+    else:
+        for change in chosen:
+            found.outcomes[change] = _fault(change, "unreached")
+    not_tried = sum(fault.outcome == "not tried" for fault in found.outcomes.values())
+    note = (
+        f"{not_tried} of {len(chosen)} faults were not tried: the budget of {seconds:g} s was used up"
+        if not_tried
+        else ""
+    )
+    return Mutation(
+        seed=seed, possible=len(possible), faults=[found.outcomes[change] for change in chosen], decoys=found.decoys,
+        set_aside=sorted(found.set_aside), convicted=sorted(found.convicted),
+        wall_seconds=round(time.monotonic() - started, 1), budget_seconds=seconds,
+        note="" if found.convicted else note,
+    )  # fmt: skip
+
+
+@dataclass
+class _Findings:
+    """What is known so far."""
+
+    sources: dict[str, Source]
+    places: dict[str, list[str]]
+    reach: dict[str, Reach]
+    selector: Selector
+    chance: random.Random
+    outcomes: dict[Change, Fault] = field(default_factory=dict)
+    decoys: list[Decoy] = field(default_factory=list)
+    set_aside: set[str] = field(default_factory=set)
+    whole: set[str] = field(default_factory=set)
+    convicted: set[str] = field(default_factory=set)
+    vouched: set[tuple[str, str]] = field(default_factory=set)
+    """Tests that have passed a decoy in a file: (test, file)."""
+
+    def selection(self, change: Change) -> list[Selection]:
+        return self.selector.tests(change, self.set_aside, self.whole)
+
+
+@dataclass(frozen=True)
+class _Job:
+    """One change and the tests to run on it; `twin` names the fault whose witness a decoy examines."""
+
+    change: Change | None
+    selections: tuple[Selection, ...]
+    twin: Change | None = None
+    patience: float = 1.0
+
+
+@dataclass(frozen=True)
+class _Result:
+    job: _Job
+    by: str
+    module: str
+    late: bool
+    ran: int
+    seconds: float
+    failed: tuple[str, ...]
+
+
+class _Crew:
+    """The benches, and the work that they do at the same time."""
+
+    def __init__(self, crew: Sequence[Bench]) -> None:
+        self._idle: SimpleQueue[Bench] = SimpleQueue()
+        for bench in crew:
+            self._idle.put(bench)
+        self._pool = ThreadPoolExecutor(len(crew))
+        self.workers = len(crew)
+        self.spent = 0.0
+        self._lock = threading.Lock()
+
+    def run(self, found: _Findings, jobs: Sequence[_Job]) -> list[_Result]:
+        """Return the jobs' results, in the jobs' order."""
+        return list(self._pool.map(lambda job: self._one(found, job), jobs))
+
+    def _one(self, found: _Findings, job: _Job) -> _Result:
+        bench = self._idle.get()
+        try:
+            result = _try(bench, found, job)
+        finally:
+            self._idle.put(bench)
+        with self._lock:
+            self.spent += result.seconds
+        return result
+
+
+def _rounds(
+    found: _Findings, chosen: Sequence[Change], crew: _Crew, seconds: float, progress: Callable[[str], None]
+) -> None:
+    """Try the faults round by round while the budget lasts. Each round examines witnesses of the one before.
+
+    Faults that no test reaches cost nothing, yet they keep their places: a budget that runs out cuts off both kinds.
+    """
+    started = time.monotonic()
+    waiting = list(chosen)
+    noticed: list[tuple[Change, _Result]] = []
+    tried = 0
+    while (waiting or noticed) and not found.convicted:
+        batch, waiting = waiting[:ROUND], waiting[ROUND:]
+        jobs = [_Job(change, tuple(found.selection(change))) for change in batch]
+        jobs += _examinations(found, noticed, last=not batch)
+        noticed = []
+        found.chance.shuffle(jobs)
+        before = crew.spent
+        for result in crew.run(found, jobs):
+            if result.job.twin is None:
+                _note_fault(found, result)
+                if result.by:
+                    assert result.job.change is not None
+                    noticed.append((result.job.change, result))
+            else:
+                waiting += _note_decoy(found, crew, result)
+        tried += len(batch)
+        progress(f"faults: {min(tried, len(chosen))} of {len(chosen)} tried, {_noticed(found)} noticed")
+        # Another round costs about as much as this one.
+        needed = crew.spent + (crew.spent - before)
+        if needed > seconds * crew.workers or time.monotonic() - started > _HARD_LIMIT * seconds:
+            waiting = []
+
+
+def _noticed(found: _Findings) -> int:
+    return sum(fault.outcome == "noticed" for fault in found.outcomes.values())
+
+
+def _examinations(found: _Findings, noticed: Sequence[tuple[Change, _Result]], last: bool) -> list[_Job]:
+    """Return decoys for some of the faults just noticed: same function, same tests, but the behaviour is kept.
+
+    First come the tests that no decoy has examined in this file, those that noticed most before the others.
+    """
+    credits = Counter(result.by for _, result in noticed)
+    wanted = max(1, round(DECOY_SHARE * len(noticed) + 0.5))
+    if last or _noticed(found) <= ROUND:
+        wanted = max(wanted, DECOYS_AT_LEAST - len(found.decoys))
+    pairs = list(noticed)
+    found.chance.shuffle(pairs)
+    pairs.sort(key=lambda pair: ((pair[1].by, pair[0].path) in found.vouched, -credits[pair[1].by]))
+    jobs: list[_Job] = []
+    examined: set[tuple[str, str]] = set()
+    for number, (fault, result) in enumerate([*pairs, *pairs]):
+        if len(jobs) >= wanted:
+            break
+        if number < len(pairs) and (result.by, fault.path) in examined:
+            continue  # another test's turn; this one's again when there is nobody else
+        decoy = _decoy_for(found, fault, skip=number // len(pairs))
+        if decoy is not None:
+            examined.add((result.by, fault.path))
+            jobs.append(_Job(decoy, _up_to(result), twin=fault))
+    return jobs
+
+
+def _decoy_for(found: _Findings, fault: Change, skip: int = 0) -> Change | None:
+    """Return a decoy in the fault's function, or else near it in its file."""
+    there = decoys(found.sources[fault.path])
+    near = [decoy for decoy in there if decoy.function == fault.function] or there
+    if not near:
+        return None
+    found.chance.shuffle(near)
+    near.sort(key=lambda decoy: (decoy.operator == WEAK, abs(decoy.line - fault.line) > 3))
+    return near[skip % len(near)]
+
+
+def _up_to(result: _Result) -> tuple[Selection, ...]:
+    """Return the tests of a job up to the one that noticed. Modules before its own have nothing to answer for."""
+    selection = next(s for s in result.job.selections if s.module == result.module)
+    tests = selection.tests
+    if result.by in tests and not result.late:
+        tests = tests[: tests.index(result.by) + 1]
+    return (Selection(selection.module, tests),)
+
+
+def _note_fault(found: _Findings, result: _Result) -> None:
+    change = result.job.change
+    assert change is not None
+    tests = [name for selection in result.job.selections for name in selection.tests]
+    if result.by and result.by not in found.set_aside:
+        found.outcomes[change] = _fault(change, "noticed", by=result.by, late=result.late)
+    elif found.selector.tests(change):
+        found.outcomes[change] = _fault(change, "unnoticed", tried=tests[:_TRIED_AT_MOST])
+    else:
+        found.outcomes[change] = _fault(change, "unreached")
+
+
+def _note_decoy(found: _Findings, crew: _Crew, result: _Result) -> list[Change]:
+    """Write down how a decoy came out; return the faults to be tried again because a test proved unreliable."""
+    job = result.job
+    assert job.change is not None
+    assert job.twin is not None
+    if not result.by:
+        found.decoys.append(_decoy(result))
+        found.vouched |= {(name, job.change.path) for selection in job.selections for name in selection.tests}
+        return []
+    # A test failed although nothing that matters was changed. Is it chance, or the company it ran in?
+    patient = 4.0
+    calm, again, other = crew.run(
+        found,
+        [
+            _Job(None, job.selections, job.twin, patient),
+            _Job(job.change, job.selections, job.twin, patient),
+            _Job(_decoy_for(found, job.twin, skip=1), job.selections, job.twin, patient),
+        ],
+    )
+    if calm.by and result.module not in found.whole:
+        # They need each other: from now on all of them run, in their own order.
+        found.whole.add(result.module)
+        return [c for c, fault in found.outcomes.items() if fault.by.startswith(result.module)]
+    if calm.by:
+        found.set_aside |= {calm.by, result.by}
+    elif again.by and other.by and other.job.change is not None:
+        found.decoys += [_decoy(again), _decoy(other)]
+        found.convicted.add(again.by)
+        return []
+    else:
+        found.set_aside.add(result.by)
+    return [change for change, fault in found.outcomes.items() if fault.by in found.set_aside]
+
+
+def _decoy(result: _Result) -> Decoy:
+    change = result.job.change
+    assert change is not None
+    return Decoy(change.path, change.line, change.words, tests=result.ran, failed=list(result.failed))
+
+
+def _fault(change: Change, outcome: str, by: str = "", late: bool = False, tried: Sequence[str] = ()) -> Fault:
+    return Fault(
+        change.path, change.line, change.function, change.operator, change.words, outcome, by, late, list(tried)
+    )
+
+
+def _try(bench: Bench, found: _Findings, job: _Job) -> _Result:
+    """Run a job's tests, module by module, until one notices."""
+    files = {}
+    if job.change is not None:
+        text = found.sources[job.change.path].apply(job.change)
+        files = dict.fromkeys(found.places[job.change.path], text)
+    seconds, count = 0.0, 0
+    for selection in job.selections:
+        known = found.reach[selection.module].seconds
+        limits = {name: job.patience * (2.0 + 8 * known.get(name, 0.0)) for name in selection.tests}
+        ran = bench.run(
+            Request(
+                selection.module, files=files, select=selection.tests, first_failure=True, limits=limits,
+                limit=10.0 * job.patience, total=job.patience * (20.0 + 8 * sum(known.values())),
+            )
+        )  # fmt: skip
+        seconds += ran.quiet_seconds
+        count += len(ran.tests)
+        by = _witness(ran, selection)
+        if by:
+            failed = tuple(test.id for test in ran.tests if test.outcome in ("failed", "error")) or (by,)
+            return _Result(job, by, selection.module, bool(ran.late), count, seconds, failed)
+    return _Result(job, "", "", late=False, ran=count, seconds=seconds, failed=())
+
+
+def _witness(ran: Ran, selection: Selection) -> str:
+    """Return who noticed: a test, or the module as a whole when it could not even be read or ended too soon."""
+    noticed = ran.noticed
+    if noticed and noticed not in selection.tests:
+        return f"{selection.module} ({noticed})"
+    return noticed

@@ -1,0 +1,195 @@
+"""A Python source that is changed at one place, all other bytes kept. Text in, text out: nothing is run."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+_Function = ast.FunctionDef | ast.AsyncFunctionDef
+MODULE = "<module>"
+
+# What a node logs is for people, not for other nodes: a fault there changes no behaviour that a test should pin down.
+_LOGGING = {"debug", "info", "warn", "warning", "error", "fatal", "critical", "exception", "log", "print", "get_logger"}
+# Waiting longer or queueing more is no fault.
+_PATIENCE = {"timeout_sec", "timeout", "depth", "queue_size", "history", "description", "ndigits"}
+
+
+@dataclass(frozen=True)
+class Change:
+    """One place of a source and the text put there instead. `lines` are the first and last line of the statement.
+
+    `operator` says what kind of change it is, `words` what a reader needs to see it.
+    """
+
+    path: str
+    line: int
+    lines: tuple[int, int]
+    function: str
+    operator: str
+    words: str
+    start: int
+    end: int
+    new: str
+    names: frozenset[str] = frozenset()
+    """For code outside functions: the names it binds, by which functions depend on it."""
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A node of the syntax tree that may be changed, and where it stands."""
+
+    node: ast.AST
+    parents: tuple[ast.AST, ...]
+    statement: ast.stmt
+    function: str
+    names: frozenset[str] = frozenset()
+
+    @property
+    def parent(self) -> ast.AST:
+        """Return the node above."""
+        return self.parents[-1]
+
+    @property
+    def function_node(self) -> _Function | None:
+        """Return the innermost function around it."""
+        return next((node for node in reversed(self.parents) if isinstance(node, _Function)), None)
+
+
+@dataclass
+class Source:
+    """One module of a package: its text, its tree, and the places in it that decide behaviour."""
+
+    path: str
+    text: str
+    tree: ast.Module = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.tree = ast.parse(self.text)
+        self._bytes = self.text.encode()
+        self._starts = [0]
+        for line in self._bytes.splitlines(keepends=True) if b"\x0c" not in self._bytes else ():
+            self._starts.append(self._starts[-1] + len(line))
+
+    def spots(self) -> Iterator[Spot]:
+        """Yield the nodes that decide behaviour: no annotation, docstring, message, log line or import among them."""
+        yield from _walk(self.tree, (), None, MODULE, frozenset())
+
+    def span(self, node: ast.AST) -> tuple[int, int]:
+        """Return where a node begins and ends, in bytes."""
+        first, last = node.lineno, node.end_lineno  # type: ignore[attr-defined]
+        return self._starts[first - 1] + node.col_offset, self._starts[last - 1] + node.end_col_offset  # type: ignore[attr-defined]
+
+    def piece(self, start: int, end: int) -> str:
+        """Return the text between two places."""
+        return self._bytes[start:end].decode()
+
+    def text_of(self, node: ast.AST) -> str:
+        """Return a node's text."""
+        return self.piece(*self.span(node))
+
+    def change(self, spot: Spot, operator: str, words: str, new: str, where: tuple[int, int] | None = None) -> Change:
+        """Return the change that puts `new` at the spot, or at `where` in it."""
+        start, end = where or self.span(spot.node)
+        first, last = header(spot.statement)
+        line = getattr(spot.node, "lineno", first)
+        return Change(self.path, line, (first, last), spot.function, operator, words, start, end, new, spot.names)
+
+    def apply(self, change: Change) -> str:
+        """Return the text with the change made."""
+        return (self._bytes[: change.start] + change.new.encode() + self._bytes[change.end :]).decode()
+
+    def changes(self, change: Change) -> bool:
+        """Return whether a change leaves a module that Python reads, and reads as another one."""
+        try:
+            return ast.dump(ast.parse(self.apply(change))) != ast.dump(self.tree)
+        except (SyntaxError, ValueError):
+            return False
+
+
+def parse(path: str, text: str) -> Source | None:
+    """Return the source, None if Python cannot read it."""
+    try:
+        source = Source(path, text)
+    except (SyntaxError, ValueError, RecursionError, UnicodeError):
+        return None
+    return source if len(source._starts) > 1 else None
+
+
+def header(statement: ast.stmt) -> tuple[int, int]:
+    """Return the lines of a statement, without the statements in it."""
+    body = getattr(statement, "body", None)
+    last = statement.end_lineno or statement.lineno
+    if isinstance(body, list) and body:
+        last = max(statement.lineno, body[0].lineno - 1)
+    return statement.lineno, last
+
+
+def is_docstring(node: ast.AST) -> bool:
+    """Return whether a statement is a bare string."""
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
+def called(node: ast.AST) -> str:
+    """Return the name of what a call calls, "" for anything else."""
+    if not isinstance(node, ast.Call):
+        return ""
+    return node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+
+
+def _walk(
+    node: ast.AST, parents: tuple[ast.AST, ...], statement: ast.stmt | None, function: str, names: frozenset[str]
+) -> Iterator[Spot]:
+    for name, child in _children(node):
+        inside, bound, here = function, names, statement
+        if isinstance(child, ast.stmt):
+            here = child
+            if isinstance(child, _Function | ast.ClassDef):
+                inside = child.name if function == MODULE else f"{function}.{child.name}"
+                bound = bound | {child.name}
+            elif function == MODULE or (parents and isinstance(node, ast.ClassDef)):
+                bound = bound | _bound(child)
+        if _is_silent(child) or (isinstance(node, ast.While) and name == "test"):
+            continue
+        trail = (*parents, node)
+        if here is not None:
+            in_function = any(isinstance(above, _Function) for above in trail)
+            yield Spot(child, trail, here, inside, frozenset() if in_function else bound)
+        yield from _walk(child, trail, here, inside, bound)
+
+
+def _children(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
+    for name, value in ast.iter_fields(node):
+        if name in ("annotation", "returns", "decorator_list", "bases", "keywords_", "type_comment", "format_spec"):
+            continue
+        for child in value if isinstance(value, list) else [value]:
+            if isinstance(child, ast.AST):
+                yield name, child
+
+
+def _is_silent(node: ast.AST) -> bool:
+    """Return whether nothing below a node is to be changed."""
+    if isinstance(node, ast.Import | ast.ImportFrom | ast.Raise | ast.Assert | ast.JoinedStr | ast.Global):
+        return True
+    if is_docstring(node) or called(node) in _LOGGING:
+        return True
+    if isinstance(node, _Function) and node.name in ("__repr__", "__str__", "__del__"):
+        return True
+    if isinstance(node, ast.keyword) and node.arg in _PATIENCE:
+        return True
+    if isinstance(node, ast.If):
+        test = ast.unparse(node.test)
+        return "__name__" in test or "TYPE_CHECKING" in test
+    if isinstance(node, ast.Assign):
+        return any(re.search(r"__all__|message$|reason$|_text$|\b__path__", ast.unparse(t)) for t in node.targets)
+    return False
+
+
+def _bound(statement: ast.stmt) -> frozenset[str]:
+    targets: list[ast.expr] = []
+    if isinstance(statement, ast.Assign):
+        targets = statement.targets
+    elif isinstance(statement, ast.AnnAssign | ast.AugAssign):
+        targets = [statement.target]
+    return frozenset(n.id for target in targets for n in ast.walk(target) if isinstance(n, ast.Name))

@@ -1,0 +1,178 @@
+"""Canaries: what must come out a certain way if nobody tampers with pytest or with coverage's data. Text only.
+
+Whatever runs in one process with the submission can be forged by it, so its reports are held against runs whose
+result is known beforehand: a test that must fail, the submission's own tests made to fail, functions made to raise.
+"""
+
+from __future__ import annotations
+
+import ast
+import random
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+
+from grader.own_tests.bench import Ran, Test
+
+_Function = ast.FunctionDef | ast.AsyncFunctionDef
+_WORDS = (
+    "keeps", "turns", "waits", "slows", "stops", "starts", "follows", "measures", "resets", "limits", "rounds",
+    "scales", "steers", "brakes", "answers", "distance", "speed", "heading", "battery", "scan", "goal", "pose", "rate",
+    "angle", "margin", "status", "odometry", "clock", "timer", "target", "beam",
+)  # fmt: skip
+_PROBED_TESTS = 12
+_SABOTAGED_TESTS = 3
+
+
+@dataclass(frozen=True)
+class Canary:
+    """A module with one test that must pass and one that must fail, both of random name."""
+
+    path: str
+    text: str
+    passes: str
+    fails: str
+
+
+def canary(module: str, chance: random.Random) -> Canary:
+    """Return a canary to be run beside a test module, in the same folder."""
+
+    def name() -> str:
+        return "_".join(chance.sample(_WORDS, 3)) + f"_{chance.randrange(10**6)}"
+
+    number = chance.randrange(2, 10**6)
+    path = str(PurePosixPath(module).with_name(f"test_{name()}.py"))
+    passes, fails = f"test_{name()}", f"test_{name()}"
+    text = (
+        f"def {passes}():\n    assert {number} + 1 == {number + 1}\n\n\n"
+        f"def {fails}():\n    assert {number} + 1 == {number - 1}\n"
+    )
+    return Canary(path, text, f"{path}::{passes}", f"{path}::{fails}")
+
+
+def judge_canary(ran: Ran, canary: Canary) -> str:
+    """Return what is wrong with the reports of a run, "" if nothing is."""
+    outcomes = {test.id: test.outcome for test in ran.tests}
+    others = [test for name, test in sorted((t.id, t) for t in ran.tests) if name not in (canary.passes, canary.fails)]
+    if outcomes.get(canary.fails) == "passed":
+        return "a test of the grader's that must fail was reported as passed"
+    if ran.ended and not ran.late and canary.fails not in outcomes and any(t.outcome == "passed" for t in others):
+        return "a test of the grader's that must fail was not reported at all"
+    return ""
+
+
+def sabotage(text: str, tests: Sequence[Test], chance: random.Random) -> tuple[str, list[str]]:
+    """Return the module with the bodies of a few of its tests made to fail, and the ids of those tests."""
+    lines = _lines(text)
+    passed = [test.id for test in tests if test.outcome == "passed" and not test.expected]
+    chosen: list[str] = []
+    for function in sorted(_test_functions(text), key=lambda f: f.lineno, reverse=True):
+        ids = [name for name in passed if _function_of(name) == function.name]
+        if ids:
+            chosen.append(ids[0])
+    picked = set(chance.sample(chosen, min(_SABOTAGED_TESTS, len(chosen))))
+    for function in sorted(_test_functions(text), key=lambda f: f.lineno, reverse=True):
+        if any(_function_of(name) == function.name for name in picked):
+            _replace_body(lines, function, "raise AssertionError('it must')")
+    return "".join(lines), [name for name in passed if name in picked]
+
+
+def judge_sabotage(ran: Ran, names: Sequence[str]) -> str:
+    """Return which tests passed although they could not, "" if none did."""
+    passed = [test.id for test in ran.tests if test.id in names and test.outcome == "passed"]
+    if not passed:
+        return ""
+    short = ", ".join(name.rpartition("::")[2] for name in passed)
+    return f"{short} was reported as passed when nothing but `raise AssertionError` stood in it"
+
+
+@dataclass(frozen=True)
+class Probe:
+    """Modules in which functions do nothing but raise, and the lines that nobody can reach any more."""
+
+    texts: Mapping[str, str]
+    unreachable: Mapping[str, frozenset[int]]
+
+
+def probe(sources: Mapping[str, str], reach: Mapping[str, Mapping[int, frozenset[str]]]) -> Probe:
+    """Return the modules with every function that the tests reached made to raise as soon as it is called."""
+    texts, unreachable = {}, {}
+    for path, text in sources.items():
+        by_line = reach.get(path, {})
+        lines = _lines(text)
+        dead: set[int] = set()
+        for function in sorted(_functions(text), key=lambda f: f.lineno, reverse=True):
+            first, last = _body(function)[0].lineno, function.end_lineno or function.lineno
+            hits = [by_line[n] for n in range(first, last + 1) if n in by_line]
+            # A function that is called while the module is imported would end the run before it begins.
+            if hits and last > first and not any("" in tests for tests in hits):
+                _replace_body(lines, function, "raise RuntimeError('not reached')")
+                dead |= set(range(first + 1, last + 1))
+        if dead:
+            texts[path], unreachable[path] = "".join(lines), frozenset(dead)
+    return Probe(texts, unreachable)
+
+
+def probed_tests(tests: Sequence[Test], chance: random.Random) -> list[str]:
+    """Return the tests to run for a probe: the first, the last and some between, in their order."""
+    names = [test.id for test in tests if test.outcome == "passed"]
+    if len(names) <= _PROBED_TESTS:
+        return names
+    kept = {names[0], names[-1], *chance.sample(names[1:-1], _PROBED_TESTS - 2)}
+    return [name for name in names if name in kept]
+
+
+def judge_probe(ran: Ran, probe: Probe) -> str:
+    """Return which lines were said to be reached although they could not, "" if none were."""
+    for path, dead in probe.unreachable.items():
+        claimed = sorted(dead & set(ran.reach.get(path, {})))
+        if claimed:
+            return f"lines of {path} were reported as reached that nothing could reach, line {claimed[0]} among them"
+    return ""
+
+
+def _lines(text: str) -> list[str]:
+    """Return the lines as Python counts them."""
+    return [f"{line}\n" for line in text.split("\n")]
+
+
+def _functions(text: str) -> list[_Function]:
+    """Return the outermost functions and methods of a module."""
+    found: list[_Function] = []
+    waiting: list[ast.AST] = list(_parse(text).body)
+    for node in waiting:
+        if isinstance(node, _Function):
+            found.append(node)
+        elif isinstance(node, ast.ClassDef | ast.If | ast.Try | ast.With):
+            waiting += node.body
+    return found
+
+
+def _test_functions(text: str) -> list[_Function]:
+    return [function for function in _functions(text) if function.name.startswith("test")]
+
+
+def _function_of(name: str) -> str:
+    """Return "test_it" for "test/test_x.py::TestIt::test_it[a-b]"."""
+    return name.partition("[")[0].rpartition("::")[2]
+
+
+def _body(function: _Function) -> list[ast.stmt]:
+    first = function.body[0]
+    is_docstring = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
+    return function.body[1:] if is_docstring and len(function.body) > 1 else function.body
+
+
+def _replace_body(lines: list[str], function: _Function, new: str) -> None:
+    """Put one statement in the place of a function's body, all other lines where they were."""
+    body = _body(function)
+    first, last = body[0].lineno, function.end_lineno or body[-1].lineno
+    head = lines[first - 1].encode()[: body[0].col_offset].decode()
+    lines[first - 1 : last] = [f"{head}{new}\n", *["\n"] * (last - first)]
+
+
+def _parse(text: str) -> ast.Module:
+    try:
+        return ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError):
+        return ast.Module(body=[], type_ignores=[])
