@@ -196,16 +196,18 @@ class Bridge:
 
     def tick(self, dt: float = TICK_S) -> None:
         """Advance the simulation by `dt` seconds and let the node answer."""
-        self._tick += 1
-        for reading in self.simulator.step(dt):
-            self._publish(reading)
-        self._publish_clock()
         if self.pace == "real time":
-            self._wait_for_wall(dt)
+            self.tick_by_wall(dt)
         else:
+            self._advance(dt)
             self._await_answer()
             if self._answers.count == 0 and self._tick >= _SILENT_TICKS and not self._probed:
                 self.find_pace()
+
+    def tick_by_wall(self, dt: float = TICK_S) -> None:
+        """Advance the simulation by `dt` seconds and let as much wall time pass, whether the node answers or not."""
+        self._advance(dt)
+        self._wait_for_wall(dt)
 
     @property
     def answers(self) -> int:
@@ -236,6 +238,12 @@ class Bridge:
         """Let the node finish what it has been sent, the clock standing still."""
         if self.pace == "lockstep":
             self._barrier()
+
+    def _advance(self, dt: float) -> None:
+        self._tick += 1
+        for reading in self.simulator.step(dt):
+            self._publish(reading)
+        self._publish_clock()
 
     def _await_answer(self) -> None:
         self._barrier()
