@@ -94,8 +94,16 @@ class Probe:
     unreachable: Mapping[str, frozenset[int]]
 
 
-def probe(sources: Mapping[str, str], reach: Mapping[str, Mapping[int, frozenset[str]]]) -> Probe:
-    """Return the modules with every function that the tests reached made to raise as soon as it is called."""
+def probes(sources: Mapping[str, str], reach: Mapping[str, Mapping[int, frozenset[str]]]) -> list[Probe]:
+    """Return the modules with every function that was reached made to raise as soon as it is called.
+
+    Functions said to be called while importing come in a probe of their own: if that is true, no test runs in it.
+    """
+    found = [_probe(sources, reach, importing) for importing in (False, True)]
+    return [probe for probe in found if probe.texts]
+
+
+def _probe(sources: Mapping[str, str], reach: Mapping[str, Mapping[int, frozenset[str]]], importing: bool) -> Probe:
     texts, unreachable = {}, {}
     for path, text in sources.items():
         by_line = reach.get(path, {})
@@ -104,8 +112,7 @@ def probe(sources: Mapping[str, str], reach: Mapping[str, Mapping[int, frozenset
         for function in sorted(_functions(text), key=lambda f: f.lineno, reverse=True):
             first, last = _body(function)[0].lineno, function.end_lineno or function.lineno
             hits = [by_line[n] for n in range(first, last + 1) if n in by_line]
-            # A function that is called while the module is imported would end the run before it begins.
-            if hits and last > first and not any("" in tests for tests in hits):
+            if hits and last > first and any("" in tests for tests in hits) == importing:
                 _replace_body(lines, function, "raise RuntimeError('not reached')")
                 dead |= set(range(first + 1, last + 1))
         if dead:

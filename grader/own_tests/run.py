@@ -112,12 +112,11 @@ def _doubts(
         files = {str(PACKAGE / module.path): changed}
         again = bench.run(Request(module.path, files=files, select=names, limit=seconds, total=seconds))
         found.append(canary.judge_sabotage(again, names))
-    probe = canary.probe({path: text for path, (text, _) in sources.items()}, ran.reach)
     tests = canary.probed_tests(ran.tests, chance)
-    if probe.texts and tests:
+    # Broken functions may leave a test waiting for what never comes: no test needs longer than it did.
+    limits = {test.id: 2.0 + 3 * test.seconds for test in ran.tests}
+    for probe in canary.probes({path: text for path, (text, _) in sources.items()}, ran.reach) if tests else []:
         files = {inside: text for path, text in probe.texts.items() for inside in sources[path][1]}
-        # Broken functions may leave a test waiting for what never comes: no test needs longer than it did.
-        limits = {test.id: 2.0 + 3 * test.seconds for test in ran.tests}
         again = bench.run(
             Request(module.path, files=files, select=tests, coverage=True, limits=limits, limit=20.0, total=seconds)
         )
