@@ -12,6 +12,7 @@ BASE_PREFIX = Path(sys.base_prefix)
 SITE_PACKAGES = Path(sysconfig.get_path("purelib"))
 SITE_IN_PREFIX = SITE_PACKAGES.relative_to(PREFIX)
 CMAKE_HOOK = Path(__file__).parent / "cmake" / "wheel_prefix.cmake"
+_DISCOVERY = Path(__file__).parent / "trials" / "discovery.xml"
 
 
 def library_path(*overlays: Path) -> str:
@@ -47,3 +48,8 @@ def environment(*overlays: Path, home: Path) -> dict[str, str]:
         # numpy's own threads would only fight with the simulator for the two cores.
         "OPENBLAS_NUM_THREADS": "1",
     }
+
+
+def observer_environment(contract: Path, *, home: Path) -> dict[str, str]:
+    """Return the environment of a process that watches nodes, with the contract's interfaces on top."""
+    return environment(contract, home=home) | {"FASTRTPS_DEFAULT_PROFILES_FILE": str(_DISCOVERY)}

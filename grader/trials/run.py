@@ -133,7 +133,7 @@ class _Worker(threading.Thread):
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     stderr=log,
-                    env=toolchain.environment(self._contract, home=home),
+                    env=toolchain.observer_environment(self._contract, home=home),
                     cwd=self._folder,
                     text=True,
                 )
