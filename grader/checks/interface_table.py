@@ -48,7 +48,8 @@ def agreement(tables: Sequence[Table], evidence: Evidence) -> Agreement:
     wanted = list(dict.fromkeys([*seen, *written]))
     rows = [_Row(table.head, row) for table in tables for row in table.rows]
     wrong = [words for interface in wanted if (words := _missing(interface, rows))]
-    stale = [words for row in rows if (words := _stale(row, wanted))]
+    # The code may make more than is written in its calls, so only the graph can tell that there is nothing.
+    stale = [words for row in rows if (words := _stale(row, wanted))] if nodes == set(_TRIALS) else []
     return Agreement(len(wanted), [*wrong, *stale], bool(seen))
 
 

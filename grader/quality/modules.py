@@ -14,6 +14,7 @@ PACKAGE = "ros2_robot_controller"
 NODES = ("robot_controller", "sensor_processor")
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
+_DEEPEST = 150  # what people write stays below 30; linters walk trees recursively and break on a thousand
 _NOT_CODE = {
     tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
     tokenize.ENDMARKER,
@@ -51,13 +52,23 @@ def parse(path: str, data: bytes) -> Module:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a stray "\d" in a string is the linter's to tell
             tree = ast.parse(data)
+        _refuse_depth(tree)
         return Module(path, tree, _code_lines(data, tree), role(path))
     except SyntaxError as error:
         raise ValueError(f"line {error.lineno or 1}: {error.msg}") from error
-    except (ValueError, RecursionError, MemoryError) as error:
+    except (RecursionError, MemoryError) as error:
         raise ValueError(f"line 1: it cannot be parsed ({type(error).__name__})") from error
     except tokenize.TokenError as error:
         raise ValueError(f"line 1: {error.args[0]}") from error
+
+
+def _refuse_depth(tree: ast.Module) -> None:
+    level: list[ast.AST] = [tree]
+    for _ in range(_DEEPEST):
+        level = [child for node in level for child in ast.iter_child_nodes(node)]
+        if not level:
+            return
+    raise ValueError(f"line {getattr(level[0], 'lineno', 1)}: it nests more than {_DEEPEST} deep")
 
 
 def role(path: str) -> str:

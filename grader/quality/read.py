@@ -1,4 +1,4 @@
-"""Read a package with ROS's linters and our own reader, side by side, and put what they say together."""
+"""Read a package with our own reader, then with ROS's linters, and put what they say together."""
 
 from __future__ import annotations
 
@@ -41,12 +41,13 @@ def read(package: Path, interfaces: Path | None = None) -> Quality:
         room = Path(scratch)
         every = sources.copy(sources.find(package), room)
         good = [source for source in every if not source.problem]
-        with ThreadPoolExecutor(3) as pool:
-            # Each tool is a process; two cores are kept busy, and the longest decides.
+        found, unread = _facts(package, interfaces, good, room)
+        # What is no Python would only tell a linter's weak spots: it is not shown to them.
+        readable = {file.path for file in found.files if not file.problem} - {source.path for source in unread}
+        good = [source for source in good if source.path in readable]
+        with ThreadPoolExecutor(2) as pool:
             style = pool.submit(limited.all_but_the_worst, lambda items: _flake8(items, room), good)
             docstrings = pool.submit(limited.all_but_the_worst, lambda items: _pep257(items, room), good)
-            facts = pool.submit(_facts, package, interfaces, good, room)
-            found, unread = facts.result()
             return _together(found, every, unread, style.result(), docstrings.result())
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 # A student's module has a few hundred lines; what goes beyond these is not read, and said so.
 MOST_FILES = 200
 MOST_BYTES = 256 * 1024
-MOST_TOTAL_BYTES = 2 * 1024 * 1024
+MOST_TOTAL_BYTES = 1024 * 1024
 LONGEST_LINE = 2000
 DEEPEST_BRACKETS = 100
 
