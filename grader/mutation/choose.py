@@ -5,10 +5,10 @@ from __future__ import annotations
 import ast
 import random
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from grader.mutation.source import Change, Source
+from grader.mutation.source import Change, Source, header
 from grader.own_tests.run import Reach
 
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
@@ -117,12 +117,20 @@ def _uses(sources: Iterable[Source]) -> dict[str, list[tuple[str, int, int]]]:
     found: dict[str, list[tuple[str, int, int]]] = defaultdict(list)
     for source in sources:
         for function in (node for node in ast.walk(source.tree) if isinstance(node, _Function)):
-            for statement in (node for node in ast.walk(function) if isinstance(node, ast.stmt)):
-                if statement is function or hasattr(statement, "body"):
-                    continue
-                for node in ast.walk(statement):
-                    name = node.id if isinstance(node, ast.Name) else getattr(node, "attr", "")
-                    if name:
-                        found[name].append((source.path, statement.lineno, statement.end_lineno or statement.lineno))
             found[function.name].append((source.path, function.body[0].lineno, function.end_lineno or function.lineno))
+            for statement in (node for top in function.body for node in ast.walk(top) if isinstance(node, ast.stmt)):
+                for name in _names_in(statement):
+                    found[name].append((source.path, *header(statement)))
     return found
+
+
+def _names_in(node: ast.AST) -> Iterator[str]:
+    """Yield the names that a statement uses, without the statements in it."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.stmt):
+            continue
+        if isinstance(child, ast.Name):
+            yield child.id
+        elif isinstance(child, ast.Attribute):
+            yield child.attr
+        yield from _names_in(child)

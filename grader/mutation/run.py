@@ -182,8 +182,9 @@ def _rounds(
                 if result.by:
                     assert result.job.change is not None
                     noticed.append((result.job.change, result))
-            else:
+            elif not found.convicted:
                 waiting += _note_decoy(found, crew, result)
+        noticed = [(change, result) for change, result in noticed if change not in waiting]
         tried += len(batch)
         progress(f"faults: {min(tried, len(chosen))} of {len(chosen)} tried, {_noticed(found)} noticed")
         # Another round costs about as much as this one.
@@ -263,6 +264,8 @@ def _note_decoy(found: _Findings, crew: _Crew, result: _Result) -> list[Change]:
         found.decoys.append(_decoy(result))
         found.vouched |= {(name, job.change.path) for selection in job.selections for name in selection.tests}
         return []
+    if result.module in found.whole and not _is_whole(found, job):
+        return []  # tests that need each other had been parted; their faults are to be tried again anyway
     # A test failed although nothing that matters was changed. Is it chance, or the company it ran in?
     patient = 4.0
     calm, again, other = crew.run(
@@ -286,6 +289,13 @@ def _note_decoy(found: _Findings, crew: _Crew, result: _Result) -> list[Change]:
     else:
         found.set_aside.add(result.by)
     return [change for change, fault in found.outcomes.items() if fault.by in found.set_aside]
+
+
+def _is_whole(found: _Findings, job: _Job) -> bool:
+    """Return whether a job runs the tests of its module in the module's own order, from the first one on."""
+    [selection] = job.selections
+    order = [name for name in found.reach[selection.module].seconds if name not in found.set_aside]
+    return list(selection.tests) == order[: len(selection.tests)]
 
 
 def _decoy(result: _Result) -> Decoy:

@@ -165,7 +165,9 @@ def _bench(package: Path, install: Path, room: Path, seconds: float) -> Iterator
         (room / "modules").mkdir()
     rc = room / "coveragerc"
     rc.write_text((_HERE / "coveragerc").read_text().replace("@VERSION@", _version()))
-    (room / "requests" / "settings.json").write_text(json.dumps({"modules": str(MODULES)}))
+    # Importing ROS takes the worker a second, which a package that does without it need not wait for.
+    warm = any("rclpy" in (read(path) or "") for path in (room / "package").rglob("*.py"))
+    (room / "requests" / "settings.json").write_text(json.dumps({"modules": str(MODULES), "warm": warm}))
     environment = toolchain.environment(build.INSTALL, home=sandbox.HOME) | _ENVIRONMENT
     # The worker starts without the install tree on its path: a sitecustomize in there must not come first.
     environment.pop("PYTHONPATH")

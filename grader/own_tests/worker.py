@@ -26,6 +26,7 @@ from types import ModuleType
 from typing import IO, Any
 
 import coverage
+import coverage.sqldata
 import pytest
 from _pytest.config import PytestPluginManager
 
@@ -46,7 +47,7 @@ HONEST_HOOKS = {
     "pytest_assertrepr_compare", "pytest_report_header", "pytest_fixture_setup", "pytest_fixture_post_finalizer",
 }  # fmt: skip
 WARM = (
-    "numpy", "yaml", "coverage.sqldata", "_pytest.assertion.rewrite", "_pytest.pathlib", "unittest.mock", "rclpy",
+    "numpy", "yaml", "unittest.mock", "rclpy",
     "rclpy.action", "rclpy.node", "rclpy.executors", "rclpy.qos", "rclpy.parameter", "rclpy.duration", "rclpy.time",
     "rclpy.logging", "geometry_msgs.msg", "sensor_msgs.msg", "nav_msgs.msg", "std_msgs.msg", "std_srvs.srv",
     "action_msgs.msg", "rosgraph_msgs.msg", "rcl_interfaces.msg",
@@ -63,9 +64,14 @@ Kept = dict[Path, tuple[bytes, tuple[int, int], int]]
 
 def main() -> None:
     """Serve requests until the wall falls."""
-    modules = Path(json.loads((REQUESTS / "settings.json").read_text())["modules"])
+    settings = json.loads((REQUESTS / "settings.json").read_text())
+    modules = Path(settings["modules"])
     handed_in = remember(PACKAGE) | {path: kept for path, kept in remember(modules).items() if path.suffix == ".py"}
     warm_up()
+    if settings["warm"]:
+        warm_up()
+    gc.collect()
+    gc.freeze()  # a fork that never touches these pages never copies them
     number = 0
     while True:
         serve(number, await_request(number), modules, handed_in)
@@ -82,8 +88,6 @@ def warm_up() -> None:
         for package, names in MESSAGES.items():
             for name in names:
                 check(getattr(importlib.import_module(package), name))
-    gc.collect()
-    gc.freeze()  # a fork that never touches these pages never copies them
 
 
 def remember(folder: Path) -> Kept:

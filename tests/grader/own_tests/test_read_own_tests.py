@@ -40,7 +40,7 @@ def test_it():
 
 
 def test_a_module_that_lints_and_tests_a_node_is_no_stub(tmp_path: Path):
-    text = "from ament_flake8.main import main\nfrom pkg.robot_controller import clamp\ndef test_it():\n    assert clamp(1)\n"
+    text = "from ament_flake8.main import main\nfrom pkg.robot_controller import f\ndef test_it():\n    assert f(1)\n"
     module = read(tmp_path, test__test_both=text)["test/test_both.py"]
     assert not module.stub
     assert module.subjects == ["robot_controller"]
