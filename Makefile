@@ -14,7 +14,7 @@ STATUS :=
 PYTEST = $(BIN)/python -m pytest $(ARGS) $(if $(STATUS),; echo $$? >"$(STATUS)")
 
 .DEFAULT_GOAL := help
-.PHONY: help setup grade test test-all lint format lock doctor clean clean-all
+.PHONY: help setup grade test test-all faults lint format lock doctor clean clean-all
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 18
@@ -34,6 +34,9 @@ test: setup  ## Run the tests, but for the slow ones
 
 test-all: setup  ## Run all tests
 	@$(PYTEST)
+
+faults: setup  ## Grade the reference with each named fault; print what each costs (takes half an hour)
+	@PYTHONPATH=.:tests $(BIN)/python -m submissions.table
 
 lint: setup  ## Check style and types, as CI does
 	@$(BIN)/ruff format --check .

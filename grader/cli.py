@@ -5,11 +5,16 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from grader.errors import GraderError, SubmissionError
+
+if TYPE_CHECKING:
+    from grader.rubric import Rubric
 
 EXIT_GRADED, EXIT_NOT_GRADED, EXIT_USAGE, EXIT_OUR_FAULT = 0, 1, 2, 3
 _KIT = Path(__file__).resolve().parent.parent
@@ -60,6 +65,23 @@ def _parser() -> argparse.ArgumentParser:
     grade.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
     grade.set_defaults(run=_grade)
 
+    check = verbs.add_parser(
+        "check",
+        help="check single requirements of a package",
+        description="Run just what the named requirements need, and say what was seen, expected, and what to try.",
+        epilog="Example:  grader check F4 F5 --package ws/src/ros2_robot_controller",
+    )
+    check.add_argument("requirements", nargs="+", metavar="REQUIREMENT", help="such as F4")
+    check.add_argument("--package", type=Path, default=Path(), help="the package's folder (default: this one)")
+    check.add_argument("--seed", type=int, default=0, help="decides speeds, places and noise of the trials (default 0)")
+    check.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
+    check.set_defaults(run=_check)
+
+    handout = verbs.add_parser("handout", help="write what students are asked to do, from the rubric, as Markdown")
+    handout.add_argument("--out", type=Path, help="the file (default: standard output)")
+    handout.add_argument("--rubric", type=Path, help="another rubric than the kit's own")
+    handout.set_defaults(run=_handout)
+
     doctor = verbs.add_parser("doctor", help="say what this host has and lacks, and how to mend it")
     doctor.set_defaults(run=_doctor)
     return parser
@@ -95,12 +117,56 @@ def _grade(options: argparse.Namespace) -> int:
     return EXIT_GRADED
 
 
+def _check(options: argparse.Namespace) -> int:
+    from grader import build, pipeline, rubric
+    from grader.report import console
+
+    whole = rubric.load(rubric_file())
+    known = {requirement.id for requirement in whole.requirements}
+    unknown = [name for name in options.requirements if name not in known]
+    if unknown:
+        print(f"grader: there is no requirement {', '.join(unknown)}; there are {_listed(whole)}.", file=sys.stderr)
+        return EXIT_USAGE
+    progress = _Progress()
+    settings = pipeline.Settings(
+        rubric=whole,
+        cache=options.cache or build.cache_folder(),
+        seed=options.seed,
+        requirements=tuple(options.requirements),
+        progress=progress.say,
+    )
+    with tempfile.TemporaryDirectory(prefix="check-") as scratch:
+        grading = pipeline.grade(options.package.resolve(), Path(scratch), settings)
+    progress.done()
+    colour = console.wants_colour(sys.stdout, os.environ)
+    print(console.render_checks(grading, colour=colour, encoding=sys.stdout.encoding or "utf-8"))
+    return EXIT_GRADED
+
+
+def _handout(options: argparse.Namespace) -> int:
+    from grader import handout, rubric
+
+    text = handout.render(rubric.load(options.rubric or rubric_file()))
+    if options.out is None:
+        print(text, end="")
+    else:
+        options.out.write_text(text)
+        print(f"Handout: {options.out}")
+    return EXIT_GRADED
+
+
 def _doctor(_options: argparse.Namespace) -> int:
     from grader import doctor
 
     findings = doctor.examine()
     print(doctor.render(findings))
     return doctor.exit_status(findings)
+
+
+def _listed(whole: Rubric) -> str:
+    """Return "F1 to F14, Q1 to Q6, ..." for a rubric's requirements."""
+    ends = [(c.requirements[0].id, c.requirements[-1].id) for c in whole.criteria]
+    return ", ".join(f"{first} to {last}" for first, last in ends)
 
 
 def rubric_file() -> Path:

@@ -59,7 +59,7 @@ class Judge:
         if trial.script_error:
             raise Unjudged(f"the trial {name} broke: {trial.script_error.strip().splitlines()[-1]}")
         if not trial.ready or (complete and trial.ended):
-            raise NotReached(trial.ended + _last_words(trial))
+            raise NotReached(trial.ended + last_words(trial))
         return trial
 
     def started(self, name: str) -> Trial:
@@ -89,10 +89,12 @@ class Judge:
             NotReached: it was not; the reason names a near miss if there is one.
         """
         calls = [call for call in trial.calls if call.service == service]
+        if index >= len(calls) and trial.ended:
+            raise NotReached(trial.ended + last_words(trial))
         if index >= len(calls):
             raise Unjudged(f"the trial {trial.name} has no call {index} of {service}")
         if calls[index].response is None:
-            raise NotReached(calls[index].problem + near_miss(trial.graph, service) + _last_words(trial))
+            raise NotReached(calls[index].problem + near_miss(trial.graph, service) + last_words(trial))
         return calls[index]
 
     def goal(self, trial: Trial, index: int = 0) -> Goal:
@@ -101,6 +103,8 @@ class Judge:
         Raises:
             NotReached: there is no such action. Failed: the goal was rejected.
         """
+        if index >= len(trial.goals) and trial.ended:
+            raise NotReached(trial.ended + last_words(trial))
         if index >= len(trial.goals):
             raise Unjudged(f"the trial {trial.name} has no goal {index}")
         goal = trial.goals[index]
@@ -164,7 +168,7 @@ def at(samples: Sequence[Sample], t: float) -> Sample:
     return min(samples, key=lambda sample: abs(sample.t - t))
 
 
-def _last_words(trial: Trial) -> str:
+def last_words(trial: Trial) -> str:
     """Return the last line that a node which ended by itself had printed, for the reader to find the cause."""
     if trial.process is None or trial.process.by != "itself":
         return ""

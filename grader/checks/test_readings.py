@@ -3,7 +3,7 @@
 import math
 
 from grader.checks import motion
-from grader.checks.judge import Judge, NotReached
+from grader.checks.judge import Judge, NotReached, last_words
 from grader.evidence import Trial
 
 _TRIALS = ("bad_readings", "empty_scans")
@@ -33,9 +33,11 @@ def test_bad_readings_crash_nothing(judge: Judge) -> None:
     dead = []
     for name in (*_TRIALS, "obstacle_among_bad_readings"):
         trial = judge.trial(name, complete=False)
+        if trial.ended and not trial.marks:
+            raise NotReached(f"before any bad reading came, {trial.ended}{last_words(trial)}")
         if trial.ended:
-            phase = max(trial.marks.items(), key=lambda item: item[1], default=("the start", 0.0))[0]
-            dead.append(f"after {phase}: {trial.ended}")
+            phase = max(trial.marks.items(), key=lambda item: item[1])[0]
+            dead.append(f"after {phase}: {trial.ended}{last_words(trial)}")
     seen = "; ".join(dead)
     judge.expect(not dead, seen, "min() of nothing raises: min(readings, default=math.inf)")
 

@@ -44,6 +44,14 @@ def render(grading: Grading, *, colour: bool = False, width: int = WIDTH, encodi
     return text.encode(encoding, "backslashreplace").decode(encoding)
 
 
+def render_checks(grading: Grading, *, colour: bool = False, width: int = WIDTH, encoding: str = "utf-8") -> str:
+    """Return the requirements that were judged and what they lost, without the totals: the answer to `grader check`."""
+    page = _Page(grading.shown(), colour, width)
+    scores = [s for s in page.grading.scorecard.requirements if s.outcome is not Outcome.NOT_GRADED]
+    text = "\n".join([*(page.requirement(score) for score in scores), *page.lost()])
+    return text.encode(encoding, "backslashreplace").decode(encoding)
+
+
 class _Page:
     """The lines of one report; `grading` is fit to be shown."""
 

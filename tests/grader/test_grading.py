@@ -14,11 +14,11 @@ from typing import Any
 import pytest
 from conftest import lost, words
 from submissions.edits import EDITS, apply
+from submissions.table import judged_by_trial
+
+from grader import pipeline
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
-
-# What the first cut judges by trials; the package's own tests notice most faults too, which is T's own matter.
-BY_TRIAL = ("F1", "F2", "F3", "F4", "F7", "F8", "I1", "I3", "I4")
 
 Grade = Callable[[str, Sequence[str]], dict[str, Any]]
 
@@ -28,36 +28,83 @@ def grader(*arguments: object, **options: Any) -> subprocess.CompletedProcess[st
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=600, **options)
 
 
-def test_the_reference_loses_nothing(graded: Grade):
-    report = graded("", BY_TRIAL)
+# Graded on everything that trials judge: one fault in the build, one at the start, one name, one in the behaviour.
+THOROUGHLY = ("does_not_compile", "crashes_at_start", "drives_into_the_wall", "ignores_the_limit", "misnames_set_speed")
+
+
+@pytest.fixture(scope="session")
+def by_trial(settings: pipeline.Settings) -> tuple[str, ...]:
+    """The requirements that are judged from the build and the trials; the package's own tests notice faults too."""
+    return judged_by_trial(settings.rubric)
+
+
+def test_the_reference_loses_nothing(graded: Grade, by_trial: tuple[str, ...]):
+    report = graded("", by_trial)
     assert lost(report) == set(), words(report)
     assert report["complete"]
-    assert report["total"] == report["max"] > 0
+    assert report["total"] == report["max"] > 50
 
 
-@pytest.mark.parametrize("name", sorted(EDITS))
-def test_a_fault_costs_its_own_points_and_no_others(graded: Grade, name: str):
-    report = graded(name, BY_TRIAL)
+@pytest.mark.parametrize("name", THOROUGHLY)
+def test_a_fault_costs_its_own_points_and_no_others(graded: Grade, by_trial: tuple[str, ...], name: str):
+    report = graded(name, by_trial)
     assert report["complete"], words(report)
-    assert lost(report) == EDITS[name].costs, words(report)
+    assert lost(report) == EDITS[name].costs & set(by_trial), words(report)
     for said in EDITS[name].says:
         assert said in words(report)
 
 
-def test_what_cannot_be_reached_says_because_of_what(graded: Grade):
-    report = graded("does_not_compile", BY_TRIAL)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(EDITS) - set(THOROUGHLY)))
+def test_a_fault_is_found_where_it_should_be(graded: Grade, by_trial: tuple[str, ...], name: str):
+    """That it costs nothing elsewhere is shown by `make faults`, which takes half an hour."""
+    wanted = tuple(requirement for requirement in by_trial if requirement in EDITS[name].costs)
+    report = graded(name, wanted)
+    assert report["complete"], words(report)
+    assert lost(report) == set(wanted), words(report)
+    for said in EDITS[name].says:
+        assert said in words(report)
+
+
+def test_every_requirement_that_trials_judge_has_two_faults_or_more(by_trial: tuple[str, ...]):
+    counts = {requirement: sum(requirement in edit.costs for edit in EDITS.values()) for requirement in by_trial}
+    assert min(counts.values()) >= 2, counts
+
+
+def test_an_edit_that_costs_more_than_one_requirement_says_why():
+    assert all(edit.why for edit in EDITS.values() if len(edit.costs) > 1)
+
+
+def test_what_cannot_be_reached_says_because_of_what(graded: Grade, by_trial: tuple[str, ...]):
+    report = graded("does_not_compile", by_trial)
     outcomes = {r["id"]: r["outcome"] for r in report["requirements"]}
     assert outcomes["I1"] == "failed"
     assert outcomes["F1"] == "not_reached"
     assert "colcon build" in json.dumps([r for r in report["requirements"] if r["id"] == "F1"])
 
 
-def test_a_dead_controller_leaves_the_processor_its_points(graded: Grade):
+def test_a_dead_controller_leaves_the_processor_its_points(graded: Grade, by_trial: tuple[str, ...]):
     """Each node is judged on its own."""
-    report = graded("crashes_at_start", BY_TRIAL)
+    report = graded("crashes_at_start", by_trial)
     points = {r["id"]: r["points"] for r in report["requirements"]}
     assert points["I1"] == 3
+    assert points["F12"] == 3
     assert points["I4"] > 0
+
+
+def test_a_check_answers_with_seen_expected_and_try(tmp_path: Path):
+    """`grader check F3`, as a notebook asks it."""
+    package = apply(EDITS["refuses_without_the_limit"], tmp_path)
+    done = grader("check", "F3", "--package", package)
+    assert done.returncode == 0, done.stderr
+    for word in ("F3", "seen", "is too fast", "expected", "try", "learn"):
+        assert word in done.stdout
+
+
+def test_a_check_of_nothing_is_wrong_usage(reference: Path):
+    done = grader("check", "F99", "--package", reference)
+    assert done.returncode == 2
+    assert "there is no requirement F99; there are F1 to F14" in done.stderr
 
 
 def test_a_second_grading_builds_nothing_and_says_the_same(reference: Path, tmp_path: Path):
@@ -80,8 +127,6 @@ def test_a_zip_with_one_folder_too_many_is_graded(reference: Path, tmp_path: Pat
         for path in reference.rglob("*"):
             if path.is_file() and "__pycache__" not in path.parts:
                 stream.write(path, Path("team07 (1)") / reference.name / path.relative_to(reference))
-    from grader import pipeline
-
     grading = pipeline.grade(archive, tmp_path / "out", pipeline.replace(settings, requirements=("I1", "F1")))
     assert grading.submission == "team07.zip"
     assert grading.scorecard.points == grading.scorecard.max == 6
@@ -115,8 +160,6 @@ def test_wrong_usage_is_status_2():
 
 
 def test_a_package_xml_that_is_no_xml_is_told_in_words(tmp_path: Path, settings):
-    from grader import pipeline
-
     package = apply(None, tmp_path)
     (package / "package.xml").write_text("this is <not xml")
     grading = pipeline.grade(package, tmp_path / "out", pipeline.replace(settings, requirements=("F1", "I1")))

@@ -2,6 +2,8 @@
 
 An edit is text replaced in a copy of the reference. It must match exactly once, so an edit that no longer bites
 because the reference has changed is an error and not a silent pass.
+
+`python -m submissions.table` (in tests/) grades every edit and prints fault x requirement.
 """
 
 from __future__ import annotations
@@ -15,18 +17,33 @@ REFERENCE = Path(__file__).parents[2] / "solution_pkg" / "ros2_robot_controller"
 _CONTROLLER = "ros2_robot_controller/robot_controller.py"
 _PROCESSOR = "ros2_robot_controller/sensor_processor.py"
 _MOTION = "ros2_robot_controller/utils/motion.py"
+_SCANS = "ros2_robot_controller/utils/scans.py"
+_RUNNING = "ros2_robot_controller/utils/running.py"
+_SETTINGS = "ros2_robot_controller/utils/settings.py"
+_CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
+_CMAKE = "CMakeLists.txt"
 _START = "scripts/robot_controller"
 
 
 @dataclass(frozen=True)
 class Edit:
-    """One fault: the texts it replaces (file, old, new), the requirements it costs, and words the report must hold."""
+    """One fault.
+
+    Attributes:
+        name: what it is called.
+        sentence: what is wrong.
+        changes: the texts it replaces: file, old, new.
+        costs: the requirements that lose points by it, of those that are judged from the build and the trials.
+        says: words that the report must hold.
+        why: why it costs more than one requirement.
+    """
 
     name: str
     sentence: str
     changes: tuple[tuple[str, str, str], ...]
     costs: frozenset[str]
     says: tuple[str, ...] = ()
+    why: str = ""
 
 
 def apply(edit: Edit | None, folder: Path) -> Path:
@@ -41,57 +58,397 @@ def apply(edit: Edit | None, folder: Path) -> Path:
     return package
 
 
-def _edit(name: str, sentence: str, costs: str, *changes: tuple[str, str, str], says: tuple[str, ...] = ()) -> Edit:
-    return Edit(name, sentence, changes, frozenset(costs.split()), says)
+def _edit(
+    name: str, costs: str, sentence: str, *changes: tuple[str, str, str], says: tuple[str, ...] = (), why: str = ""
+) -> Edit:
+    return Edit(name, sentence, changes, frozenset(costs.split()), says, why)
 
 
-EDITS = {
-    edit.name: edit
-    for edit in (
-        _edit(
-            "does_not_compile",
-            "CMakeLists.txt names an interface file that is not there.",
-            "F1 F2 F3 F4 F7 F8 I1 I3 I4",
-            ("CMakeLists.txt", '"msg/SensorFusionData.msg"', '"msg/FusedData.msg"'),
-            says=("FusedData.msg", "colcon build"),
-        ),
-        _edit(
-            "crashes_at_start",
-            "The controller dies before it creates its node.",
-            "F1 F2 F3 F4 F7 F8 I3 I4",
-            (_START, "sys.exit(main())", "raise RuntimeError('no robot on /dev/ttyACM0')"),
-            says=("no robot on /dev/ttyACM0", "ended before it came up"),
-        ),
-        _edit(
-            "ignores_the_limit",
-            "set_speed takes any finite speed.",
-            "F3",
-            (_MOTION, "if abs(speed) > limit * (1.0 + FLOAT32_SLACK):", "if abs(speed) > 1000.0:"),
-            (_CONTROLLER, "self._speed = clamp(request.speed, -limit, limit)", "self._speed = request.speed"),
-            says=("success = True", "compare abs(speed) with the limit"),
-        ),
-        _edit(
-            "drives_into_the_wall",
-            "The obstacle flag is set and told, but nobody stops for it.",
-            "F4",
-            (_MOTION, "    if wanted.v != 0.0 and obstacle_in_way(near, wanted.v, limits):\n        return STOP\n", ""),
-            (_MOTION, "        return STOP\n    cap = speed_cap", "        return wanted\n    cap = speed_cap"),
-            says=("touched the wall",),
-        ),
-        _edit(
-            "misnames_set_speed",
-            "The service is called set_velocity.",
-            "F2 F3 F4 F7 I3 I4",
-            (_CONTROLLER, "SetSpeed, 'set_speed'", "SetSpeed, 'set_velocity'"),
-            says=("expected service set_speed (SetSpeed); found set_velocity (",),
-        ),
-        _edit(
-            "dies_in_mid_trial",
-            "The controller kills itself as soon as it is asked to drive.",
-            "F2 F3 F4 F7",
-            (_CONTROLLER, "            self._speed = clamp(request.speed, -limit, limit)\n",
-             "            import os\n            os.kill(os.getpid(), 9)\n"),
-            says=("the node ended at", "exit status -9"),
-        ),
-    )
-}  # fmt: skip
+_EDITS = (
+    # -- the build and the start ----------------------------------------------------------------------------------
+    _edit(
+        "does_not_compile",
+        "F1 F2 F3 F4 F5 F6 F7 F8 F9 F10 F11 F12 F13 F14 I1 I3 I4 I5 I6 I7 I8",
+        "CMakeLists.txt names an interface file that is not there.",
+        (_CMAKE, '"msg/SensorFusionData.msg"', '"msg/FusedData.msg"'),
+        says=("FusedData.msg", "colcon build"),
+        why="nothing can be reached without a build",
+    ),
+    _edit(
+        "crashes_at_start",
+        "F1 F2 F3 F4 F5 F6 F7 F8 F9 F10 F11 I3 I4 I5 I6 I7 I8",
+        "The controller dies before it creates its node.",
+        (_START, "sys.exit(main())", "raise RuntimeError('no robot on /dev/ttyACM0')"),
+        says=("no robot on /dev/ttyACM0", "ended before it came up"),
+        why="all that the controller should do depends on it",
+    ),
+    _edit(
+        "forgets_the_config",
+        "I1 I5 I6",
+        "The parameter files are not installed.",
+        (_CMAKE, "install(DIRECTORY launch config", "install(DIRECTORY launch"),
+        says=("config/robot_params.yaml",),
+        why="what is not installed cannot be loaded by the nodes (I6) or the launch files (I5)",
+    ),
+    _edit(
+        "forgets_an_executable",
+        "F12 F13 I1 I3 I4 I5 I6 I7 I8",
+        "sensor_processor is not installed.",
+        (_CMAKE, "scripts/robot_controller scripts/sensor_processor ", "scripts/robot_controller "),
+        says=("missing: sensor_processor",),
+        why="a node that cannot be started shows nothing",
+    ),
+    # -- F1 -------------------------------------------------------------------------------------------------------
+    _edit(
+        "silent_when_idle",
+        "F1",
+        "Commands are published only while the robot moves.",
+        (_CONTROLLER, "        twist = Twist()\n",
+         "        if command == STOP == self._last_command:\n            return\n        twist = Twist()\n"),
+        says=("no message on cmd_vel",),
+    ),
+    _edit(
+        "half_the_rate",
+        "F1",
+        "The control loop runs at half its rate.",
+        (_CONTROLLER, "        self._control_timer = self.create_timer(self._period('laser_processing_rate'),\n"
+         "                                                self._control)\n        self._feedback_timer",
+         "        self._control_timer = self.create_timer(2.0 * self._period('laser_processing_rate'),\n"
+         "                                                self._control)\n        self._feedback_timer"),
+        says=("5.0 Hz",),
+    ),
+    # -- F2, F3 ---------------------------------------------------------------------------------------------------
+    _edit(
+        "drives_too_slowly",
+        "F2",
+        "The robot drives at 80 % of the speed that was set.",
+        (_CONTROLLER, "return Command(v=self._speed)", "return Command(v=0.8 * self._speed)"),
+        says=("m/s by odometry",),
+    ),
+    _edit(
+        "never_backwards",
+        "F2",
+        "A negative speed drives the robot forwards.",
+        (_CONTROLLER, "return Command(v=self._speed)", "return Command(v=abs(self._speed))"),
+        says=("after set_speed -",),
+    ),
+    _edit(
+        "ignores_the_limit",
+        "F3 I6",
+        "set_speed takes any finite speed.",
+        (_MOTION, "if abs(speed) > limit * (1.0 + FLOAT32_SLACK):", "if abs(speed) > 1000.0:"),
+        (_CONTROLLER, "self._speed = clamp(request.speed, -limit, limit)", "self._speed = request.speed"),
+        says=("success = True", "compare abs(speed) with the limit"),
+        why="overriding max_linear_speed has no effect either (I6)",
+    ),
+    _edit(
+        "takes_nan_for_a_speed",
+        "F3",
+        "The test for NaN is left out, and NaN passes every comparison.",
+        (_MOTION, "    if not math.isfinite(speed):\n", "    if math.isinf(speed):\n"),
+        says=("speed nan answered success = True",),
+    ),
+    _edit(
+        "refuses_without_the_limit",
+        "F3",
+        "A refusal does not say which limit holds.",
+        (_MOTION, "is beyond the limit of {limit:.3g} m/s'", "is too fast'"),
+        says=("say in the message which limit holds",),
+    ),
+    # -- F4, F5 ---------------------------------------------------------------------------------------------------
+    _edit(
+        "drives_into_the_wall",
+        "F4 F5 F6 F11",
+        "The obstacle flag is set and told, but nobody stops for it.",
+        (_MOTION, "    if wanted.v != 0.0 and obstacle_in_way(near, wanted.v, limits):\n        return STOP\n", ""),
+        (_MOTION, "        return STOP\n    cap = speed_cap", "        return wanted\n    cap = speed_cap"),
+        says=("touched the",),
+        why="F5, F6 and F11 ask for a robot that stops for an obstacle",
+    ),
+    _edit(
+        "stops_late",
+        "F4",
+        "The obstacle stop goes by a scan that is half a second old.",
+        (_CONTROLLER, "        self._near = measure_proximity(scan)\n",
+         "        self._past = [*getattr(self, '_past', []), measure_proximity(scan)][-6:]\n"
+         "        self._near = self._past[0]\n"),
+        says=("after the first scan below 0.5 m",),
+    ),
+    _edit(
+        "never_forgets_an_obstacle",
+        "F5 F11",
+        "Once there was an obstacle, there is one for ever.",
+        (_CONTROLLER, "        self._near = measure_proximity(scan)\n",
+         "        near = measure_proximity(scan)\n"
+         "        self._near = min(near, self._near, key=lambda seen: seen.ahead)\n"),
+        says=("who clears the obstacle flag",),
+        why="a goal whose way was blocked is never completed (F11)",
+    ),
+    _edit(
+        "looks_all_around",
+        "F5",
+        "Anything near counts as in the way, wherever it is.",
+        (_SCANS, "        ahead=min(ahead, default=math.inf),", "        ahead=closest_reading(scan),"),
+        says=("with something 0.",),
+    ),
+    # -- F6 -------------------------------------------------------------------------------------------------------
+    _edit(
+        "believes_every_reading",
+        "F6 F12",
+        "Readings are not filtered.",
+        (_SCANS, "        if in_range and 0.0 < distance < math.inf:", "        if in_range or not in_range:"),
+        says=("the robot did not drive on through scans full of",),
+        why="the reference filters for both nodes in one function",
+    ),
+    _edit(
+        "dies_of_an_empty_scan",
+        "F6",
+        "The controller looks at the first reading of every scan.",
+        (_CONTROLLER, "        self._near = measure_proximity(scan)\n",
+         "        self._first = scan.ranges[0]\n        self._near = measure_proximity(scan)\n"),
+        says=("IndexError",),
+    ),
+    # -- F7 -------------------------------------------------------------------------------------------------------
+    _edit(
+        "status_is_ok",
+        "F7",
+        "The status is OK instead of ACTIVE.",
+        (_CONTROLLER, "else 'ACTIVE'", "else 'OK'"),
+        says=("status 'OK'",),
+    ),
+    _edit(
+        "pose_is_never_told",
+        "F7",
+        "get_status answers with a pose of zeros.",
+        (_CONTROLLER, "        response.pose = self._pose\n", ""),
+        says=("pose (0.00, 0.00)",),
+    ),
+    # -- F8 -------------------------------------------------------------------------------------------------------
+    _edit(
+        "stops_short",
+        "F8",
+        "The goal counts as reached 0.3 m before it.",
+        (_MOTION, "    return distance <= min(ARRIVAL_M, ARRIVAL_SHARE * tolerance)", "    return distance <= 0.3"),
+        says=("the tolerance was",),
+    ),
+    _edit(
+        "rolls_on_after_arrival",
+        "F8 F10",
+        "After a goal the robot goes on slowly.",
+        (_CONTROLLER, "            self._speed = 0.0  # or", "            self._speed = 0.05  # or"),
+        says=("after the result",),
+        why="the same line ends a cancelled goal (F10)",
+    ),
+    _edit(
+        "goals_are_relative",
+        "F8 F11",
+        "The target is taken to be relative to the robot's heading.",
+        (_MOTION, "    error = normalize_angle(math.atan2(y - place.y, x - place.x) - place.yaw)\n",
+         "    error = normalize_angle(math.atan2(y, x))\n"),
+        says=("no result within 40 s",),
+        why="it never drives where F11 blocks the way",
+    ),
+    # -- F9 -------------------------------------------------------------------------------------------------------
+    _edit(
+        "feedback_too_rarely",
+        "F9",
+        "Feedback comes once a second.",
+        (_CONTROLLER, "        self._feedback_timer = self.create_timer(self._period('fusion_rate'),\n"
+         "                                                 self._give_feedback)\n        self.add_post",
+         "        self._feedback_timer = self.create_timer(20.0 * self._period('fusion_rate'),\n"
+         "                                                 self._give_feedback)\n        self.add_post"),
+        says=("feedback messages in",),
+    ),
+    _edit(
+        "feedback_along_x",
+        "F9",
+        "The distance is measured along x alone.",
+        (_CONTROLLER, "        distance = motion.distance_to(self._place, self._goal.x, self._goal.y)\n        self._goal.handle",
+         "        distance = abs(self._goal.x - self._place.x)\n        self._goal.handle"),
+        says=("the true distance was",),
+    ),
+    # -- F10 ------------------------------------------------------------------------------------------------------
+    _edit(
+        "refuses_to_cancel",
+        "F10",
+        "A cancel is refused, as rclpy does by default.",
+        (_CONTROLLER, "return CancelResponse.ACCEPT", "return CancelResponse.REJECT"),
+        says=("the node refused",),
+    ),
+    _edit(
+        "a_cancel_counts_as_success",
+        "F10",
+        "A cancelled goal's result says success.",
+        (_CONTROLLER, "success=ending is Ending.ARRIVED,", "success=ending is not Ending.REPLACED,"),
+        says=("success = True",),
+    ),
+    # -- F11 ------------------------------------------------------------------------------------------------------
+    _edit(
+        "gives_up_when_blocked",
+        "F11",
+        "A goal is aborted as soon as something stands in the way.",
+        (_CONTROLLER, "        if goal.handle.is_cancel_requested:\n",
+         "        if self._obstacle_in_way():\n            self._end_goal(Ending.REPLACED)\n"
+         "        elif goal.handle.is_cancel_requested:\n"),
+        says=("ended as aborted",),
+    ),
+    _edit(
+        "jumps_to_the_speed",
+        "F11",
+        "Commands go to the wanted speed at once.",
+        (_CONTROLLER, "self._publish(motion.speed_up_gently(self._last_command, wanted, dt, limits))",
+         "self._publish(wanted)"),
+        says=("v rose by",),
+    ),
+    _edit(
+        "turns_too_fast",
+        "F11",
+        "Turning is not held to its limit.",
+        (_MOTION, "        omega=clamp(wanted.omega, -limits.max_angular_speed, limits.max_angular_speed),\n",
+         "        omega=clamp(wanted.omega, -1.9, 1.9),\n"),
+        says=("omega = ",),
+    ),
+    # -- F12, F13 -------------------------------------------------------------------------------------------------
+    _edit(
+        "battery_as_a_ratio",
+        "F12",
+        "The battery is told as 0 to 1.",
+        (_PROCESSOR, "return clamp(FULL_PERCENT * percentage, 0.0, FULL_PERCENT)", "return clamp(percentage, 0.0, 1.0)"),
+        says=("battery_level 0.",),
+    ),
+    _edit(
+        "the_alarm_never_stops",
+        "F12",
+        "A low battery is logged at every message.",
+        (_PROCESSOR, "        if low and not self._battery_low:\n", "        if low:\n"),
+        says=("warnings while the battery fell",),
+    ),
+    _edit(
+        "keeps_the_first_imu_message",
+        "F12",
+        "The IMU's first message is fused for ever.",
+        (_PROCESSOR, "        self._angular_velocity = imu.angular_velocity\n",
+         "        if self._angular_velocity == Vector3():\n"
+         "            self._angular_velocity = imu.angular_velocity\n"),
+        says=("angular_velocity",),
+    ),
+    _edit(
+        "speaks_before_the_first_scan",
+        "F13",
+        "Fused data come before anything has been seen.",
+        (_PROCESSOR, "        if self._closest is None:\n            return\n",
+         "        if self._closest is None:\n            self._closest = math.inf\n"),
+        says=("messages before the first scan",),
+    ),
+    _edit(
+        "fuses_at_half_the_rate",
+        "F13",
+        "Fused data come at half the frequency.",
+        (_PROCESSOR, "        return 1.0 / self._value('fusion_frequency')", "        return 2.0 / self._value('fusion_frequency')"),
+        says=("sensor_fusion_data at 10",),
+    ),
+    # -- F14 ------------------------------------------------------------------------------------------------------
+    _edit(
+        "minus_pi_stays",
+        "F14",
+        "normalize_angle(-pi) is -pi.",
+        (_CONVERSIONS, "    return math.pi if wrapped == -math.pi else wrapped\n", "    return wrapped\n"),
+        says=("normalize_angle(-3.1416)",),
+    ),
+    _edit(
+        "clamps_from_above_only",
+        "F14",
+        "clamp forgets the lower limit.",
+        (_CONVERSIONS, "    if value < low:\n        return low\n", ""),
+        says=("clamp(",),
+    ),
+    # -- I3, I4 ---------------------------------------------------------------------------------------------------
+    _edit(
+        "misnames_set_speed",
+        "F2 F3 F4 F5 F6 F7 F11 I3 I4 I6",
+        "The service is called set_velocity.",
+        (_CONTROLLER, "SetSpeed, 'set_speed'", "SetSpeed, 'set_velocity'"),
+        says=("expected service set_speed (SetSpeed); found set_velocity (",),
+        why="without the service nobody can make the robot drive",
+    ),
+    _edit(
+        "renames_a_field",
+        "I3",
+        "SensorFusionData calls the battery `battery`.",
+        ("msg/SensorFusionData.msg", "float32 battery_level", "float32 battery"),
+        (_PROCESSOR, "fused.battery_level = self._battery", "fused.battery = self._battery"),
+        says=("missing float32 battery_level",),
+    ),
+    _edit(
+        "publishes_another_topic",
+        "F13 I4",
+        "The distance is published as `distance`.",
+        (_PROCESSOR, "self.create_publisher(Float32, 'obstacle_distance', 10)", "self.create_publisher(Float32, 'distance', 10)"),
+        says=("expected a publisher of obstacle_distance", "distance"),
+        why="F13 asks for the rate of that topic",
+    ),
+    _edit(
+        "deaf_to_best_effort",
+        "I4",
+        "The scan is subscribed reliably.",
+        (_CONTROLLER, "self.create_subscription(LaserScan, 'scan', self._on_scan, qos_profile_sensor_data)",
+         "self.create_subscription(LaserScan, 'scan', self._on_scan, 10)"),
+        says=("ask for reliable publishers",),
+    ),
+    # -- I6, I7, I8 -----------------------------------------------------------------------------------------------
+    _edit(
+        "checks_after_declaring",
+        "I6",
+        "The parameter callback is registered too late to see the values of the start.",
+        (_SETTINGS, "    node.add_on_set_parameters_callback(check)\n    for parameter, setting in settings.items():\n"
+         "        node.declare_parameter(parameter, setting.default)\n",
+         "    for parameter, setting in settings.items():\n"
+         "        node.declare_parameter(parameter, setting.default)\n    node.add_on_set_parameters_callback(check)\n"),
+        says=("the node started with max_linear_speed = -1",),
+    ),
+    _edit(
+        "ignores_the_threshold",
+        "I6",
+        "The obstacle threshold is a number in the code.",
+        (_MOTION, "    return clearance(near, v) < limits.obstacle_detection_threshold\n",
+         "    return clearance(near, v) < 0.5\n"),
+        says=("came as near as",),
+    ),
+    _edit(
+        "goes_by_wall_time",
+        "I7",
+        "The control timer goes by a steady clock.",
+        (_CONTROLLER, "        self._control_timer = self.create_timer(self._period('laser_processing_rate'),\n"
+         "                                                self._control)\n        self._feedback_timer",
+         "        from rclpy.clock import Clock, ClockType\n"
+         "        self._control_timer = self.create_timer(\n"
+         "            self._period('laser_processing_rate'), self._control,\n"
+         "            clock=Clock(clock_type=ClockType.STEADY_TIME))\n        self._feedback_timer"),
+        says=("while the clock stood still",),
+    ),
+    _edit(
+        "drives_on_after_ctrl_c",
+        "I8",
+        "Nobody stops the robot when the node ends.",
+        (_RUNNING, "    if hasattr(node, 'stop'):\n        node.stop()\n", ""),
+        says=("the last cmd_vel was",),
+    ),
+    _edit(
+        "ends_with_a_traceback",
+        "I8",
+        "Ctrl-C goes through to the node.",
+        (_RUNNING, "        signal.signal(number, lambda *_: asked_to_stop.set())", "        number.name"),
+        says=("a traceback after SIGINT",),
+    ),
+    _edit(
+        "dies_in_mid_trial",
+        "F2 F3 F4 F5 F6 F7 F11 I6 I7 I8",
+        "The controller kills itself as soon as it is asked to drive.",
+        (_CONTROLLER, "            self._speed = clamp(request.speed, -limit, limit)\n",
+         "            import os\n            os.kill(os.getpid(), 9)\n"),
+        says=("the node ended at", "exit status -9"),
+        why="every trial that drives by set_speed meets its end",
+    ),
+)  # fmt: skip
+
+EDITS = {edit.name: edit for edit in _EDITS}

@@ -17,7 +17,7 @@ def _go(stage: Stage, bearing: float, distance: float, tolerance: float) -> None
     goal = stage.navigate(*_place(stage, bearing, distance), tolerance)
     stage.run_until(lambda: goal.ended, 40.0)
     stage.mark("ended")
-    stage.run(1.5)
+    stage.run(2.5)
 
 
 def _place(stage: Stage, bearing: float, distance: float) -> tuple[float, float]:
