@@ -176,15 +176,22 @@ def _rounds(
         noticed = []
         found.chance.shuffle(jobs)
         before = crew.spent
-        for result in crew.run(found, jobs):
-            if result.job.twin is None:
+        # Decoys first: what they say of a test decides whether what it noticed in this round counts.
+        results = sorted(crew.run(found, jobs), key=lambda result: result.job.twin is None)
+        again: list[Change] = []
+        for result in results:
+            if result.job.twin is not None:
+                again += [] if found.convicted else _note_decoy(found, crew, result)
+            elif _is_stale(found, result.job):
+                again.append(_changed(result.job))
+            else:
                 _note_fault(found, result)
-                if result.by:
-                    assert result.job.change is not None
-                    noticed.append((result.job.change, result))
-            elif not found.convicted:
-                waiting += _note_decoy(found, crew, result)
-        noticed = [(change, result) for change, result in noticed if change not in waiting]
+                if result.by and result.by not in found.set_aside:
+                    noticed.append((_changed(result.job), result))
+        for change in again:
+            found.outcomes[change] = _fault(change, "not tried")
+        waiting += again
+        noticed = [(change, result) for change, result in noticed if change not in again]
         tried += len(batch)
         progress(f"faults: {min(tried, len(chosen))} of {len(chosen)} tried, {_noticed(found)} noticed")
         # Another round costs about as much as this one.
@@ -223,9 +230,9 @@ def _examinations(found: _Findings, noticed: Sequence[tuple[Change, _Result]], l
     return jobs
 
 
-def _decoy_for(found: _Findings, fault: Change, skip: int = 0) -> Change | None:
+def _decoy_for(found: _Findings, fault: Change, skip: int = 0, but: Change | None = None) -> Change | None:
     """Return a decoy in the fault's function, or else near it in its file."""
-    there = decoys(found.sources[fault.path])
+    there = [decoy for decoy in decoys(found.sources[fault.path]) if decoy != but]
     near = [decoy for decoy in there if decoy.function == fault.function] or there
     if not near:
         return None
@@ -244,8 +251,7 @@ def _up_to(result: _Result) -> tuple[Selection, ...]:
 
 
 def _note_fault(found: _Findings, result: _Result) -> None:
-    change = result.job.change
-    assert change is not None
+    change = _changed(result.job)
     tests = [name for selection in result.job.selections for name in selection.tests]
     if result.by and result.by not in found.set_aside:
         found.outcomes[change] = _fault(change, "noticed", by=result.by, late=result.late)
@@ -258,14 +264,13 @@ def _note_fault(found: _Findings, result: _Result) -> None:
 def _note_decoy(found: _Findings, crew: _Crew, result: _Result) -> list[Change]:
     """Write down how a decoy came out; return the faults to be tried again because a test proved unreliable."""
     job = result.job
-    assert job.change is not None
     assert job.twin is not None
     if not result.by:
         found.decoys.append(_decoy(result))
-        found.vouched |= {(name, job.change.path) for selection in job.selections for name in selection.tests}
+        found.vouched |= {(name, job.twin.path) for selection in job.selections for name in selection.tests}
         return []
-    if result.module in found.whole and not _is_whole(found, job):
-        return []  # tests that need each other had been parted; their faults are to be tried again anyway
+    if result.by in found.set_aside or (result.module in found.whole and not _is_whole(found, job)):
+        return []  # known by now; the faults concerned are to be tried again anyway
     # A test failed although nothing that matters was changed. Is it chance, or the company it ran in?
     patient = 4.0
     calm, again, other = crew.run(
@@ -273,7 +278,7 @@ def _note_decoy(found: _Findings, crew: _Crew, result: _Result) -> list[Change]:
         [
             _Job(None, job.selections, job.twin, patient),
             _Job(job.change, job.selections, job.twin, patient),
-            _Job(_decoy_for(found, job.twin, skip=1), job.selections, job.twin, patient),
+            _Job(_decoy_for(found, job.twin, but=job.change), job.selections, job.twin, patient),
         ],
     )
     if calm.by and result.module not in found.whole:
@@ -291,6 +296,16 @@ def _note_decoy(found: _Findings, crew: _Crew, result: _Result) -> list[Change]:
     return [change for change, fault in found.outcomes.items() if fault.by in found.set_aside]
 
 
+def _changed(job: _Job) -> Change:
+    assert job.change is not None
+    return job.change
+
+
+def _is_stale(found: _Findings, job: _Job) -> bool:
+    """Return whether a fault would be tried with other tests by now."""
+    return tuple(found.selection(_changed(job))) != job.selections
+
+
 def _is_whole(found: _Findings, job: _Job) -> bool:
     """Return whether a job runs the tests of its module in the module's own order, from the first one on."""
     [selection] = job.selections
@@ -299,8 +314,7 @@ def _is_whole(found: _Findings, job: _Job) -> bool:
 
 
 def _decoy(result: _Result) -> Decoy:
-    change = result.job.change
-    assert change is not None
+    change = _changed(result.job)
     return Decoy(change.path, change.line, change.words, tests=result.ran, failed=list(result.failed))
 
 

@@ -1,0 +1,137 @@
+"""What is made of runs: chance, company and cheating told apart. The runs themselves are made up."""
+
+from __future__ import annotations
+
+import contextlib
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from submissions import toy
+
+from grader.evidence import Mutation
+from grader.mutation import run
+from grader.own_tests import Reach
+
+NARROW, WIDE = "test/test_it.py::test_narrow", "test/test_it.py::test_wide"
+FAULT, DECOY, ORIGINAL = "fault", "decoy", "original"
+
+Answer = Callable[[str, tuple[str, ...], int], str]
+"""From what was run (fault, decoy or original), the tests, and how often this was asked before, to who failed."""
+
+
+@pytest.fixture
+def play(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Mutation]:
+    made = toy.make(tmp_path, {})
+    lines = {number: frozenset({NARROW, WIDE}) for number in range(1, 60)} | {60: frozenset({WIDE})}
+    reach = Reach("test/test_it.py", {WIDE: 0.1, NARROW: 0.1}, dict.fromkeys(
+        ("ros2_robot_controller/robot_controller.py", "ros2_robot_controller/sensor_processor.py"), lines
+    ))  # fmt: skip
+
+    @contextlib.contextmanager
+    def no_benches(*_: object, **__: object) -> Iterator[list[object]]:
+        yield [object()]
+
+    def play(answer: Answer, *, seconds: float = 1.0, count: int = 30, budget: float = 1000.0) -> Mutation:
+        asked: Counter[object] = Counter()
+
+        def made_up(_bench: object, _found: object, job: run._Job) -> run._Result:
+            kind = ORIGINAL if job.change is None else DECOY if job.twin else FAULT
+            tests = tuple(name for selection in job.selections for name in selection.tests)
+            by = answer(kind, tests, asked[job.change]) if tests else ""
+            asked[job.change] += 1
+            return run._Result(
+                job, by, "test/test_it.py" if by else "", False, len(tests), seconds, (by,) if by else ()
+            )
+
+        monkeypatch.setattr(run, "benches", no_benches)
+        monkeypatch.setattr(run, "_try", made_up)
+        return run.mutate(made.package, made.install, [reach], count=count, seconds=budget, workers=1)
+
+    return play
+
+
+def outcomes(mutation: Mutation) -> Counter[str]:
+    return Counter(fault.outcome for fault in mutation.faults)
+
+
+def test_tests_that_notice_faults_and_pass_decoys_are_believed(play):
+    mutation = play(lambda kind, tests, _: tests[0] if kind == FAULT else "")
+    assert outcomes(mutation) == {"noticed": 30}
+    assert {fault.by for fault in mutation.faults} == {NARROW}
+    assert 6 <= len(mutation.decoys) <= 10
+    assert (mutation.convicted, mutation.set_aside, mutation.note) == ([], [], "")
+
+
+def test_a_test_that_fails_on_every_decoy_is_convicted_and_the_rest_is_not_tried(play):
+    mutation = play(lambda kind, tests, _: tests[0] if kind != ORIGINAL else "")
+    assert mutation.convicted == [NARROW]
+    assert outcomes(mutation) == {"noticed": 20, "not tried": 10}, "witnesses are examined in the round after"
+    assert len([decoy for decoy in mutation.decoys if decoy.failed == [NARROW]]) == 2
+
+
+def test_a_test_that_fails_once_on_a_decoy_is_set_aside_and_its_faults_go_to_others(play):
+    """It passes when the same decoy is tried again: chance, no cheat."""
+
+    def answer(kind: str, tests: tuple[str, ...], before: int) -> str:
+        if kind == FAULT:
+            return tests[0]
+        return NARROW if kind == DECOY and NARROW in tests and before == 0 else ""
+
+    mutation = play(answer)
+    assert mutation.set_aside == [NARROW]
+    assert mutation.convicted == []
+    assert {fault.by for fault in mutation.faults} == {WIDE}
+
+
+def test_one_odd_decoy_convicts_nobody(play):
+    odd: set[str] = set()
+
+    def answer(kind: str, tests: tuple[str, ...], before: int) -> str:
+        if kind == FAULT:
+            return tests[0]
+        if kind == DECOY and tests[0] == NARROW and (not odd or before):
+            odd.add("once")
+            return NARROW
+        return ""
+
+    mutation = play(answer)
+    assert mutation.convicted == []
+    assert mutation.set_aside == [NARROW]
+
+
+def test_tests_that_cannot_run_alone_run_together(play):
+    """The narrow test, put first, fails on the original too: it needs what the wide one leaves behind."""
+
+    def answer(kind: str, tests: tuple[str, ...], _before: int) -> str:
+        if tests[0] == NARROW:
+            return NARROW
+        return WIDE if kind == FAULT else ""
+
+    mutation = play(answer)
+    assert (mutation.convicted, mutation.set_aside) == ([], [])
+    assert outcomes(mutation) == {"noticed": 30}
+    assert {fault.by for fault in mutation.faults} == {WIDE}
+
+
+def test_tests_that_fail_by_themselves_notice_nothing(play):
+    mutation = play(lambda _kind, tests, _: tests[0])
+    assert set(mutation.set_aside) == {NARROW, WIDE}
+    assert outcomes(mutation)["noticed"] == 0
+
+
+def test_a_budget_cuts_whole_rounds(play):
+    """30 s of work for 10 faults and their decoys do not fit three times into 45 s."""
+    mutation = play(lambda *_: "", seconds=1.5, budget=45.0)
+    assert outcomes(mutation) == {"unnoticed": 30}
+    mutation = play(lambda *_: "", seconds=1.6, budget=45.0)
+    assert outcomes(mutation) == {"unnoticed": 20, "not tried": 10}
+    assert mutation.note == "10 of 30 faults were not tried: the budget of 45 s was used up"
+
+
+def test_faults_that_nobody_notices_need_no_decoys(play):
+    mutation = play(lambda *_: "")
+    assert outcomes(mutation) == {"unnoticed": 30}
+    assert mutation.decoys == []
+    assert mutation.faults[0].tried == [NARROW, WIDE]
