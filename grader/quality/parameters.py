@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator, Sequence
 
 from grader.evidence import Finding, ParameterUse
@@ -30,6 +31,8 @@ CONTRACT: dict[str, dict[str, float]] = {
 _DECLARE = ("declare_parameter", "declare_parameters")
 _READ = ("get_parameter", "get_parameters", "get_parameter_or", "get_parameters_by_prefix")
 _MOST_LITERALS = 5
+_LEAST_FIXED = 5  # letters of a formatted name that stand in the text
+_MOST_PARTS = 5
 
 
 def parameters(modules: Sequence[Module]) -> list[ParameterUse]:
@@ -71,6 +74,10 @@ class _Seen:
         in_declarations = {id(part) for call in declarations for part in ast.walk(call)}
         self._written: dict[str, int] = {}
         self._named: set[str] = set()
+        # f'battery_{level}_threshold' stands for two names of the contract.
+        joined = [(id(node), _pattern(node)) for node in nodes if isinstance(node, ast.JoinedStr)]
+        self._declared_like = [like for where, like in joined if like and where in in_declarations]
+        self._written_like = [like for where, like in joined if like and where not in in_declarations]
         for node in nodes:
             if text(node) and id(node) not in in_declarations:
                 self._written[text(node)] = self._written.get(text(node), 0) + 1
@@ -82,7 +89,9 @@ class _Seen:
                 self._named.add(node.id)
 
     def declared(self, name: str) -> bool:
-        return name in self._declared or (self._declares_others and name in self._written)
+        if name in self._declared or any(like.fullmatch(name) for like in self._declared_like):
+            return True
+        return self._declares_others and name in self._written
 
     def read(self, name: str) -> bool:
         if name in self._read:
@@ -90,7 +99,16 @@ class _Seen:
         # Where a table declares the name, its entry there is no use of it.
         needed = 1 if name in self._declared else 2
         used = self._written.get(name, 0) >= needed or name in self._named
+        used = used or any(like.fullmatch(name) for like in self._written_like)
         return self._reads_others and used
+
+
+def _pattern(node: ast.JoinedStr) -> re.Pattern[str] | None:
+    """Return what the names look like that a formatted string can make, None if it can make any."""
+    parts = [text(part) for part in node.values]
+    if len("".join(parts)) < _LEAST_FIXED or len(parts) > _MOST_PARTS:
+        return None
+    return re.compile("".join(re.escape(part) if part else r"\w+" for part in parts))
 
 
 def _names(call: ast.Call) -> set[str]:

@@ -283,6 +283,12 @@ def a_table_and_a_helper() -> str:
     return f"P = {{{table}}}\nfor n, d in P.items():\n    self.declare_parameter(n, d)\n{helper}\n{uses}"
 
 
+def formatted_names() -> str:
+    lines = [f"self.x{i} = self.declare_parameter('{n}', 1.0).value" for i, n in enumerate(NAMES) if "battery" not in n]
+    lines += ["self.declare_parameter(f'battery_{level}_threshold', 1.0)"]
+    return "\n".join([*lines, "self.get_parameter(f'battery_{level}_threshold').value"])
+
+
 def get_parameters() -> str:
     names = ", ".join(f"'{n}'" for n in NAMES)
     declare = "\n".join(f"self.declare_parameter('{n}', 1.0)" for n in NAMES)
@@ -293,7 +299,7 @@ def get_parameters() -> str:
     "way",
     [
         declare_and_read_one_by_one, declare_many, read_what_declare_returns, keep_what_declare_returns,
-        a_table_and_a_loop_into_attributes, a_table_and_a_helper, get_parameters,
+        a_table_and_a_loop_into_attributes, a_table_and_a_helper, get_parameters, formatted_names,
     ],
 )  # fmt: skip
 def test_every_honest_way_to_read_parameters_counts(way):
