@@ -67,6 +67,11 @@ def contract(cache: Path) -> Built:
     return built
 
 
+def contract_is_built(cache: Path) -> bool:
+    """Return whether `contract` will answer at once."""
+    return _load(cache / "builds" / _key([CONTRACT])) is not None
+
+
 def build(packages: Sequence[Path], cache: Path, *, seconds: float = 300.0, trusted: bool = False) -> Built:
     """Build the package folders walled in and return the facts and the install tree.
 

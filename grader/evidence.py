@@ -424,6 +424,7 @@ class ParameterAnswer:
     """Whether the node accepted `wanted`; None if nothing was to be set, or no answer came."""
     value: Any = None
     reason: str = ""
+    node: str = ""
 
 
 @dataclass(frozen=True)
@@ -453,6 +454,10 @@ class Trial:
     scene: dict[str, Any] = field(default_factory=dict)
     """The world with everything that was put into it, in the schema of the world files."""
     graph: Graph | None = None
+    other_graph: Graph | None = None
+    """What the graph shows of a second node that the script looked at."""
+    launch: str = ""
+    """The launch file that was run, "" if the node was started by itself."""
     process: ProcessEnd | None = None
     wall_seconds: float = 0.0
     others: dict[str, ProcessEnd] = field(default_factory=dict)

@@ -81,7 +81,8 @@ def gather(submission: Submission, room: Path, settings: Settings) -> evidence.E
 
 
 def _build_and_try(submission: Submission, room: Path, settings: Settings) -> evidence.Evidence:
-    settings.progress("building the contract's interfaces (once on this machine, about a minute)")
+    if not build.contract_is_built(settings.cache):
+        settings.progress("building the contract's interfaces: once on this machine, about a minute")
     contract = build.contract(settings.cache)
     settings.progress("building the package")
     folders = [submission.package] + ([submission.interfaces] if submission.interfaces else [])

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 Script = Callable[["Stage"], None]
 
 SCRIPTS = "grader.trials.scripts"
+OWN_LAUNCH = "remapping_launch.py"
+"""A launch file of ours: grader/trials/launch/remapping_launch.py."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,8 @@ class TrialPlan:
     `reliable` says whether the robot's sensors are published reliably, `may_refuse` that a node which does not come up
     is no failure in itself. `beside` are executables that run beside the node and `remappings` the node's names, each
     as name -> new name; `real_time` says that the clock goes like the one on the wall, for a script of the package's.
+    `launch` is the package's launch file (or OWN_LAUNCH, ours) that is run instead of the node by itself, with changed
+    parameter files (config.py); the trial begins when all the nodes in `awaits` are there.
     """
 
     name: str
@@ -40,6 +44,8 @@ class TrialPlan:
     beside: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     remappings: Mapping[str, str] = field(default_factory=dict)
     real_time: bool = False
+    launch: str = ""
+    awaits: tuple[str, ...] = ()
 
 
 _PLANS: dict[str, TrialPlan] = {}
@@ -57,6 +63,8 @@ def trial(
     beside: Mapping[str, Mapping[str, str]] | None = None,
     remappings: Mapping[str, str] | None = None,
     real_time: bool = False,
+    launch: str = "",
+    awaits: tuple[str, ...] = (),
 ) -> Callable[[Script], Script]:
     """Enter the decorated script into the list of trials, under its own name; its docstring is the trial's sentence."""
 
@@ -67,7 +75,7 @@ def trial(
         sentence = (script.__doc__ or "").strip().partition("\n")[0]
         _PLANS[name] = TrialPlan(
             name, sentence, script, node, world, tuple(serves), parameters or {}, params_file, reliable, may_refuse,
-            beside or {}, remappings or {}, real_time,
+            beside or {}, remappings or {}, real_time, launch, awaits,
         )  # fmt: skip
         return script
 

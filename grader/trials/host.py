@@ -13,11 +13,12 @@ import sys
 import traceback
 from collections.abc import Mapping
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from grader import build, evidence, sandbox, toolchain
-from grader.trials import catalog
+from grader.trials import catalog, config
 from grader.trials.request import READY, Request, unjudged
 from grader.trials.stage import SOURCE, Stage, TrialOver
 from sim import Simulator, World, load_world
@@ -42,16 +43,23 @@ def main() -> int:
 def run_trial(plan: catalog.TrialPlan, request: Request) -> evidence.Trial:
     """Start the node behind its wall, play the trial's script, and return what was seen."""
     install = Path(request.install)
-    executable = install / "lib" / build.PACKAGE / plan.node
-    if not executable.is_file():
-        return unjudged(plan, request.seed, "", ended=f"there is no executable {plan.node} in lib/{build.PACKAGE}")
+    missing = _missing(plan, install)
+    if missing:
+        return unjudged(plan, request.seed, "", ended=missing)
     simulator = Simulator(_variant(plan, request.seed), seed=request.seed)
     wall = _wall(install, request)
+    telltales: dict[str, float] = {}
+    if plan.launch:
+        copies, telltales = config.changed(_share(install) / "config", Path(f"{request.out}.config"))
+        files = {copy: f"{_share(build.INSTALL)}/config/{name}" for copy, name in copies.items()}
+        tools = {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"}
+        wall = replace(wall, read_only={**wall.read_only, **files, **tools})
     with ExitStack() as others, sandbox.Process(_command(plan), wall, _LIMITS) as process:
         stage = Stage(plan, request.seed, simulator, process, request.domain_id)
         stage.start = lambda command: others.enter_context(sandbox.Process(command, wall, _LIMITS))
         for name, remappings in plan.beside.items():
             stage.others[name] = stage.start(_start(name) + _remap(remappings))
+        stage.choices.update(telltales)
         ended = script_error = ""
         try:
             stage.open()
@@ -63,6 +71,24 @@ def run_trial(plan: catalog.TrialPlan, request: Request) -> evidence.Trial:
         facts = stage.facts(ended, script_error)
         stage.close()
     return facts
+
+
+def _missing(plan: catalog.TrialPlan, install: Path) -> str:
+    """Return what the trial needs and the package has not installed, in words, "" if it is all there."""
+    if plan.launch and plan.launch != catalog.OWN_LAUNCH:
+        there = (_share(install) / "launch" / plan.launch).is_file()
+        return "" if there else f"there is no launch/{plan.launch} in share/{build.PACKAGE}"
+    there = (install / "lib" / build.PACKAGE / plan.node).is_file()
+    return "" if there else f"there is no executable {plan.node} in lib/{build.PACKAGE}"
+
+
+def _share(install: Path) -> Path:
+    return install / "share" / build.PACKAGE
+
+
+# The `ros2` command and our own launch files; each is mounted alone, so that nothing else of the kit is in sight.
+_ROS2 = Path(__file__).parents[1] / "ros2"
+_LAUNCH = Path(__file__).parent / "launch"
 
 
 def _variant(plan: catalog.TrialPlan, seed: int) -> World:
@@ -89,6 +115,10 @@ def _wall(install: Path, request: Request) -> sandbox.Wall:
 
 
 def _command(plan: catalog.TrialPlan) -> list[str]:
+    if plan.launch:
+        own = plan.launch == catalog.OWN_LAUNCH
+        file = f"/ws/launch/{plan.launch}" if own else f"{_share(build.INSTALL)}/launch/{plan.launch}"
+        return ["python3", "/ws/ros2", "launch", file, "use_sim_time:=true"]
     command = _start(plan.node) + _remap(plan.remappings)
     if plan.params_file:
         command += ["--params-file", f"{build.INSTALL}/share/{build.PACKAGE}/config/{plan.params_file}"]

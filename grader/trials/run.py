@@ -100,7 +100,7 @@ class _Worker(threading.Thread):
 
     def _trial(self, plan: TrialPlan) -> evidence.Trial:
         host = self._host or self._start()
-        out = self._folder / f"{plan.name}.json"
+        out = self._folder.resolve() / f"{plan.name}.json"
         # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones.
         domain_id, package = 1 + secrets.randbelow(100), str(self._package or "")
         request = Request(plan.name, str(self._install), self._seed, domain_id, str(out), package)

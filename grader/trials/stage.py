@@ -92,13 +92,14 @@ class Stage:
         self.published: list[evidence.Message] = []
         self.parameters: list[evidence.ParameterAnswer] = []
         self.graph: evidence.Graph | None = None
+        self.other_graph: evidence.Graph | None = None
         self._odometry = simulator.odometry()
         self._started = time.monotonic()
         self._wall_limit = 120.0
         node = self.bridge.node
         self._clients: dict[str, Any] = {}
         self.action: Any = None
-        self._parameter_client = AsyncParameterClient(node, plan.node)
+        self._parameter_clients = {name: AsyncParameterClient(node, name) for name in {plan.node, *plan.awaits}}
         if plan.node == "robot_controller":
             names = {name: plan.remappings.get(name, name) for name in SERVICES}
             self._clients = {name: node.create_client(SERVICES[name], names[name]) for name in SERVICES}
@@ -202,18 +203,22 @@ class Stage:
         self.bridge.spin_until(lambda: False, wall_seconds)
         return self.bridge.answers - before
 
-    def ask_parameter(self, name: str) -> evidence.ParameterAnswer:
-        """Put the value of a parameter of the node on record."""
-        return self._note_parameter(name, None, None, "")
+    def ask_parameter(self, name: str, node: str = "") -> evidence.ParameterAnswer:
+        """Put the value of a parameter of the node (or of another one) on record."""
+        return self._note_parameter(name, None, None, "", node or self.plan.node)
+
+    def look_at(self, node: str) -> None:
+        """Put on record what the graph shows of another node."""
+        self.other_graph = graph.look(self.bridge.node, node)
 
     def set_parameter(self, name: str, value: object) -> evidence.ParameterAnswer:
         """Set a parameter of the running node and put on record what became of it."""
-        future = self._parameter_client.set_parameters([Parameter(name, value=value)])
+        future = self._parameter_clients[self.plan.node].set_parameters([Parameter(name, value=value)])
         self._await(future.done)
         if not future.done() or future.result() is None:
-            return self._note_parameter(name, value, None, f"no answer within {_ANSWER_WITHIN_S:g} s")
+            return self._note_parameter(name, value, None, f"no answer within {_ANSWER_WITHIN_S:g} s", self.plan.node)
         result = future.result().results[0]
-        return self._note_parameter(name, value, bool(result.successful), str(result.reason)[:300])
+        return self._note_parameter(name, value, bool(result.successful), str(result.reason)[:300], self.plan.node)
 
     def put_ahead(self, distance: float, bearing: float = 0.0, radius: float = 0.15) -> str:
         """Put a round obstacle at `bearing` (rad), its surface `distance` metres from the lidar. Return its name."""
@@ -311,6 +316,8 @@ class Stage:
             parameters=self.parameters,
             scene=self._scene(),
             graph=self.graph,
+            other_graph=self.other_graph,
+            launch=self.plan.launch,
             process=evidence.ProcessEnd(by, code, round(self.process.wall_seconds, 2), self.process.output[-4000:]),
             wall_seconds=round(time.monotonic() - self._started, 2),
             others={name: _end(process) for name, process in self.others.items()},
@@ -348,6 +355,8 @@ class Stage:
 
     def _all_there(self) -> bool:
         services = all(client.service_is_ready() for client in self._clients.values())
+        if self.plan.launch:
+            return set(self.plan.awaits) <= set(self.bridge.node.get_node_names())
         return services and (self.action is None or self.action.server_is_ready())
 
     def _why_not_ready(self) -> str:
@@ -376,14 +385,14 @@ class Stage:
             self.published.append(evidence.Message(reading.stamp, "battery/state", percent))
 
     def _note_parameter(
-        self, name: str, wanted: object, accepted: bool | None, reason: str
+        self, name: str, wanted: object, accepted: bool | None, reason: str, node: str
     ) -> evidence.ParameterAnswer:
-        future = self._parameter_client.get_parameters([name])
+        future = self._parameter_clients[node].get_parameters([name])
         self._await(future.done)
         value = None
         if future.done() and future.result() is not None and future.result().values:
             value = parameter_value_to_python(future.result().values[0])
-        self.parameters.append(evidence.ParameterAnswer(self.t, name, wanted, accepted, value, reason))
+        self.parameters.append(evidence.ParameterAnswer(self.t, name, wanted, accepted, value, reason, node))
         return self.parameters[-1]
 
     def _scene(self) -> dict[str, Any]:

@@ -1,0 +1,63 @@
+"""I5: the launch files, run."""
+
+from grader.checks.judge import Judge
+from grader.evidence import ParameterAnswer, Trial
+
+_OF_PROCESSOR = ("fusion_frequency", "battery_low_threshold")
+
+
+def test_the_launch_files_start_the_nodes(judge: Judge) -> None:
+    """`robot_controller_launch.py` starts both nodes and `sensor_processor_launch.py` the second alone."""
+    both = judge.trial("launch_both", complete=False)
+    _expect_nodes(judge, both, {"robot_controller", "sensor_processor"})
+    alone = judge.trial("launch_processor", complete=False)
+    _expect_nodes(judge, alone, {"sensor_processor"})
+
+
+def test_each_launch_file_takes_use_sim_time(judge: Judge) -> None:
+    """Each launch file declares `use_sim_time`."""
+    for name in ("launch_both", "launch_processor"):
+        trial = judge.trial(name)
+        for answer in _answers(trial, "use_sim_time"):
+            seen = f"{trial.launch} use_sim_time:=true left {answer.node} with use_sim_time = {answer.value}"
+            try_ = "DeclareLaunchArgument('use_sim_time'), and LaunchConfiguration in each node's parameters"
+            judge.expect(answer.value is True, seen, try_)
+
+
+def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
+    """Parameters come from the YAML files."""
+    for name in ("launch_both", "launch_processor"):
+        trial = judge.trial(name)
+        for node in sorted({answer.node for answer in trial.parameters}):
+            own = [p for p in trial.choices if (p in _OF_PROCESSOR) == (node == "sensor_processor")]
+            judge.expect(bool(own), f"no file in config/ sets a parameter of {node}", "list the parameters in the file")
+            for parameter in own:
+                value = next(a.value for a in _answers(trial, parameter) if a.node == node)
+                seen = f"{parameter} was {trial.choices[parameter]:g} in the file and {value} in {node}"
+                judge.expect(value == trial.choices[parameter], seen, "is the file's key the node's name, or /**?")
+
+
+def test_a_remapping_in_a_launch_file_works(judge: Judge) -> None:
+    """A remapping given in the launch file works."""
+    trial = judge.trial("launch_remapped")
+    for graph, moved in (
+        (trial.graph, {"cmd_vel": "base/cmd_vel", "scan": "front/scan"}),
+        (trial.other_graph, {"raw_scan": "front/scan", "obstacle_distance": "front/distance"}),
+    ):
+        topics = {endpoint.topic for endpoint in graph.endpoints} if graph else set()
+        for old, new in moved.items():
+            seen = f"{old} remapped to {new}: the node has {'still ' + old if old in topics else 'neither of them'}"
+            judge.expect(new in topics, seen, "use relative names: 'scan', not '/scan'")
+
+
+def _expect_nodes(judge: Judge, trial: Trial, wanted: set[str]) -> None:
+    nodes = {name.rpartition("/")[2] for name in trial.graph.nodes} if trial.graph else set()
+    nodes = {name for name in nodes if not name.startswith("launch_ros")}
+    said = trial.process.output_tail.strip().splitlines() if trial.process else []
+    last = f"; its last words were: {said[-1][:300]}" if said and not nodes else ""
+    seen = f"{trial.launch} started {', '.join(sorted(nodes)) or trial.ended or 'no node'}{last}"
+    judge.expect(nodes == wanted, seen, f"one Node action for each of: {', '.join(sorted(wanted))}")
+
+
+def _answers(trial: Trial, name: str) -> list[ParameterAnswer]:
+    return [answer for answer in trial.parameters if answer.name == name]

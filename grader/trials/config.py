@@ -1,0 +1,63 @@
+"""Change values in a package's parameter files, so that one can see whether they reach the nodes. Reads text only."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+# Values that differ from every default and make sense: whichever of them a file sets is changed in it.
+TELLTALES = {
+    "max_linear_speed": 0.375,
+    "obstacle_detection_threshold": 0.625,
+    "safety_margin": 0.375,
+    "fusion_frequency": 10.0,
+    "battery_low_threshold": 30.0,
+}
+_CAP = 100_000
+
+
+def changed(config: Path, out: Path) -> tuple[dict[Path, str], dict[str, float]]:
+    """Write changed copies of the parameter files in `config` to `out`.
+
+    Returns:
+        the copies with their file names, and the values that were set in them by parameter name.
+    """
+    copies: dict[Path, str] = {}
+    values: dict[str, float] = {}
+    out.mkdir(parents=True, exist_ok=True)
+    for path in sorted(config.glob("*.yaml")):
+        document = _read(path)
+        for parameters in _parameter_blocks(document):
+            for name, value in TELLTALES.items():
+                if name in parameters:
+                    parameters[name] = value
+                    values[name] = value
+        if document is not None:
+            copy = out / path.name
+            copy.write_text(yaml.safe_dump(document))
+            copies[copy] = path.name
+    return copies, values
+
+
+def _read(path: Path) -> Any:
+    """Return a YAML document; None for one that is none, which its reader in the node will complain about."""
+    try:
+        if path.is_symlink() or path.stat().st_size > _CAP:
+            return None
+        text = path.read_text()
+        # Anchors can make a short file enormous, and no parameter file needs them.
+        return None if "&" in text else yaml.safe_load(text)
+    except (OSError, ValueError, yaml.YAMLError, RecursionError):
+        return None
+
+
+def _parameter_blocks(document: Any) -> Iterator[dict[str, Any]]:
+    if isinstance(document, dict):
+        for key, value in document.items():
+            if key == "ros__parameters" and isinstance(value, dict):
+                yield value
+            else:
+                yield from _parameter_blocks(value)

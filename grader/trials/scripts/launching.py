@@ -1,0 +1,38 @@
+"""Trials of the package's launch files. They are run, not read."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from grader.trials.catalog import OWN_LAUNCH, trial
+
+if TYPE_CHECKING:
+    from grader.trials.stage import Stage
+
+_BOTH = ("robot_controller", "sensor_processor")
+
+
+def _ask(stage: Stage, nodes: tuple[str, ...]) -> None:
+    """Ask each node for simulated time and for the parameters that were changed in the package's files."""
+    for node in nodes:
+        stage.ask_parameter("use_sim_time", node)
+        for name in stage.choices:
+            stage.ask_parameter(name, node)
+
+
+@trial(serves=["I5"], launch="robot_controller_launch.py", awaits=_BOTH)
+def launch_both(stage: Stage) -> None:
+    """Run robot_controller_launch.py with changed parameter files."""
+    _ask(stage, _BOTH)
+
+
+@trial(serves=["I5"], node="sensor_processor", launch="sensor_processor_launch.py", awaits=("sensor_processor",))
+def launch_processor(stage: Stage) -> None:
+    """Run sensor_processor_launch.py with changed parameter files."""
+    _ask(stage, ("sensor_processor",))
+
+
+@trial(serves=["I5"], launch=OWN_LAUNCH, awaits=_BOTH)
+def launch_remapped(stage: Stage) -> None:
+    """Run a launch file of ours that gives both nodes other topic names."""
+    stage.look_at("sensor_processor")
