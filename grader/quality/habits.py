@@ -39,6 +39,8 @@ def _sleeps(calls: Calls) -> Iterator[Finding]:
     for node, root in calls.in_callbacks():
         for part in own_body(node.tree):
             if isinstance(part, ast.Call) and calls.imports[node.module.path].meaning(part.func) == "time.sleep":
-                way = "the callback" if root == node.tree.name else f"called from the callback `{root}`,"
-                words = f"`time.sleep` in `{node.tree.name}`, {way}"
-                yield Finding(node.module.path, part.lineno, "sleep-in-callback", words.rstrip(","))
+                name = node.tree.name
+                words = f"`time.sleep` in the callback `{name}`"
+                if root != name:
+                    words = f"`time.sleep` in `{name}`, called from the callback `{root}`"
+                yield Finding(node.module.path, part.lineno, "sleep-in-callback", words)

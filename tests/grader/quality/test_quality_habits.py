@@ -196,7 +196,7 @@ def test_an_action_that_sleeps_its_way_to_the_goal(tmp_path: Path):
     text = text.replace("ending = await goal.ending\n", loop + "\n")
     result = judged(sleeping, facts(reference(tmp_path, files={CONTROLLER: text})))
     assert result.share == 0.5
-    assert "`time.sleep` in `_navigate`" in result.seen
+    assert "`time.sleep` in the callback `_navigate`" in result.seen
     assert "drives on blindly" in result.seen
 
 
