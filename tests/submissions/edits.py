@@ -22,6 +22,7 @@ _RUNNING = "ros2_robot_controller/utils/running.py"
 _SETTINGS = "ros2_robot_controller/utils/settings.py"
 _CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
 _CMAKE = "CMakeLists.txt"
+_LAUNCH = "launch/robot_controller_launch.py"
 _START = "scripts/robot_controller"
 
 
@@ -395,6 +396,37 @@ _EDITS = (
          "self.create_subscription(LaserScan, 'scan', self._on_scan, 10)"),
         says=("ask for reliable publishers",),
     ),
+    # -- I5 -------------------------------------------------------------------------------------------------------
+    _edit(
+        "launches_two_controllers",
+        "I5",
+        "The launch file starts the controller twice and the processor never.",
+        (_LAUNCH, "            executable='sensor_processor',\n            name='sensor_processor',",
+         "            executable='robot_controller',\n            name='second_controller',"),
+        says=("robot_controller_launch.py started robot_controller, second_controller",),
+    ),
+    _edit(
+        "sets_the_parameters_in_the_launch_file",
+        "I5",
+        "The YAML file is there, but the launch file does not use it.",
+        (_LAUNCH, "parameters=[PathJoinSubstitution([*config, 'robot_params.yaml']), use_sim_time]",
+         "parameters=[{'max_linear_speed': 0.5}, use_sim_time]"),
+        says=("max_linear_speed was 0.375 in the file and 0.5 in robot_controller",),
+    ),
+    _edit(
+        "does_not_pass_on_use_sim_time",
+        "I5",
+        "The second launch file declares use_sim_time and gives it to nobody.",
+        ("launch/sensor_processor_launch.py", "            {'use_sim_time': LaunchConfiguration('use_sim_time')},\n", ""),
+        says=("left sensor_processor with use_sim_time = False",),
+    ),
+    _edit(
+        "names_that_cannot_be_remapped",
+        "I5",
+        "The scan is subscribed by an absolute name; from there on nobody can remap it.",
+        (_CONTROLLER, "LaserScan, 'scan',", "LaserScan, '/scan',"),
+        says=("scan remapped to front/scan",),
+    ),
     # -- I6, I7, I8 -----------------------------------------------------------------------------------------------
     _edit(
         "checks_after_declaring",
@@ -425,6 +457,15 @@ _EDITS = (
          "            self._period('laser_processing_rate'), self._control,\n"
          "            clock=Clock(clock_type=ClockType.STEADY_TIME))\n        self._feedback_timer"),
         says=("while the clock stood still",),
+    ),
+    _edit(
+        "stamps_by_the_wall",
+        "F13 I7",
+        "The fused data are stamped with the system's time.",
+        (_PROCESSOR, "fused.header.stamp = self.get_clock().now().to_msg()",
+         "from rclpy.clock import Clock\n        fused.header.stamp = Clock().now().to_msg()"),
+        says=("a stamp of",),
+        why="F13 asks for the same stamp",
     ),
     _edit(
         "drives_on_after_ctrl_c",
