@@ -3,21 +3,123 @@
 from __future__ import annotations
 
 import argparse
+import importlib
+import os
 import sys
+from collections.abc import Callable
 
-from . import environment
+from . import aside, environment
+
+COMMANDS = {
+    "action": "Various action related sub-commands",
+    "bag": "Various rosbag related sub-commands",
+    "doctor": "Check this machine for what ROS 2 and the course kit need",
+    "interface": "Show information about ROS interfaces",
+    "launch": "Run a launch file",
+    "node": "Various node related sub-commands",
+    "param": "Various param related sub-commands",
+    "pkg": "Various package related sub-commands",
+    "run": "Run a package specific executable",
+    "service": "Various service related sub-commands",
+    "topic": "Various topic related sub-commands",
+}
+ALIASES = {"wtf": "doctor"}
+# Commands of the real one that this one has not, and why.
+ABSENT = {
+    "component": "composable nodes are not supported by this kit",
+    "control": "ros2_control cannot be installed with pip",
+    "daemon": "there is no daemon: each command waits for discovery itself",
+    "lifecycle": "lifecycle nodes are not supported by this kit",
+    "multicast": "use `ros2 doctor`",
+    "security": "SROS 2 is not supported by this kit",
+}
+MORE = "Call `ros2 <command> -h` for more detailed usage."
 
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line and return the exit code."""
     words = sys.argv[1:] if argv is None else argv
+    completing = "_ARGCOMPLETE" in os.environ
+    if not completing:
+        aside.step_aside(words)
     environment.complete()
-    parser = argparse.ArgumentParser(prog="ros2")
-    commands = parser.add_subparsers(dest="command", metavar="Call `ros2 <command> -h` for more detailed usage.")
-    from .launching import command, modules
+    name = _command(_typed() if completing else words)
+    if name in ("action", "bag", "node", "param", "service", "topic") and not environment.libraries_loaded():
+        environment.start_again()
+    if isinstance(sys.stdout, object) and hasattr(sys.stdout, "reconfigure"):
+        sys.stdout.reconfigure(line_buffering=True)  # a pipe shall see each message when it comes
+    parser, run = _parser(name)
+    if completing:
+        import argcomplete
 
-    launch = commands.add_parser("launch", help="Run a launch file")
-    command.add_arguments(launch)
+        argcomplete.autocomplete(parser, exclude=["-h", "--help"])
+    if name in ABSENT:
+        parser.exit(2, f"ros2 {name}: not here; {ABSENT[name]}\n")
     args = parser.parse_args(words)
-    modules.install()
-    return command.main(args)
+    if name is None:
+        parser.print_help()
+        return 0
+    chosen: Callable[[argparse.Namespace], int] | None = getattr(args, "run", None) or run
+    if chosen is None:  # `ros2 topic` alone
+        parser.parse_args([*words, "-h"])
+        return 0
+    return _run(chosen, args)
+
+
+def _run(chosen: Callable[[argparse.Namespace], int], args: argparse.Namespace) -> int:
+    from .commands.answers import Refusal
+
+    try:
+        code = chosen(args)
+        sys.stdout.flush()
+    except Refusal as refusal:
+        print(refusal, file=sys.stderr)
+        return refusal.code
+    except KeyboardInterrupt:
+        return 2
+    except BrokenPipeError:  # `ros2 topic list | head -1`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return code
+
+
+def _command(words: list[str]) -> str | None:
+    name = next((word for word in words if not word.startswith("-")), None)
+    return ALIASES.get(name, name) if name else None
+
+
+def _typed() -> list[str]:
+    """Return the words that the shell has so far, the last one left out: it is being completed."""
+    return os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0"))].split(" ")[1:-1]
+
+
+def _parser(name: str | None) -> tuple[argparse.ArgumentParser, Callable[[argparse.Namespace], int] | None]:
+    parser = argparse.ArgumentParser(
+        prog="ros2",
+        description="ros2 of the ROS 2 course kit: the words of the real command, on wheels alone.",
+        epilog="Example: ros2 topic echo --once /odom",
+    )
+    parser.add_argument("--use-python-default-buffering", action="store_true", help=argparse.SUPPRESS)
+    commands = parser.add_subparsers(title="Commands", metavar=MORE)
+    run = None
+    for command, text in COMMANDS.items():
+        below = commands.add_parser(command, help=text, aliases=[a for a, c in ALIASES.items() if c == command])
+        if command == name:
+            run = _fill(command, below)
+    return parser, run
+
+
+def _fill(command: str, parser: argparse.ArgumentParser) -> Callable[[argparse.Namespace], int] | None:
+    if command == "launch":
+        from .launching import command as launching
+        from .launching import modules
+
+        launching.add_arguments(parser)
+
+        def launch(args: argparse.Namespace) -> int:
+            modules.install()
+            return launching.main(args)
+
+        return launch
+    importlib.import_module(f".commands.{command}", __package__).add_arguments(parser)
+    return None

@@ -5,6 +5,7 @@ The table below is the list of what is supported: the real module path, and the 
 
 from __future__ import annotations
 
+import importlib
 import importlib.machinery
 import importlib.util
 import re
@@ -138,14 +139,11 @@ def real_ones_there() -> bool:
     A module of that name is not enough: PyPI has an unrelated `launch`, and it may be installed beside this kit.
     """
     try:
-        import launch  # type: ignore[import-not-found]  # from ROS, where there is one
-
-        if not hasattr(launch, "LaunchDescription"):
-            return False
-        from launch_ros.actions import Node  # type: ignore[import-not-found]  # noqa: F401 - asked whether it is there
+        return hasattr(importlib.import_module("launch"), "LaunchDescription") and hasattr(
+            importlib.import_module("launch_ros.actions"), "Node"
+        )
     except ImportError:
         return False
-    return True
 
 
 class _Finder:

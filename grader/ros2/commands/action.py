@@ -1,0 +1,165 @@
+"""`ros2 action`: what actions there are, and sending a goal."""
+
+# mypy: disallow-untyped-calls=False
+# rclpy is typed in parts: a call of an untyped function there says nothing about our code.
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from . import messages
+from .answers import Refusal
+from .graph import Graph, NamesAndTypes, full_name, graph, spin, split_name
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the words and flags."""
+    verbs = parser.add_subparsers(title="Commands", metavar="Call `ros2 action <command> -h` for more detailed usage.")
+    listing = verbs.add_parser("list", help="Output a list of action names")
+    listing.add_argument("-t", "--show-types", action="store_true", help="Additionally show the action type")
+    listing.add_argument("-c", "--count-actions", action="store_true", help="Only display the number of actions")
+    listing.set_defaults(run=show_list)
+    info = verbs.add_parser("info", help="Print information about an action")
+    action_argument(info)
+    info.add_argument("-t", "--show-types", action="store_true", help="Additionally show the action types")
+    info.add_argument("-c", "--count", action="store_true", help="Only show the number of servers and clients")
+    info.set_defaults(run=show_info)
+    kind = verbs.add_parser("type", help="Print a action's type")
+    action_argument(kind)
+    kind.set_defaults(run=show_type)
+    send = verbs.add_parser("send_goal", help="Send an action goal")
+    action_argument(send)
+    given = send.add_argument("action_type", help="Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')")
+    given.completer = complete_types  # type: ignore[attr-defined]  # read by argcomplete
+    send.add_argument("goal", help="Goal request values in YAML format (e.g. '{order: 10}')")
+    send.add_argument("-f", "--feedback", action="store_true", help="Echo feedback messages for the goal")
+    send.add_argument("-t", "--timeout", metavar="N", type=float, help="Seconds to wait for the result, then cancel")
+    send.set_defaults(run=run_send_goal)
+
+
+def action_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare the name of an action, which the shell completes."""
+    argument = parser.add_argument("action_name", help="Name of the ROS action (e.g. '/fibonacci')")
+    argument.completer = complete  # type: ignore[attr-defined]  # read by argcomplete
+
+
+def complete(prefix: str, **_: Any) -> list[str]:
+    """Return the actions that begin so."""
+    with graph() as seen:
+        seen.settle()
+        return [name for name, _types in actions(seen) if name.startswith(prefix)]
+
+
+def complete_types(prefix: str, **_: Any) -> list[str]:
+    """Return the action types that begin so."""
+    from .interface import every
+
+    return [name for name in every("action") if name.startswith(prefix)]
+
+
+def actions(seen: Graph) -> NamesAndTypes:
+    """Return the actions with their types."""
+    from rclpy.action.graph import get_action_names_and_types
+
+    return sorted(get_action_names_and_types(seen.node))
+
+
+def show_list(args: argparse.Namespace) -> int:
+    """Print the actions."""
+    with graph() as seen:
+        seen.settle()
+        found = actions(seen)
+    if args.count_actions:
+        print(len(found))
+        return 0
+    for name, types in found:
+        print(f"{name} [{', '.join(types)}]" if args.show_types else name)
+    return 0
+
+
+def show_type(args: argparse.Namespace) -> int:
+    """Print the types of an action."""
+    with graph() as seen:
+        found = seen.wait_for(lambda: dict(actions(seen)).get(full_name(args.action_name)))
+    for one in found or ():
+        print(one)
+    return 0 if found else 1
+
+
+def show_info(args: argparse.Namespace) -> int:
+    """Print who serves an action and who uses it."""
+    from rclpy.action import graph as ends
+
+    name = full_name(args.action_name)
+    with graph() as seen:
+        seen.wait_for(lambda: dict(actions(seen)).get(name))
+        seen.settle()
+        print(f"Action: {name}")
+        for title, ask in (
+            ("clients", ends.get_action_client_names_and_types_by_node),
+            ("servers", ends.get_action_server_names_and_types_by_node),
+        ):
+            found = []
+            for node in seen.nodes():
+                types = dict(ask(seen.node, *split_name(node))).get(name)
+                if types:
+                    found.append(f"    {node}" + (f" [{', '.join(types)}]" if args.show_types else ""))
+            print(f"Action {title}: {len(found)}")
+            if not args.count:
+                for line in found:
+                    print(line)
+    return 0
+
+
+def run_send_goal(args: argparse.Namespace) -> int:
+    """Send a goal and follow it to its end; Ctrl-C cancels it."""
+    from action_msgs.msg import GoalStatus
+    from rclpy.action.client import ActionClient
+
+    kind = messages.load(args.action_type, "action")
+    values = messages.from_yaml(args.goal)
+    with graph() as seen:
+        client = ActionClient(seen.node, kind, args.action_name)
+        goal = kind.Goal()
+        messages.fill(goal, values, seen.node.get_clock().now().to_msg())
+
+        def feedback(said: Any) -> None:
+            print(f"Feedback:\n    {messages.to_yaml(said.feedback)}", flush=True)
+
+        print("Waiting for an action server to become available...", flush=True)
+        client.wait_for_server()
+        print(f"Sending goal:\n     {messages.to_yaml(goal)}", flush=True)
+        asked = client.send_goal_async(goal, feedback if args.feedback else None)
+        spin(seen.node, asked.done)
+        handle = asked.result()
+        if handle is None or not handle.accepted:
+            print("Goal was rejected :(")
+            client.destroy()
+            return 1
+        print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n", flush=True)
+        result = handle.get_result_async()
+        try:
+            if not spin(seen.node, result.done, args.timeout):
+                print(f"Timeout of {args.timeout:g} s is over.")
+                _cancel(seen, handle, result)
+        except KeyboardInterrupt:
+            _cancel(seen, handle, result)
+        answer = result.result() if result.done() else None
+        if answer is None:
+            raise Refusal(f"Exception while getting result: {result.exception()!r}")
+        names = {getattr(GoalStatus, n): n.removeprefix("STATUS_") for n in dir(GoalStatus) if n[:7] == "STATUS_"}
+        print(f"Result:\n    {messages.to_yaml(answer.result)}")
+        print(f"Goal finished with status: {names.get(answer.status, answer.status)}")
+        client.destroy()
+    return 0
+
+
+def _cancel(seen: Graph, handle: Any, result: Any) -> None:
+    print("Canceling goal...", flush=True)
+    cancelled = handle.cancel_goal_async()
+    spin(seen.node, cancelled.done, 5.0)
+    answer = cancelled.result()
+    if answer is not None and answer.goals_canceling:
+        print("Goal canceled.", flush=True)
+    spin(seen.node, result.done, 5.0)

@@ -1,0 +1,335 @@
+"""`ros2 bag`: record topics to an MCAP file and play them back, byte for byte, by the package `rosbags`."""
+
+# mypy: disallow-untyped-calls=False
+# rclpy is typed in parts: a call of an untyped function there says nothing about our code.
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import re
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from . import messages
+from .answers import Refusal
+from .graph import Graph, full_name, graph, spin
+
+LOOK_S = 0.5  # how often to look for new topics
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the words and flags."""
+    verbs = parser.add_subparsers(title="Commands", metavar="Call `ros2 bag <command> -h` for more detailed usage.")
+    record = verbs.add_parser("record", help="Record ROS data to a bag")
+    topics = record.add_argument("topics_positional", metavar="topic", nargs="*", help="Topics to be recorded")
+    topics.completer = _complete  # type: ignore[attr-defined]  # read by argcomplete
+    record.add_argument("--topics", nargs="+", default=[], metavar="Topic", help="Space-delimited list of topics")
+    record.add_argument("-a", "--all", action="store_true", help="Record all topics")
+    record.add_argument("--all-topics", action="store_true", help="Record all topics")
+    record.add_argument("-e", "--regex", help="Record only topics matching the expression")
+    record.add_argument("--exclude-regex", help="Exclude topics matching the expression")
+    record.add_argument("--exclude-topics", nargs="+", default=[], metavar="Topic", help="Topics not to record")
+    record.add_argument("-o", "--output", help="Destination of the bag folder; a name with the time by default")
+    record.add_argument("-s", "--storage", choices=("mcap", "sqlite3"), default="mcap", help="Storage identifier")
+    record.add_argument("-d", "--max-bag-duration", type=float, default=0, metavar="S", help=argparse.SUPPRESS)
+    record.add_argument("--use-sim-time", action="store_true", help="Take message times from /clock")
+    record.set_defaults(run=run_record)
+    play = verbs.add_parser("play", help="Play back ROS data from a bag")
+    play.add_argument("bag_path", type=Path, help="Bag to open")
+    play.add_argument("-r", "--rate", type=float, default=1.0, help="Rate at which to play back messages")
+    play.add_argument("-l", "--loop", action="store_true", help="Play the bag again and again")
+    play.add_argument("--topics", nargs="+", default=[], help="Topics to replay, separated by space")
+    play.add_argument("--exclude-topics", nargs="+", default=[], help="Topics not to replay, separated by space")
+    play.add_argument("-m", "--remap", nargs="+", default=[], help="Topics to remap, as old:=new")
+    play.add_argument("-d", "--delay", type=float, default=0.0, help="Sleep seconds before play")
+    play.add_argument("--start-offset", type=float, default=0.0, help="Start the playback this many seconds in")
+    play.add_argument("--clock", nargs="?", type=float, const=40.0, metavar="HZ", help="Publish /clock at this rate")
+    play.set_defaults(run=run_play)
+    info = verbs.add_parser("info", help="Print information about a bag to the screen")
+    info.add_argument("bag_path", type=Path, help="Bag to open")
+    info.add_argument("-t", "--topic-name", action="store_true", help="Only display topic names.")
+    info.set_defaults(run=run_info)
+
+
+def _complete(prefix: str, **_: Any) -> list[str]:
+    from .topic import complete
+
+    return complete(prefix)
+
+
+def say(who: str, text: str) -> None:
+    """Print as a node of the real command logs."""
+    print(f"[INFO] [{time.time():.9f}] [{who}]: {text}", file=sys.stderr, flush=True)
+
+
+def message_text(kind: str) -> str:
+    """Return a message's definition with those of all messages in it, as MCAP files have them."""
+    from .interface import _nested, definition
+
+    package, _, name = kind.split("/")
+    parts = [definition(package, "msg", name).read_text()]
+    waiting, seen = [(package, parts[0])], {(package, name)}
+    while waiting:
+        home, text = waiting.pop(0)
+        for line in text.splitlines():
+            code = line.split("#", 1)[0].strip()
+            inner = _nested(home, code) if code else None
+            if inner and inner not in seen:
+                seen.add(inner)
+                found = definition(inner[0], "msg", inner[1]).read_text()
+                parts.append(f"{'=' * 80}\nMSG: {inner[0]}/{inner[1]}\n{found}")
+                waiting.append((inner[0], found))
+    return "\n".join(parts)
+
+
+class Recorder:
+    """Writes what comes on the topics that are wanted, also on those that appear later."""
+
+    def __init__(self, seen: Graph, writer: Any, wanted: Any) -> None:
+        self.seen, self.writer, self.wanted = seen, writer, wanted
+        self.topics: set[str] = set()
+        self.unknown: set[str] = set()
+
+    def look(self) -> None:
+        """Subscribe to what has appeared."""
+        for name, types in self.seen.topics():
+            if name in self.topics or name in self.unknown or not self.wanted(name):
+                continue
+            publishers = self.seen.node.get_publishers_info_by_topic(name)
+            if not publishers:
+                continue
+            try:
+                kind = messages.load(types[0], "msg")
+                text = message_text(types[0])
+            except Refusal as refusal:
+                self.unknown.add(name)
+                say(
+                    "rosbag2_recorder",
+                    f"Topic '{name}' has unknown type '{types[0]}'. Only topics with known types "
+                    f"are recorded: {refusal}",
+                )
+                continue
+            self._subscribe(name, types[0], kind, text, publishers)
+
+    def _subscribe(self, name: str, type_name: str, kind: Any, text: str, publishers: list[Any]) -> None:
+        from .qos import asked
+
+        hash_ = publishers[0].topic_type_hash
+        connection = self.writer.add_connection(
+            name,
+            type_name,
+            msgdef=text,
+            rihs01=f"RIHS{hash_.version:02}_{bytes(hash_.value).hex()}",
+            offered_qos_profiles=[_offered(end.qos_profile) for end in publishers],
+        )
+        node = self.seen.node
+
+        def take(raw: bytes) -> None:
+            self.writer.write(connection, node.get_clock().now().nanoseconds, raw)
+
+        flags = argparse.Namespace(
+            qos_profile=None, qos_depth=1000, qos_history=None, qos_reliability=None, qos_durability=None
+        )
+        node.create_subscription(kind, name, take, asked(flags, publishers), raw=True)
+        self.topics.add(name)
+        say("rosbag2_recorder", f"Subscribed to topic '{name}'")
+
+
+def _offered(profile: Any) -> Any:
+    from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+
+    def time_of(duration: Any) -> Any:
+        return QosTime(duration.nanoseconds // 10**9, duration.nanoseconds % 10**9)
+
+    # An endpoint seen from afar does not tell its history.
+    return Qos(
+        QosHistory.KEEP_LAST,
+        max(profile.depth, 1),
+        QosReliability[profile.reliability.name],
+        QosDurability[profile.durability.name],
+        time_of(profile.deadline),
+        time_of(profile.lifespan),
+        QosLiveliness[profile.liveliness.name],
+        time_of(profile.liveliness_lease_duration),
+        profile.avoid_ros_namespace_conventions,
+    )
+
+
+def run_record(args: argparse.Namespace) -> int:
+    """Record until Ctrl-C."""
+    import signal
+
+    from rosbags.rosbag2 import StoragePlugin, Writer
+
+    names = {full_name(name) for name in [*args.topics_positional, *args.topics]}
+    everything = args.all or args.all_topics
+    if not names and not everything and not args.regex:
+        raise Refusal("Need to specify at least one option out of all, all-topics, topics or regex")
+    left_out = {full_name(name) for name in args.exclude_topics}
+
+    def wanted(name: str) -> bool:
+        if name in left_out or (args.exclude_regex and re.search(args.exclude_regex, name)):
+            return False
+        return everything or name in names or bool(args.regex and re.search(args.regex, name))
+
+    folder = Path(args.output or time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S"))
+    if folder.exists():
+        raise Refusal(f"[ERROR] [ros2bag]: Output folder '{folder}' already exists.")
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a bag that is told to end must still be closed
+    plugin = StoragePlugin.MCAP if args.storage == "mcap" else StoragePlugin.SQLITE3
+    with Writer(folder, version=9, storage_plugin=plugin) as writer, graph(**_sim(args)) as seen:
+        recorder = Recorder(seen, writer, wanted)
+        say("rosbag2_recorder", "Listening for topics...")
+        recorder.look()
+        seen.node.create_timer(LOOK_S / 5, recorder.look, clock=_steady())
+        say("rosbag2_recorder", "Recording...")
+        with contextlib.suppress(KeyboardInterrupt):
+            spin(seen.node, lambda: False)
+    say("rosbag2_recorder", "Recording stopped")
+    return 0
+
+
+def _sim(args: argparse.Namespace) -> dict[str, Any]:
+    if not args.use_sim_time:
+        return {}
+    from rclpy.parameter import Parameter
+
+    return {"parameter_overrides": [Parameter("use_sim_time", value=True)]}
+
+
+def _steady() -> Any:
+    from rclpy.clock import Clock
+    from rclpy.clock_type import ClockType
+
+    return Clock(clock_type=ClockType.STEADY_TIME)
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Any:
+    from rosbags.rosbag2 import Reader, ReaderError
+
+    folder = path.parent if path.suffix in (".mcap", ".db3") and (path.parent / "metadata.yaml").is_file() else path
+    if not folder.exists():
+        raise Refusal(f"[ERROR] [ros2bag]: Bag path '{path}' does not exist!")
+    try:
+        with Reader(folder) as reader:
+            yield reader
+    except ReaderError as error:
+        raise Refusal(f"[ERROR] [ros2bag]: Could not read bag '{path}': {error}") from error
+
+
+def run_info(args: argparse.Namespace) -> int:
+    """Print what is in a bag."""
+    import yaml
+
+    with _opened(args.bag_path) as bag:
+        if args.topic_name:
+            for topic in sorted({connection.topic for connection in bag.connections}):
+                print(topic)
+            return 0
+        folder = args.bag_path if args.bag_path.is_dir() else args.bag_path.parent
+        metadata = yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+        files = metadata["relative_file_paths"]
+        number = sum((folder / file).stat().st_size for file in files)
+        size = f"{number / 1024:.1f} KiB" if number < 1024**2 else f"{number / 1024**2:.1f} MiB"
+        empty = bag.message_count == 0
+        start, end = (0, 0) if empty else (bag.start_time, bag.end_time)
+        print(f"\nFiles:             {' '.join(files)}")
+        print(f"Bag size:          {size}")
+        print(f"Storage id:        {metadata['storage_identifier']}")
+        print(f"ROS Distro:        {metadata.get('ros_distro') or 'unknown'}")
+        print(f"Duration:          {(end - start) / 1e9:.9f}s")
+        print(f"Start:             {_date(start)}")
+        print(f"End:               {_date(end)}")
+        print(f"Messages:          {bag.message_count}")
+        title = "Topic information: "
+        for connection in bag.connections:
+            print(
+                f"{title}Topic: {connection.topic} | Type: {connection.msgtype} | Count: {connection.msgcount} "
+                f"| Serialization Format: {connection.ext.serialization_format}"
+            )
+            title = " " * len(title)
+        print("Service:           0\nService information: ")
+    return 0
+
+
+def _date(stamp_ns: int) -> str:
+    whole = time.strftime("%b %e %Y %H:%M:%S", time.localtime(stamp_ns // 10**9))
+    return f"{whole}.{stamp_ns % 10**9:09d} ({stamp_ns // 10**9}.{stamp_ns % 10**9:09d})"
+
+
+def run_play(args: argparse.Namespace) -> int:
+    """Publish what was recorded, in its own time."""
+    if not args.rate > 0:
+        raise Refusal("rate must be greater than zero")
+    new_names = dict(rule.split(":=", 1) for rule in args.remap if ":=" in rule)
+    only, without = set(map(full_name, args.topics)), set(map(full_name, args.exclude_topics))
+    with _opened(args.bag_path) as bag, graph() as seen:
+        publishers: dict[int, Any] = {}
+        chosen = [c for c in bag.connections if c.topic not in without and (not only or c.topic in only)]
+        for connection in chosen:
+            try:
+                kind = messages.load(connection.msgtype, "msg")
+            except Refusal as refusal:
+                say("rosbag2_player", f"Ignoring topic '{connection.topic}': {refusal}")
+                continue
+            name = new_names.get(connection.topic, connection.topic)
+            publishers[connection.id] = seen.node.create_publisher(kind, name, _profile(connection))
+        clock = _clock_publisher(seen) if args.clock else None
+        # Whoever listens has to find the publishers before the first message is gone.
+        seen.wait_for(lambda: all(p.get_subscription_count() for p in publishers.values()), 1.0)
+        time.sleep(args.delay)
+        say("rosbag2_player", "Set rate to " + f"{args.rate:g}")
+        while True:
+            _play(bag, [c for c in chosen if c.id in publishers], publishers, args, clock)
+            if not args.loop:
+                break
+        time.sleep(0.1)
+    return 0
+
+
+def _play(bag: Any, chosen: list[Any], publishers: dict[int, Any], args: argparse.Namespace, clock: Any) -> None:
+    if not chosen or bag.message_count == 0:
+        return
+    first = bag.start_time + int(args.start_offset * 1e9)
+    begin, ticked = time.monotonic(), 0.0
+    for connection, stamp_ns, raw in bag.messages(connections=chosen, start=first):
+        due = begin + (stamp_ns - first) / 1e9 / args.rate
+        while True:
+            now = time.monotonic()
+            if clock is not None and now - ticked >= 1 / args.clock:
+                ticked = now
+                clock(first + int((min(now, due) - begin) * 1e9 * args.rate))
+            if now >= due:
+                break
+            time.sleep(min(due - now, 1 / args.clock if clock is not None else due - now))
+        publishers[connection.id].publish(bytes(raw))
+
+
+def _clock_publisher(seen: Graph) -> Any:
+    from rosgraph_msgs.msg import Clock
+
+    publisher = seen.node.create_publisher(Clock, "/clock", 10)
+
+    def tick(stamp_ns: int) -> None:
+        message = Clock()
+        message.clock.sec, message.clock.nanosec = divmod(stamp_ns, 10**9)
+        publisher.publish(message)
+
+    return tick
+
+
+def _profile(connection: Any) -> Any:
+    from rclpy import qos
+
+    offered = connection.ext.offered_qos_profiles
+    best_effort = any(one.reliability.name == "BEST_EFFORT" for one in offered)
+    local = bool(offered) and all(one.durability.name == "TRANSIENT_LOCAL" for one in offered)
+    return qos.QoSProfile(
+        depth=10,
+        reliability=qos.ReliabilityPolicy.BEST_EFFORT if best_effort else qos.ReliabilityPolicy.RELIABLE,
+        durability=qos.DurabilityPolicy.TRANSIENT_LOCAL if local else qos.DurabilityPolicy.VOLATILE,
+    )

@@ -1,0 +1,215 @@
+"""A node that looks at the ROS graph. There is no daemon: each call waits until discovery has come to rest."""
+
+# mypy: disallow-untyped-calls=False
+# rclpy is typed in parts: a call of an untyped function there says nothing about our code.
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+NamesAndTypes = list[tuple[str, list[str]]]
+
+# Discovery takes 10 to 150 ms on an idle machine. The graph counts as known when it has not changed for this long…
+REST_S = 0.25
+# …and at least this long after the start while nobody else is in it: a late graph is not an empty one.
+ALONE_S = 0.8
+# The longest wait for a graph to come to rest, and for a name that was asked for.
+LONGEST_S = 3.0
+STEP_S = 0.02
+
+
+# Fast DDS announces a new participant at once, before it can take in the answers. On one machine they come back within
+# a millisecond and are lost; the others think they have answered, and are found only at their own next announcement,
+# up to 3 s later. So this participant's first announcement is put off until it can listen (tried: six of six found).
+FIRST_ANNOUNCEMENT_S = 0.25
+PROFILE = """<?xml version="1.0" encoding="UTF-8"?>
+<dds xmlns="http://www.eprosima.com"><profiles>
+<participant profile_name="ros2_command" is_default_profile="true"><rtps><builtin><discovery_config>
+<leaseDuration><sec>20</sec></leaseDuration>
+<leaseAnnouncement><sec>{s}</sec><nanosec>{ns}</nanosec></leaseAnnouncement>
+<initialAnnouncements><count>0</count><period><sec>0</sec><nanosec>100000000</nanosec></period></initialAnnouncements>
+</discovery_config></builtin></rtps></participant></profiles></dds>
+"""
+PROFILE_VARIABLES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES_FILE")
+
+
+@contextlib.contextmanager
+def quick_discovery() -> Iterator[None]:
+    """Have a node that is created meanwhile find the others soon; a profile that the user has set is left alone."""
+    if any(name in os.environ for name in PROFILE_VARIABLES):
+        yield
+        return
+    delay_ns = int(FIRST_ANNOUNCEMENT_S * slowness() * 1e9)
+    with tempfile.NamedTemporaryFile("w", prefix="ros2-discovery-", suffix=".xml") as file:
+        file.write(PROFILE.format(s=delay_ns // 10**9, ns=delay_ns % 10**9))
+        file.flush()
+        os.environ.update(dict.fromkeys(PROFILE_VARIABLES, file.name))
+        try:
+            yield
+        finally:
+            for name in PROFILE_VARIABLES:
+                del os.environ[name]
+
+
+def slowness() -> float:
+    """Return how many times slower than an idle machine this one is, judged by this process's own start.
+
+    Importing rclpy is all computing. Where that took longer than the processor worked for it, others are computing too,
+    and the nodes that have to answer will be as late.
+    """
+    computed_s = time.process_time()
+    began_s = _start_of_process()
+    return 1.0 if began_s is None else min(max((time.time() - began_s) / max(computed_s, 0.1), 1.0), 5.0)
+
+
+def _start_of_process() -> float | None:
+    try:
+        ticks = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])
+        up_s = float(Path("/proc/uptime").read_text().split()[0])
+    except (OSError, ValueError, IndexError):
+        return None
+    return time.time() - up_s + ticks / os.sysconf("SC_CLK_TCK")
+
+
+class Graph:
+    """A node of ours and what it sees."""
+
+    def __init__(self, node: Any, rest_s: float | None = None) -> None:
+        self.node = node
+        self.rest_s = rest_s
+        self.slowness = slowness()
+
+    def settle(self) -> None:
+        """Wait until the graph has stopped changing."""
+        began = changed = time.monotonic()
+        last: Any = None
+        while True:
+            now, seen = time.monotonic(), self._seen()
+            if seen != last:
+                last, changed = seen, now
+            if self.rest_s is not None:
+                if now - began >= self.rest_s:
+                    return
+            elif now - began >= LONGEST_S:
+                return
+            elif now - changed >= REST_S * self.slowness and self._whole():
+                others = len(last[0]) > 1
+                if others or now - began >= ALONE_S * self.slowness:
+                    return
+            time.sleep(STEP_S)
+
+    def _seen(self) -> Any:
+        return (
+            sorted(self.node.get_node_names_and_namespaces()),
+            sorted((name, tuple(types)) for name, types in self.node.get_topic_names_and_types()),
+            sorted(name for name, _ in self.node.get_service_names_and_types()),
+        )
+
+    def _whole(self) -> bool:
+        """Say whether names and endpoints agree: they travel apart, and each node publishes its parameters' events."""
+        return bool(self.node.count_publishers("/parameter_events") == len(self.node.get_node_names()))
+
+    def wait_for(self, ask: Callable[[], T], timeout_s: float = LONGEST_S) -> T:
+        """Return the answer as soon as it is not empty, or the empty answer after the time limit."""
+        limit = time.monotonic() + (self.rest_s if self.rest_s is not None else timeout_s)
+        while True:
+            answer = ask()
+            if answer or time.monotonic() > limit:
+                return answer
+            time.sleep(STEP_S)
+
+    # -- names -----------------------------------------------------------------------------------------------------
+    def nodes(self, hidden: bool = False) -> list[str]:
+        """Return the full names of the nodes, with this one left out unless hidden ones are asked for."""
+        found = [f"{space.rstrip('/')}/{name}" for name, space in self.node.get_node_names_and_namespaces()]
+        return sorted(name for name in found if hidden or not is_hidden(name))
+
+    def has_node(self, name: str) -> bool:
+        """Wait for a node; say whether it came."""
+        return self.wait_for(lambda: full_name(name) in self.nodes(hidden=True))
+
+    def topics(self, hidden: bool = False) -> NamesAndTypes:
+        """Return the topics with their types."""
+        return sorted((n, t) for n, t in self.node.get_topic_names_and_types() if hidden or not is_hidden(n))
+
+    def services(self, hidden: bool = False) -> NamesAndTypes:
+        """Return the services with their types."""
+        return sorted((n, t) for n, t in self.node.get_service_names_and_types() if hidden or not is_hidden(n))
+
+    def topic_type(self, topic: str) -> str | None:
+        """Wait for a topic, and return its type."""
+        found = self.wait_for(lambda: dict(self.node.get_topic_names_and_types()).get(full_name(topic)))
+        return found[0] if found else None
+
+    def service_type(self, service: str) -> str | None:
+        """Wait for a service, and return its type."""
+        found = self.wait_for(lambda: dict(self.node.get_service_names_and_types()).get(full_name(service)))
+        return found[0] if found else None
+
+
+def full_name(name: str) -> str:
+    """Return a name as the graph has it."""
+    return name if name.startswith("/") else "/" + name
+
+
+def split_name(name: str) -> tuple[str, str]:
+    """Return the name and the namespace of a node's full name."""
+    space, _, base = full_name(name).rpartition("/")
+    return base, space or "/"
+
+
+def is_hidden(name: str) -> bool:
+    """Say whether some part of the name begins with an underscore."""
+    return any(part.startswith("_") for part in name.split("/"))
+
+
+@contextlib.contextmanager
+def graph(rest_s: float | None = None, **options: Any) -> Iterator[Graph]:
+    """Yield a graph, with a hidden node of our own in it."""
+    import rclpy
+    from rclpy.signals import SignalHandlerOptions
+    from rclpy.utilities import try_shutdown
+
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C ends the command, by Python's own rule
+    try:
+        # Nobody asks this node for parameters: without their services it starts faster and clutters nothing.
+        with quick_discovery():
+            node = rclpy.create_node(f"_ros2cli_{os.getpid()}", start_parameter_services=False, **options)
+        try:
+            yield Graph(node, rest_s)
+        finally:
+            node.destroy_node()
+    finally:
+        try_shutdown()
+
+
+def spin(node: Any, until: Callable[[], bool], timeout_s: float | None = None) -> bool:
+    """Let the node work until something holds; return whether it does."""
+    import rclpy
+
+    limit = None if timeout_s is None else time.monotonic() + timeout_s
+    executor = rclpy.executors.SingleThreadedExecutor()
+    executor.add_node(node)
+    try:
+        while not until():
+            if limit is not None and time.monotonic() > limit:
+                return False
+            executor.spin_once(timeout_sec=0.1)
+        return True
+    finally:
+        executor.remove_node(node)
+        executor.shutdown()
+
+
+def add_graph_arguments(parser: Any) -> None:
+    """Declare what the real commands take for their daemon; without one it is accepted and has no effect."""
+    parser.add_argument("--spin-time", type=float, metavar="SPIN_TIME", help="Seconds to wait for discovery, exactly")
+    parser.add_argument("-s", "--use-sim-time", action="store_true", help="Enable ROS simulation time")
+    parser.add_argument("--no-daemon", action="store_true", help="Do not spawn nor use an already running daemon")

@@ -1,0 +1,190 @@
+"""Messages as dictionaries, as YAML and as CSV, and back."""
+
+from __future__ import annotations
+
+import array
+import importlib
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from .answers import Refusal
+
+FULL = 128  # entries of a sequence, or letters of a text, that are shown unless everything is asked for
+
+
+def load(name: str, kind: str) -> Any:
+    """Return the class of an interface such as `std_msgs/msg/String`; the middle word may be left out."""
+    parts = name.split("/")
+    if len(parts) == 2:
+        parts.insert(1, kind)
+    if len(parts) != 3 or not all(parts) or parts[1] != kind:
+        raise Refusal(
+            f"The passed {'message' if kind == 'msg' else {'srv': 'service'}.get(kind, kind)} type is invalid"
+        )
+    try:
+        return getattr(importlib.import_module(f"{parts[0]}.{kind}"), parts[2])
+    except (ImportError, AttributeError) as error:
+        what = {"msg": "message", "srv": "service"}.get(kind, kind)
+        raise Refusal(f"The passed {what} type is invalid{_hint(parts, error)}") from error
+
+
+def _hint(parts: list[str], error: Exception) -> str:
+    from difflib import get_close_matches
+
+    if isinstance(error, AttributeError):
+        names = [n for n in dir(importlib.import_module(f"{parts[0]}.{parts[1]}")) if n[0].isupper()]
+        near = get_close_matches(parts[2], names, 1)
+        return f": {parts[0]} has no {parts[2]}" + (f"; did you mean {parts[0]}/{parts[1]}/{near[0]}?" if near else "")
+    return f": {error}"
+
+
+def to_plain(value: Any, limits: Limits | None = None) -> Any:
+    """Return a message, or a value in one, as dictionaries, lists and scalars."""
+    limits = limits or Limits()
+    if hasattr(value, "get_fields_and_field_types"):
+        return {name: to_plain(getattr(value, name), limits) for name in value.get_fields_and_field_types()}
+    if isinstance(value, str):
+        return limits.text(value)
+    if isinstance(value, bytes):
+        return limits.sequence(list(value)) if len(value) > 1 else (value[0] if value else 0)
+    if isinstance(value, array.array) or type(value).__name__ == "ndarray":
+        return limits.sequence(value.tolist())
+    if isinstance(value, Sequence):
+        return limits.sequence([to_plain(one, limits) for one in value[: limits.needed()]], len(value))
+    return value
+
+
+class Limits:
+    """How much of long texts and sequences is shown."""
+
+    def __init__(self, length: int | None = None, arrays: bool = True, strings: bool = True) -> None:
+        self.length, self.arrays, self.strings = length, arrays, strings
+
+    def needed(self) -> int | None:
+        """Return how many entries are looked at."""
+        return None if self.length is None else self.length + 1
+
+    def text(self, value: str) -> str:
+        """Return a text as it is shown."""
+        if not self.strings:
+            return f"<string length: <{len(value)}>>"
+        return value if self.length is None or len(value) <= self.length else value[: self.length] + "..."
+
+    def sequence(self, value: list[Any], count: int | None = None) -> Any:
+        """Return a sequence as it is shown."""
+        count = len(value) if count is None else count
+        if not self.arrays:
+            return f"<sequence type, length: {count}>"
+        return value if self.length is None or count <= self.length else [*value[: self.length], "..."]
+
+
+def to_yaml(value: Any, limits: Limits | None = None, flow: bool = False) -> str:
+    """Return a message as YAML, its fields in the order of the definition."""
+    import yaml
+
+    plain = to_plain(value, limits)
+    if isinstance(plain, Mapping) and not plain:
+        return "{}\n"
+    text = yaml.safe_dump(plain, sort_keys=False, allow_unicode=True, width=10**9, default_flow_style=flow)
+    return text.removesuffix("...\n")
+
+
+def to_csv(value: Any, limits: Limits | None = None) -> str:
+    """Return a message as one line of comma-separated values."""
+    return ",".join(_leaves(to_plain(value, limits)))
+
+
+def _leaves(value: Any) -> Iterator[str]:
+    if isinstance(value, Mapping):
+        for one in value.values():
+            yield from _leaves(one)
+    elif isinstance(value, list):
+        for one in value:
+            yield from _leaves(one)
+    else:
+        yield str(value)
+
+
+def from_yaml(text: str) -> Any:
+    """Return what a command-line argument holds; nothing means no fields."""
+    import yaml
+
+    try:
+        found = yaml.safe_load(text) if text else {}
+    except yaml.YAMLError as error:
+        raise Refusal(f"The values are not valid YAML: {error}\nTry '{{field: value}}', in quotes.") from error
+    if found is None:
+        return {}
+    if not isinstance(found, dict):
+        raise Refusal("The passed value needs to be a dictionary in YAML format")
+    return found
+
+
+def fill(message: Any, values: Mapping[str, Any], now: Any = None) -> None:
+    """Put values into a message; `auto` for a header and `now` for a time stand for the present."""
+    for name, value in values.items():
+        try:
+            current = getattr(message, name)
+            setattr(message, name, _converted(message, name, current, value, now))
+        except Refusal:
+            raise
+        except (AttributeError, TypeError, ValueError, AssertionError) as error:
+            raise Refusal(f"Failed to populate field: {error}") from error
+
+
+def _converted(message: Any, name: str, current: Any, value: Any, now: Any) -> Any:
+    kind = message.get_fields_and_field_types()[name]
+    if hasattr(current, "get_fields_and_field_types"):
+        if value == "now" and kind == "builtin_interfaces/Time" and now is not None:
+            return now
+        if value == "auto" and kind == "std_msgs/Header" and now is not None:
+            current.stamp = now
+            return current
+        if not isinstance(value, Mapping):
+            raise TypeError(f"{name} is a {kind}, so its value is a dictionary, not {value!r}")
+        fill(current, value, now)
+        return current
+    if isinstance(current, str):
+        return str(value)
+    if isinstance(current, bytes):
+        return bytes(value) if isinstance(value, list) else bytes([int(value)])
+    if isinstance(current, array.array | list | tuple) or type(current).__name__ == "ndarray":
+        return _sequence(kind, current, value, now)
+    return value if isinstance(current, bool) and isinstance(value, bool) else type(current)(value)
+
+
+def _sequence(kind: str, current: Any, value: Any, now: Any) -> Any:
+    if not isinstance(value, list):
+        raise TypeError(f"expected a list for {kind}, got {value!r}")
+    element = kind.removeprefix("sequence<").split("[")[0].split(",")[0].rstrip(">")
+    if "/" in element:
+        package, _, base = element.partition("/")
+        made = []
+        for one in value:
+            item = load(f"{package}/msg/{base}", "msg")()
+            fill(item, one, now)
+            made.append(item)
+        return made
+    if element in ("float", "double"):
+        value = [float(one) for one in value]
+    elif element.startswith(("string", "wstring")):
+        value = [str(one) for one in value]
+    elif element == "octet":
+        value = [one if isinstance(one, bytes) else bytes([one]) for one in value]
+    if type(current).__name__ == "ndarray":
+        import numpy as np
+
+        return np.array(value, dtype=current.dtype)
+    return array.array(current.typecode, value) if isinstance(current, array.array) else value
+
+
+def field(message: Any, path: str) -> Any:
+    """Return a part of a message, such as `linear.x` or `ranges[0]`."""
+    import re
+
+    for name, index in re.findall(r"([^.\[\]]+)|\[(-?\d+)\]", path):
+        try:
+            message = getattr(message, name) if name else message[int(index)]
+        except (AttributeError, IndexError, TypeError) as error:
+            raise Refusal(f"Invalid field '{path}': {error}") from error
+    return message

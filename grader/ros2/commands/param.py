@@ -1,0 +1,292 @@
+"""`ros2 param`: look at the parameters of running nodes, and change them."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from .answers import Refusal
+from .graph import Graph, add_graph_arguments, full_name, graph, spin
+from .node import node_argument
+
+# By the numbers of rcl_interfaces/msg/ParameterType.
+TYPES = (
+    *("not set", "boolean", "integer", "double", "string"),
+    *("byte array", "boolean array", "integer array", "double array", "string array"),
+)
+FIELDS = (
+    *("", "bool_value", "integer_value", "double_value", "string_value"),
+    *("byte_array_value", "bool_array_value", "integer_array_value", "double_array_value", "string_array_value"),
+)
+TITLES = (
+    *("", "Boolean value is:", "Integer value is:", "Double value is:", "String value is:"),
+    *("Byte values are:", "Boolean values are:", "Integer values are:", "Double values are:", "String values are:"),
+)
+ANSWER_S = 5.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the words and flags."""
+    verbs = parser.add_subparsers(title="Commands", metavar="Call `ros2 param <command> -h` for more detailed usage.")
+
+    def verb(name: str, text: str, run: Any, node: bool = True) -> argparse.ArgumentParser:
+        made: argparse.ArgumentParser = verbs.add_parser(name, help=text)
+        add_graph_arguments(made)
+        if node:
+            node_argument(made)
+            made.add_argument("--include-hidden-nodes", action="store_true", help="Consider hidden nodes as well")
+        made.set_defaults(run=run)
+        return made
+
+    listing = verb("list", "Output a list of available parameters", show_list, node=False)
+    node_argument(listing, nargs="?")
+    listing.add_argument("--include-hidden-nodes", action="store_true", help="Consider hidden nodes as well")
+    listing.add_argument("--param-prefixes", nargs="+", default=[], help="Only list parameters with these prefixes")
+    listing.add_argument("--param-type", action="store_true", help="Print parameter types with parameter names")
+    listing.add_argument("--filter", help="Only list parameters which match a regular expression")
+    get = verb("get", "Get parameter", show_get)
+    parameter_argument(get)
+    get.add_argument("--hide-type", action="store_true", help="Hide the type information")
+    set_ = verb("set", "Set parameter", run_set)
+    parameter_argument(set_)
+    set_.add_argument("value", nargs="+", help="Value of the parameter")
+    delete = verb("delete", "Delete parameter", run_delete)
+    parameter_argument(delete)
+    describe = verb("describe", "Show descriptive information about declared parameters", show_describe)
+    parameter_argument(describe, name="parameter_names", nargs="+")
+    dump = verb("dump", "Show all of the parameters of a node in a YAML file format", show_dump)
+    dump.add_argument("--output-dir", type=Path, help=argparse.SUPPRESS)
+    dump.add_argument("--print", action="store_true", help=argparse.SUPPRESS)
+    load = verb("load", "Load parameter file for a node", run_load)
+    load.add_argument("parameter_file", type=Path, help="Parameter file")
+    load.add_argument("--no-use-wildcard", action="store_true", help="Do not load parameters in the '/**' namespace")
+
+
+def parameter_argument(parser: argparse.ArgumentParser, name: str = "parameter_name", **rest: Any) -> None:
+    """Declare the name of a parameter, which the shell completes."""
+    argument = parser.add_argument(name, help="Name of the parameter", **rest)
+    argument.completer = complete  # type: ignore[attr-defined]  # read by argcomplete
+
+
+def complete(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:
+    """Return the node's parameters that begin so."""
+    with graph() as seen:
+        return [name for name in Parameters(seen, parsed_args.node_name).names() if name.startswith(prefix)]
+
+
+class Parameters:
+    """The parameters of one running node."""
+
+    def __init__(self, seen: Graph, node: str) -> None:
+        from rclpy.parameter_client import AsyncParameterClient
+
+        self.node, self.name, self.seen = seen.node, full_name(node), seen
+        if not seen.has_node(node):
+            raise Refusal("Node not found")
+        self.client = AsyncParameterClient(seen.node, self.name)
+        if not self.client.wait_for_services(timeout_sec=ANSWER_S):
+            raise Refusal(f"Wait for service timed out: {self.name} offers no parameter services")
+
+    def answer(self, future: Any) -> Any:
+        """Return the answer to a call."""
+        if not spin(self.node, future.done, ANSWER_S):
+            raise Refusal(f"{self.name} does not answer: a callback of the node may be blocking")
+        if future.exception() is not None:
+            raise Refusal(f"Exception while calling service of node '{self.name}': {future.exception()}")
+        return future.result()
+
+    def names(self, prefixes: list[str] | None = None) -> list[str]:
+        """Return the names."""
+        return sorted(self.answer(self.client.list_parameters(prefixes or [], 0)).result.names)
+
+    def values(self, names: list[str]) -> list[Any]:
+        """Return the values, as messages."""
+        return list(self.answer(self.client.get_parameters(names)).values)
+
+    def set(self, values: dict[str, Any]) -> list[Any]:
+        """Set values one by one, and return how each went."""
+        from rcl_interfaces.msg import Parameter
+        from rclpy.parameter import get_parameter_value
+
+        wanted = []
+        for name, value in values.items():
+            text = value if isinstance(value, str) else yaml.safe_dump(value, default_flow_style=True).split("\n...")[0]
+            made = Parameter(name=name, value=get_parameter_value(text.strip()))
+            if isinstance(value, str):
+                made.value = get_parameter_value("''")
+                made.value.string_value = value
+            wanted.append(made)
+        return list(self.answer(self.client.set_parameters(wanted)).results)
+
+
+def plain(value: Any) -> Any:
+    """Return a parameter's value."""
+    if value.type == 0:
+        return None
+    found = getattr(value, FIELDS[value.type])
+    if value.type == 5:
+        return [int.from_bytes(one, "little") for one in found]
+    return found if value.type <= 4 else list(found)
+
+
+def shown(value: Any) -> str:
+    """Return a parameter's value as `ros2 param get` prints it: lists as the message has them."""
+    return str(getattr(value, FIELDS[value.type])) if value.type else "None"
+
+
+def show_list(args: argparse.Namespace) -> int:
+    """Print the names of one node's parameters, or of all nodes'."""
+    import re
+
+    with graph(args.spin_time) as seen:
+        if args.node_name:
+            nodes = [full_name(args.node_name)]
+        else:
+            seen.settle()
+            nodes = [
+                node
+                for node in seen.nodes(args.include_hidden_nodes)
+                if f"{node}/list_parameters" in dict(seen.services(hidden=True))
+            ]
+        for node in nodes:
+            parameters = Parameters(seen, node)
+            if not args.node_name:
+                print(f"{node}:")
+            names = parameters.names(args.param_prefixes)
+            if args.filter:
+                names = [name for name in names if re.search(args.filter, name)]
+            kinds = {}
+            if args.param_type and names:
+                answer = parameters.answer(parameters.client.get_parameter_types(names))
+                kinds = {name: f" (type: {TYPES[kind]})" for name, kind in zip(names, answer.types, strict=True)}
+            for name in names:
+                print(f"  {name}{kinds.get(name, '')}")
+    return 0
+
+
+def show_get(args: argparse.Namespace) -> int:
+    """Print a value with its type."""
+    with graph(args.spin_time) as seen:
+        values = Parameters(seen, args.node_name).values([args.parameter_name])
+    if not values or values[0].type == 0:
+        raise Refusal("Parameter not set")
+    title = "" if args.hide_type else TITLES[values[0].type] + " "
+    print(f"{title}{shown(values[0])}")
+    return 0
+
+
+def run_set(args: argparse.Namespace) -> int:
+    """Set a value; a refusal is told and, as with the real command, no error."""
+    from rclpy.parameter import get_parameter_value
+
+    text = " ".join(args.value)
+    with graph(args.spin_time) as seen:
+        parameters = Parameters(seen, args.node_name)
+        from rcl_interfaces.msg import Parameter
+
+        wanted = Parameter(name=args.parameter_name, value=get_parameter_value(text))
+        (result,) = parameters.answer(parameters.client.set_parameters([wanted])).results
+    if result.successful:
+        print("Set parameter successful" + (f": {result.reason}" if result.reason else ""))
+    else:
+        print("Setting parameter failed" + (f": {result.reason}" if result.reason else ""))
+    return 0
+
+
+def run_delete(args: argparse.Namespace) -> int:
+    """Take a value away."""
+    with graph(args.spin_time) as seen:
+        parameters = Parameters(seen, args.node_name)
+        (result,) = parameters.answer(parameters.client.delete_parameters([args.parameter_name])).results
+    if not result.successful:
+        raise Refusal("Deleting parameter failed" + (f": {result.reason}" if result.reason else ""))
+    print("Deleted parameter successfully")
+    return 0
+
+
+def show_describe(args: argparse.Namespace) -> int:
+    """Print what is known of parameters."""
+    with graph(args.spin_time) as seen:
+        parameters = Parameters(seen, args.node_name)
+        found = parameters.answer(parameters.client.describe_parameters(args.parameter_names)).descriptors
+    for one in found:
+        print(f"Parameter name: {one.name}")
+        print(f"  Type: {TYPES[one.type]}")
+        if one.description:
+            print(f"  Description: {one.description}")
+        print("  Constraints:")
+        if one.read_only:
+            print("    Read only: true")
+        for bounds in (*one.floating_point_range, *one.integer_range):
+            print(f"    Min value: {bounds.from_value}\n    Max value: {bounds.to_value}\n    Step: {bounds.step}")
+        if one.additional_constraints:
+            print(f"    Additional constraints: {one.additional_constraints}")
+    return 0
+
+
+def show_dump(args: argparse.Namespace) -> int:
+    """Print all values, as a parameter file."""
+    with graph(args.spin_time) as seen:
+        parameters = Parameters(seen, args.node_name)
+        names = parameters.names()
+        values = dict(zip(names, map(plain, parameters.values(names)), strict=True)) if names else {}
+    nested: dict[str, Any] = {}
+    for name, value in values.items():
+        *above, last = name.split(".")
+        inner = nested
+        for part in above:
+            inner = inner.setdefault(part, {})
+        inner[last] = value
+    document = {full_name(args.node_name): {"ros__parameters": nested}}
+    text = yaml.safe_dump(document, default_flow_style=False, allow_unicode=True)
+    if args.output_dir is not None:
+        path = args.output_dir / (full_name(args.node_name).strip("/").replace("/", "__") + ".yaml")
+        path.write_text(text)
+        print(f"Saving to:  {path}")
+    else:
+        print(text)
+    return 0
+
+
+def run_load(args: argparse.Namespace) -> int:
+    """Set the values that a parameter file has for a node."""
+    try:
+        document = yaml.safe_load(args.parameter_file.read_text())
+    except (OSError, yaml.YAMLError) as error:
+        raise Refusal(f"Cannot read {args.parameter_file}: {error}") from error
+    node = full_name(args.node_name)
+    values = _for_node(document, node, wildcard=not args.no_use_wildcard)
+    if not values:
+        raise Refusal(f"Param file does not contain any parameters for {node}, check the file")
+    with graph(args.spin_time) as seen:
+        parameters = Parameters(seen, node)
+        for (name, _), result in zip(values.items(), parameters.set(values), strict=True):
+            reason = f": {result.reason}" if result.reason else ""
+            print(f"Set parameter {name} {'successful' if result.successful else 'failed'}{reason}")
+    return 0
+
+
+def _for_node(document: Any, node: str, wildcard: bool) -> dict[str, Any]:
+    import re
+
+    found: dict[str, Any] = {}
+    for key, body in (document or {}).items():
+        if not isinstance(body, dict) or "ros__parameters" not in body:
+            continue
+        if "*" in key and not wildcard:
+            continue
+        # "**" stands for any namespaces, "*" for one.
+        pattern = re.escape(full_name(key)).replace(r"/\*\*", "(/.*)?").replace(r"\*", "[^/]*")
+        if re.fullmatch(pattern, node):
+            found.update(_flat(body["ros__parameters"] or {}))
+    return found
+
+
+def _flat(values: dict[str, Any], above: str = "") -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, value in values.items():
+        found.update(_flat(value, f"{above}{name}.") if isinstance(value, dict) else {f"{above}{name}": value})
+    return found

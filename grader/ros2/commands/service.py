@@ -1,0 +1,126 @@
+"""`ros2 service`: what services there are, and calling one."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from typing import Any
+
+from . import messages
+from .answers import Refusal
+from .graph import add_graph_arguments, full_name, graph, spin
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the words and flags."""
+    parser.add_argument("--include-hidden-services", action="store_true", help="Consider hidden services as well")
+    verbs = parser.add_subparsers(title="Commands", metavar="Call `ros2 service <command> -h` for more detailed usage.")
+    listing = verbs.add_parser("list", help="Output a list of available services")
+    add_graph_arguments(listing)
+    listing.add_argument("-t", "--show-types", action="store_true", help="Additionally show the service type")
+    listing.add_argument("-c", "--count-services", action="store_true", help="Only display the number of services")
+    listing.add_argument("--include-hidden-services", action="store_true", default=argparse.SUPPRESS)
+    listing.set_defaults(run=show_list)
+    kind = verbs.add_parser("type", help="Output a service's type")
+    add_graph_arguments(kind)
+    service_argument(kind)
+    kind.set_defaults(run=show_type)
+    find = verbs.add_parser("find", help="Output a list of available services of a given type")
+    add_graph_arguments(find)
+    find.add_argument("service_type", help="Name of the ROS service type to filter for (e.g. 'std_srvs/srv/Trigger')")
+    find.add_argument("-c", "--count-services", action="store_true", help="Only display the number of services")
+    find.add_argument("--include-hidden-services", action="store_true", default=argparse.SUPPRESS)
+    find.set_defaults(run=show_found)
+    call = verbs.add_parser("call", help="Call a service")
+    service_argument(call)
+    given = call.add_argument("service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
+    given.completer = complete_types  # type: ignore[attr-defined]  # read by argcomplete
+    call.add_argument("values", nargs="?", default="{}", help="Values to fill the service request with in YAML format")
+    call.add_argument("-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz")
+    call.set_defaults(run=run_call)
+
+
+def service_argument(parser: argparse.ArgumentParser) -> None:
+    """Declare the name of a service, which the shell completes."""
+    argument = parser.add_argument("service_name", help="Name of the ROS service (e.g. '/add_two_ints')")
+    argument.completer = complete  # type: ignore[attr-defined]  # read by argcomplete
+
+
+def complete(prefix: str, **_: Any) -> list[str]:
+    """Return the services that begin so."""
+    with graph() as seen:
+        seen.settle()
+        return [name for name, _types in seen.services() if name.startswith(prefix)]
+
+
+def complete_types(prefix: str, **_: Any) -> list[str]:
+    """Return the service types that begin so."""
+    from .interface import every
+
+    return [name for name in every("srv") if name.startswith(prefix)]
+
+
+def show_list(args: argparse.Namespace) -> int:
+    """Print the services."""
+    with graph(args.spin_time) as seen:
+        seen.settle()
+        services = seen.services(args.include_hidden_services)
+    if args.count_services:
+        print(len(services))
+        return 0
+    for name, types in services:
+        print(f"{name} [{', '.join(types)}]" if args.show_types else name)
+    return 0
+
+
+def show_type(args: argparse.Namespace) -> int:
+    """Print the types of a service."""
+    with graph(args.spin_time) as seen:
+        found = seen.service_type(args.service_name)
+    if found is None:
+        return 1
+    print(found)
+    return 0
+
+
+def show_found(args: argparse.Namespace) -> int:
+    """Print the services of a type."""
+    with graph(args.spin_time) as seen:
+        seen.settle()
+        found = [name for name, types in seen.services(args.include_hidden_services) if args.service_type in types]
+    print(len(found) if args.count_services else "\n".join(found))
+    return 0
+
+
+def run_call(args: argparse.Namespace) -> int:
+    """Call a service and print the answer; a service that is not there is waited for, as the real command does."""
+    kind = messages.load(args.service_type, "srv")
+    values = messages.from_yaml(args.values)
+    if args.rate is not None and not args.rate > 0:
+        raise Refusal("rate must be greater than zero")
+    with graph() as seen:
+        client = seen.node.create_client(kind, args.service_name)
+        request = kind.Request()
+        messages.fill(request, values, seen.node.get_clock().now().to_msg())
+        if not client.wait_for_service(0.2):
+            print("waiting for service to become available...", flush=True)
+            _remark_on_type(seen, args)
+            client.wait_for_service()
+        while True:
+            print(f"requester: making request: {request!r}\n", flush=True)
+            begin = time.monotonic()
+            future = client.call_async(request)
+            spin(seen.node, future.done)
+            if future.exception() is not None:
+                raise Refusal(f"Exception while calling service: {future.exception()!r}")
+            print(f"response:\n{future.result()!r}\n", flush=True)
+            if args.rate is None:
+                return 0
+            time.sleep(max(0.0, begin + 1 / args.rate - time.monotonic()))
+
+
+def _remark_on_type(seen: Any, args: argparse.Namespace) -> None:
+    types = dict(seen.node.get_service_names_and_types()).get(full_name(args.service_name))
+    if types and args.service_type not in types:
+        print(f"WARNING: {args.service_name} is of type {', '.join(types)}, not {args.service_type}", file=sys.stderr)
