@@ -35,7 +35,7 @@ from sim.simulator import Simulator
 T = TypeVar("T")
 
 _ANSWER_WITHIN_S = 2.0  # simulated, for a service or a goal's acceptance
-_ANSWER_WALL_S = 1.0  # the clock stands still so long for an answer before time goes on
+_ANSWER_WALL_S = 3.0  # the clock stands still so long for an answer before time goes on
 TOPICS: dict[str, tuple[Any, int]] = {
     "sensor_fusion_data": (SensorFusionData, 10),
     "obstacle_distance": (Float32, 10),
@@ -213,7 +213,7 @@ class Stage:
 
     def set_parameter(self, name: str, value: object) -> evidence.ParameterAnswer:
         """Set a parameter of the running node and put on record what became of it."""
-        future = self._parameter_clients[self.plan.node].set_parameters([Parameter(name, value=value)])
+        future = self._parameters_of(self.plan.node).set_parameters([Parameter(name, value=value)])
         self._await(future.done)
         if not future.done() or future.result() is None:
             return self._note_parameter(name, value, None, f"no answer within {_ANSWER_WITHIN_S:g} s", self.plan.node)
@@ -384,10 +384,16 @@ class Stage:
             percent = {"percentage": float(reading.percentage)}
             self.published.append(evidence.Message(reading.stamp, "battery/state", percent))
 
+    def _parameters_of(self, node: str) -> AsyncParameterClient:
+        """Return the client for a node's parameters. A question asked before its services are found would be lost."""
+        client = self._parameter_clients[node]
+        self.bridge.spin_until(client.services_are_ready, _ANSWER_WALL_S)
+        return client
+
     def _note_parameter(
         self, name: str, wanted: object, accepted: bool | None, reason: str, node: str
     ) -> evidence.ParameterAnswer:
-        future = self._parameter_clients[node].get_parameters([name])
+        future = self._parameters_of(node).get_parameters([name])
         self._await(future.done)
         value = None
         if future.done() and future.result() is not None and future.result().values:

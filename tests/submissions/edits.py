@@ -420,13 +420,6 @@ _EDITS = (
         ("launch/sensor_processor_launch.py", "            {'use_sim_time': LaunchConfiguration('use_sim_time')},\n", ""),
         says=("left sensor_processor with use_sim_time = False",),
     ),
-    _edit(
-        "names_that_cannot_be_remapped",
-        "I5",
-        "The scan is subscribed by an absolute name; from there on nobody can remap it.",
-        (_CONTROLLER, "LaserScan, 'scan',", "LaserScan, '/scan',"),
-        says=("scan remapped to front/scan",),
-    ),
     # -- I6, I7, I8 -----------------------------------------------------------------------------------------------
     _edit(
         "checks_after_declaring",
