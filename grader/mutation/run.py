@@ -29,7 +29,9 @@ ROUND = 10
 DECOY_SHARE = 0.2
 DECOYS_AT_LEAST = 6
 _TRIED_AT_MOST = 60
-_HARD_LIMIT = 6.0  # of the budget, in wall time: what a busy machine may take for the work of a quiet one
+_LONGEST = 60.0  # seconds for the tests of one module on one fault
+# What a busy machine may take, by the clock, for the work of a quiet one: times the budget, and seconds at least.
+_HARD_LIMIT, _HARD_LIMIT_AT_LEAST = 6.0, 60.0
 
 
 def mutate(
@@ -71,7 +73,13 @@ def mutate(
         for change in chosen:
             found.outcomes[change] = _fault(change, "not tried")
         with benches(package, install, min(workers, len(reached)), seconds=_HARD_LIMIT * seconds + 600.0) as crew:
-            _rounds(found, chosen, _Crew(crew), seconds, progress)
+            _rounds(
+                found,
+                chosen,
+                _Crew(crew, until=started + max(_HARD_LIMIT * seconds, _HARD_LIMIT_AT_LEAST)),
+                seconds,
+                progress,
+            )
     else:
         for change in chosen:
             found.outcomes[change] = _fault(change, "unreached")
@@ -129,12 +137,14 @@ class _Result:
     ran: int
     seconds: float
     failed: tuple[str, ...]
+    tried: bool = True
 
 
 class _Crew:
     """The benches, and the work that they do at the same time."""
 
-    def __init__(self, crew: Sequence[Bench]) -> None:
+    def __init__(self, crew: Sequence[Bench], until: float) -> None:
+        self._until = until
         self._idle: SimpleQueue[Bench] = SimpleQueue()
         for bench in crew:
             self._idle.put(bench)
@@ -148,6 +158,8 @@ class _Crew:
         return list(self._pool.map(lambda job: self._one(found, job), jobs))
 
     def _one(self, found: _Findings, job: _Job) -> _Result:
+        if time.monotonic() > self._until:
+            return _Result(job, "", "", late=False, ran=0, seconds=0.0, failed=(), tried=False)
         bench = self._idle.get()
         try:
             result = _try(bench, found, job)
@@ -165,7 +177,6 @@ def _rounds(
 
     Faults that no test reaches cost nothing, yet they keep their places: a budget that runs out cuts off both kinds.
     """
-    started = time.monotonic()
     waiting = list(chosen)
     noticed: list[tuple[Change, _Result]] = []
     tried = 0
@@ -179,7 +190,7 @@ def _rounds(
         # Decoys first: what they say of a test decides whether what it noticed in this round counts.
         results = sorted(crew.run(found, jobs), key=lambda result: result.job.twin is None)
         again: list[Change] = []
-        for result in results:
+        for result in (result for result in results if result.tried):
             if result.job.twin is not None:
                 again += [] if found.convicted else _note_decoy(found, crew, result)
             elif _is_stale(found, result.job):
@@ -196,7 +207,7 @@ def _rounds(
         progress(f"faults: {min(tried, len(chosen))} of {len(chosen)} tried, {_noticed(found)} noticed")
         # Another round costs about as much as this one.
         needed = crew.spent + (crew.spent - before)
-        if needed > seconds * crew.workers or time.monotonic() - started > _HARD_LIMIT * seconds:
+        if needed > seconds * crew.workers or not all(result.tried for result in results):
             waiting = []
 
 
@@ -333,13 +344,16 @@ def _try(bench: Bench, found: _Findings, job: _Job) -> _Result:
     seconds, count = 0.0, 0
     for selection in job.selections:
         known = found.reach[selection.module].seconds
-        limits = {name: job.patience * (2.0 + 8 * known.get(name, 0.0)) for name in selection.tests}
+        limits = {name: job.patience * min(2.0 + 8 * known.get(name, 0.0), _LONGEST) for name in selection.tests}
         ran = bench.run(
             Request(
                 selection.module, files=files, select=selection.tests, first_failure=True, limits=limits,
-                limit=10.0 * job.patience, total=job.patience * (20.0 + 8 * sum(known.values())),
+                limit=10.0 * job.patience, total=job.patience * min(20.0 + 8 * sum(known.values()), _LONGEST),
             )
         )  # fmt: skip
+        if not bench.alive:
+            # A test that puts an end to the process which runs it has reported nothing.
+            return _Result(job, "", "", late=False, ran=count, seconds=seconds, failed=())
         seconds += ran.quiet_seconds
         count += len(ran.tests)
         by = _witness(ran, selection)

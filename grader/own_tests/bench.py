@@ -25,9 +25,11 @@ PACKAGE = Path("/ws/package")
 MODULES = build.INSTALL / toolchain.SITE_IN_PREFIX / build.PACKAGE
 GENERATED = ("msg", "srv", "action")
 _OUT_CAP = 5_000_000
+_REACH_CAP = 30_000_000  # a thousand tests that each reach a thousand lines
 _TAIL = 2000
 _POLL_S = 0.01
 _START_SECONDS = 60.0
+_BUSY_FACTOR = 10.0  # how much longer than its limits, which leave waiting for a core out, a run may take by the clock
 _HERE = Path(__file__).parent
 _ENVIRONMENT = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONNOUSERSITE": "1", "ROS_DOMAIN_ID": "7"}
 
@@ -111,12 +113,14 @@ class Bench:
         number = self.count[0]
         self.count[0] += 1
         self._hand_in(number, request)
+        began = time.monotonic()
         done = self.out / f"{number}.done"
-        # The worker keeps the time itself; this is for a worker that the submission has killed.
-        deadline = time.monotonic() + request.total + _START_SECONDS
-        while not done.exists() and self.process.exit_code() is None and time.monotonic() < deadline:
+        # The worker keeps the time itself; this is for a worker that the submission has stopped or killed.
+        while not done.exists() and self.alive:
+            if time.monotonic() - began > _BUSY_FACTOR * request.total + _START_SECONDS:
+                self.process.kill()
             time.sleep(_POLL_S)
-        ran = _read_run(self.out, number)
+        ran = _read_run(self.out, number, time.monotonic() - began)
         for leftover in self.out.glob(f"{number}.*"):
             with contextlib.suppress(OSError):
                 leftover.unlink()
@@ -124,7 +128,7 @@ class Bench:
 
     @property
     def alive(self) -> bool:
-        """Return whether the worker still runs."""
+        """Return whether the worker still runs. A submission can kill it, and then has nothing more to report."""
         return self.process.exit_code() is None
 
     def _hand_in(self, number: int, request: Request) -> None:
@@ -140,8 +144,11 @@ class Bench:
         deadline = time.monotonic() + _START_SECONDS
         while not taken.exists() and self.alive and time.monotonic() < deadline:
             time.sleep(_POLL_S)
-        if number == 0 and not taken.exists():
-            raise GraderError(f"The process that runs the package's own tests did not start:\n{self.process.output}")
+        if not taken.exists():
+            if number == 0:
+                output = self.process.output
+                raise GraderError(f"The process that runs the package's own tests did not start:\n{output}")
+            self.process.kill()
         path.unlink()
 
 
@@ -214,14 +221,14 @@ def places(package: Path, install: Path, name: str, text: str) -> list[str]:
     return found
 
 
-def read(path: Path) -> str | None:
+def read(path: Path, cap: int = _OUT_CAP) -> str | None:
     """Return the text of a file that a submission may have made, None if there is none or it is too long."""
     try:
         descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
         with os.fdopen(descriptor, "rb") as stream:
-            if not path.is_file() or os.fstat(descriptor).st_size > _OUT_CAP:
+            if not path.is_file() or os.fstat(descriptor).st_size > cap:
                 return None
-            return stream.read(_OUT_CAP).decode("utf-8", "surrogateescape")
+            return stream.read(cap).decode("utf-8", "surrogateescape")
     except OSError:
         return None
 
@@ -234,7 +241,7 @@ def _not_source(_folder: str, names: list[str]) -> list[str]:
     return [name for name in names if name in ("__pycache__", ".pytest_cache", ".git") or name.endswith(".pyc")]
 
 
-def _read_run(out: Path, number: int) -> Ran:
+def _read_run(out: Path, number: int, seconds: float) -> Ran:
     ended = _entry(read(out / f"{number}.done") or "")
     entries = [_entry(line) for line in (read(out / f"{number}.report") or "").splitlines()]
     return Ran(
@@ -244,14 +251,14 @@ def _read_run(out: Path, number: int) -> Ran:
         ended=any("ended" in entry for entry in entries) and ended.get("status") == 0,
         status=_int(ended.get("status"), -1),
         late=_text(ended.get("late")),
-        seconds=_number(ended.get("seconds")),
-        quiet_seconds=max(_number(ended.get("seconds")) - _number(ended.get("queued")), 0.0),
+        seconds=seconds,
+        quiet_seconds=max(seconds - _number(ended.get("queued")), 0.0),
         shared=any("shared" in entry for entry in entries),
         refused=tuple(
             sorted({(_text(e["refused"], 80), _text(e.get("where"), 200)) for e in entries if "refused" in e})
         )[:20],
         output_tail=(read(out / f"{number}.log") or "")[-_TAIL:].encode("utf-8", "replace").decode(),
-        reach=_reach(read(out / f"{number}.reach")),
+        reach=_reach(read(out / f"{number}.reach", _REACH_CAP)),
     )
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from grader import build, sandbox, toolchain
 from grader.evidence import FileCoverage, Flag, OwnTests, TestModule
 from grader.own_tests import canary
-from grader.own_tests.bench import MODULES, PACKAGE, Bench, Ran, Request, benches, places, read, sources
+from grader.own_tests.bench import PACKAGE, Bench, Ran, Request, Test, benches, places, read, sources
 
 MODULE_SECONDS = 90.0
 _MODULES_AT_MOST = 100
@@ -65,39 +65,46 @@ def run_modules(
     wanted = [m for m in modules if m.tests and not m.stub][:_MODULES_AT_MOST]
     if not wanted:
         return OwnRun(OwnTests(modules=list(modules)))
-    total = 60.0 + 3 * seconds * len(wanted)
-    with benches(package, install, 1, seconds=total) as (bench,):
-        chance = random.Random(f"canaries {seed}")
-        done: dict[str, TestModule] = {}
-        reach: list[Reach] = []
-        doubts: list[str] = []
-        refused: set[tuple[str, str]] = set()
-        runs: dict[str, Ran] = {}
+    chance = random.Random(f"canaries {seed}")
+    doubts: list[str] = []
+    runs: dict[str, Ran] = {}
+    with benches(package, install, 1, seconds=60.0 + 3 * seconds * len(wanted)) as (bench,):
         for module in wanted:
-            bird = canary.canary(module.path, chance)
-            request = Request(
-                module.path, files={str(PACKAGE / bird.path): bird.text}, beside=[bird.path], coverage=True,
-                limit=seconds, total=seconds,
-            )  # fmt: skip
-            ran = bench.run(request)
-            _doubt(doubts, module, canary.judge_canary(ran, bird))
-            ran = replace(
-                ran,
-                tests=tuple(test for test in ran.tests if not test.id.startswith(bird.path)),
-                collected=tuple(name for name in ran.collected if not name.startswith(bird.path)),
-            )
-            runs[module.path] = ran
-            done[module.path] = _results(module, ran)
-            refused |= set(ran.refused)
+            runs[module.path], doubt = _measure(bench, module, chance, seconds)
+            doubts += [f"{module.path}: {doubt}"] if doubt else []
             progress(module.path)
         covered = _coverage(install, bench)
         texts = _probeable(package, install)
         for module in wanted:
-            for problem in _doubts(bench, package, module, runs[module.path], texts, chance, seconds):
-                _doubt(doubts, module, problem)
-            reach.append(_reach(module, runs[module.path]))
-    tests = OwnTests(modules=[done.get(m.path, m) for m in modules], coverage=covered, doubts=doubts)
-    return OwnRun(tests, reach, [*_flags(doubts, refused)])
+            found = _doubts(bench, package, module, runs[module.path], texts, chance, seconds)
+            doubts += [f"{module.path}: {doubt}" for doubt in found]
+    tests = OwnTests(
+        modules=[_results(m, runs[m.path]) if m.path in runs else m for m in modules], coverage=covered, doubts=doubts
+    )
+    refused = {hook for ran in runs.values() for hook in ran.refused}
+    return OwnRun(tests, [_reach(m, runs[m.path]) for m in wanted], _flags(doubts, refused))
+
+
+def _measure(bench: Bench, module: TestModule, chance: random.Random, seconds: float) -> tuple[Ran, str]:
+    """Return how a module ran under coverage, beside a canary, and what its reports make doubtful."""
+    bird = canary.canary(module.path, chance)
+    request = Request(
+        module.path, files={str(PACKAGE / bird.path): bird.text}, beside=[bird.path], coverage=True, limit=seconds,
+        total=seconds,
+    )  # fmt: skip
+    ran = bench.run(request)
+    doubt = canary.judge_canary(ran, bird)
+    others = [name for name in ran.collected if name != ran.late]
+    if ran.late in ran.collected and others:
+        # A test that hangs takes along what was measured of the others: once more, without it.
+        again = bench.run(replace(request, select=others))
+        late = Test(ran.late, "error", "ran out of time", ran.seconds)
+        ran = replace(again, tests=(*again.tests, late), collected=(*again.collected, ran.late), late=ran.late)
+    return replace(
+        ran,
+        tests=tuple(test for test in ran.tests if not test.id.startswith(bird.path)),
+        collected=tuple(name for name in ran.collected if not name.startswith(bird.path)),
+    ), doubt  # fmt: skip
 
 
 def _doubts(
@@ -124,11 +131,6 @@ def _doubts(
     return [problem for problem in found if problem]
 
 
-def _doubt(doubts: list[str], module: TestModule, problem: str) -> None:
-    if problem:
-        doubts.append(f"{module.path}: {problem}")
-
-
 def _flags(doubts: Sequence[str], refused: set[tuple[str, str]]) -> list[Flag]:
     flags = [Flag("test reports", problem, where=problem.partition(":")[0]) for problem in doubts]
     for hook, where in sorted(refused):
@@ -147,16 +149,20 @@ def _results(module: TestModule, ran: Ran) -> TestModule:
         for test in ran.tests
         if test.outcome in ("failed", "error")
     ]
-    missing = 0
+    missing = max(0, (len(ran.collected) or module.tests) - len(ran.tests))
     if ran.late:
-        missing = 1
-        failures.append(f"{ran.late.rpartition('::')[2][:100]}: ran out of time")
+        # Only the one that ran out of time is to blame; those after it could not show what they can.
+        reported = any(test.id == ran.late for test in ran.tests)
+        missing = 0 if reported else 1
+        failures += [] if reported else [f"{ran.late.rpartition('::')[2][:100]}: ran out of time"]
     elif ran.broken:
-        missing = max(1, module.tests - len(ran.tests))
+        missing = max(1, missing)
         failures.append(f"{module.path} could not be read by pytest: {ran.broken}")
     elif not ran.ended:
-        missing = max(1, (len(ran.collected) or module.tests) - len(ran.tests))
+        missing = max(1, missing)
         failures.append(f"{module.path}: the process ended with status {ran.status} before pytest had finished")
+    else:
+        missing = 0
     return replace(
         module, passed=counts["passed"], failed=counts["failed"], errors=counts["error"] + missing,
         skipped=counts["skipped"], timed_out=bool(ran.late), failures=failures[:20], output_tail=ran.output_tail,
@@ -164,7 +170,9 @@ def _results(module: TestModule, ran: Ran) -> TestModule:
 
 
 def _reach(module: TestModule, ran: Ran) -> Reach:
-    seconds = {test.id: test.seconds for test in ran.tests if test.outcome == "passed" and not test.expected}
+    passed = [test for test in ran.tests if test.outcome == "passed" and not test.expected]
+    # No test took longer than all of them together, whatever the report says: limits are made of these.
+    seconds = {test.id: min(test.seconds, ran.seconds) for test in passed}
     return Reach(module.path, seconds, ran.reach, whole=ran.shared)
 
 
@@ -211,6 +219,3 @@ def _file(name: str, summary: dict[str, int], missing: list[int]) -> FileCoverag
         branches_hit=int(summary["covered_branches"]),
         missing=[int(line) for line in missing][:500],
     )
-
-
-__all__ = ["MODULES", "MODULE_SECONDS", "OwnRun", "Reach", "run_modules"]
