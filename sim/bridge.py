@@ -3,14 +3,16 @@
 The simulator owns the time. A tick publishes the sensors and the clock, then goes on as soon as the node has answered,
 so a run takes as long as the node thinks and not as long as the clock says. How an answer is recognised:
 
-1. Every rclpy node has parameter services. Executors serve them last, after subscriptions and timers, so two calls in
-   a row (`_barrier`) come back only when the callbacks of this tick and the timers they made due are done.
+1. Every rclpy node has parameter services. Executors serve them last, after subscriptions and timers, and one call a
+   round. So the second of two calls (`_barrier`) comes back only when the callbacks of this tick and the timers they
+   made due are done.
 2. A node with several threads may answer the calls while a timer's callback still runs elsewhere. The period in which
    it publishes is learnt, and a message that is due is waited for.
 3. /clock is best effort and one deep on the node's side, so it can get lost: it is sent again when no answer comes.
 4. Wall-clock caps keep a dead or blocked node from holding up the run.
 
-A node that goes by wall time publishes while the clock stands still. It is noticed by that and then run in real time.
+A node that goes by wall time publishes while the clock stands still. One that is suspected of it (`suspect`) is run in
+real time for a moment, in short stretches in which the clock stands still, and stays in real time if it is true.
 """
 
 from __future__ import annotations
@@ -26,10 +28,11 @@ from geometry_msgs.msg import Twist as TwistMessage
 from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameterTypes
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
+from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState, Imu, LaserScan
 
@@ -46,9 +49,13 @@ _BLOCKED_CAP_S = 0.1  # the same, once it has missed one
 _DUE_CAP_S = 0.3  # for a message that is due
 _RESENT_AFTER_S = 0.05  # a clock that got lost is sent again after this
 _MISSES_ALLOWED = 3  # messages that were due and did not come before the node counts as irregular
-_SILENT_TICKS = 12  # without any answer since the start, before wall time is suspected
-_HOLD_S = 0.4  # how long the clock stands still to find out
-_STABLE_S = 1.0  # a graph that has not changed for so long has come up
+_SILENT_TICKS = 5  # between two answers, before wall time is suspected: a control loop of 4 Hz
+_SILENCES_ALLOWED = 2  # how often that is looked into
+_PROBE_TICKS = 16  # how long a suspect is watched at most, half of that the second time
+_STRETCH_TICKS = 2  # go by at once, then the clock stands still for as long
+_PROMPT_S = 0.015  # of wall time after a barrier: what comes later was not caused by the tick
+_QUIET_S = 0.5  # a graph that has not changed for so long after the node's first answer has come up
+_STABLE_S = 4.0  # the same for a node that answers nothing: it may be busy in its constructor
 
 
 @dataclass(frozen=True)
@@ -97,6 +104,28 @@ class _Answers:
         self.period, self._gap = None, 0
 
 
+@dataclass
+class _Probe:
+    """Watches whether signs of life come with the ticks, or while the clock stands still."""
+
+    ticks_left: int
+    prompt: int = 0
+    late: int = 0
+    stretch: int = 0
+    asked: bool = False
+    """Whether signs are sure to come by simulated time, so that having none is one of wall time."""
+
+    def verdict(self) -> str:
+        """Return the pace of a node that behaves so, "" while that is open."""
+        if self.late >= 2:
+            return "real time"
+        if self.late == 0 and self.prompt >= 2:
+            return "lockstep"
+        if self.ticks_left > 0:
+            return ""
+        return "real time" if self.late or (self.asked and not self.prompt) else "lockstep"
+
+
 class Bridge:
     """A simulated robot on a ROS graph.
 
@@ -139,13 +168,16 @@ class Bridge:
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain_id)
         self.node: Node = rclpy.create_node(own_name, context=self._context, enable_rosout=False)
-        self._executor = SingleThreadedExecutor(context=self._context)
+        # Several times as quick as the usual executor, which puts its list of what to wait for together each time.
+        self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self.node)
         self._answers = _Answers()
         self._tick = 0
         self._wall_due = 0.0
         self._answer_type: object = None
-        self._probed = False
+        self._signs = 0
+        self._probe: _Probe | None = None
+        self._silences = 0
         self._make_publishers(reliable)
         self._barrier_client = self.node.create_client(GetParameterTypes, f"{node_name}/get_parameter_types")
         if topics.command:
@@ -161,29 +193,34 @@ class Bridge:
 
     def watch_answers(self, message_type: type) -> None:
         """Count messages of the answer topic as answers (the command topic is watched anyway)."""
-        self.node.create_subscription(message_type, self.topics.answer, lambda _: self._answers.note(self._tick), 10)
+        self.node.create_subscription(message_type, self.topics.answer, lambda _: self._take_answer(), 10)
 
     @property
     def time(self) -> float:
         """Return the simulated time since the start, in seconds. On /clock it reads START_S more."""
         return self.simulator.time
 
-    def await_node(self, expected: Callable[[], bool], wall_seconds: float = 20.0) -> bool:
+    def await_node(self, expected: Callable[[], bool], wall_seconds: float = 20.0, quiet_s: float = _QUIET_S) -> bool:
         """Wait until the node has come up, then start the clock. Return whether it is on the graph.
 
-        It is up when `expected` holds; failing that, when it is visible and the graph has stopped changing.
+        It is up when `expected` holds. Failing that, when it has answered a call of its parameter services, which it
+        does once it spins, and the graph has then not changed for `quiet_s`; a node that never answers has longer.
         """
         deadline = time.monotonic() + wall_seconds
         seen: object = None
         since = time.monotonic()
+        asked: Future | None = None
         while time.monotonic() < deadline and self.alive():
             if self._visible() and self._matched() and expected():
                 break
+            if asked is None and self._barrier_client.service_is_ready():
+                asked = self._barrier_client.call_async(GetParameterTypes.Request())
             now = time.monotonic()
-            view = self._view()
+            spins = asked is not None and asked.done()
+            view = (spins, self._view())
             if view != seen:
                 seen, since = view, now
-            elif self._visible() and now - since > _STABLE_S:
+            elif self._visible() and now - since > (quiet_s if spins else _STABLE_S):
                 break
             self._executor.spin_once(timeout_sec=0.01)
         if not self._visible():
@@ -198,11 +235,16 @@ class Bridge:
         """Advance the simulation by `dt` seconds and let the node answer."""
         if self.pace == "real time":
             self.tick_by_wall(dt)
-        else:
-            self._advance(dt)
-            self._await_answer()
-            if self._answers.count == 0 and self._tick >= _SILENT_TICKS and not self._probed:
-                self.find_pace()
+            return
+        before = self._signs
+        self._advance(dt)
+        self._await_answer()
+        silent = self._tick - (self._answers.last or 0) >= _SILENT_TICKS
+        if self._probe is None and silent and self._silences < _SILENCES_ALLOWED:
+            self._silences += 1
+            self.suspect()
+        elif self._probe is not None:
+            self._watch(self._probe, self._signs > before, dt)
 
     def tick_by_wall(self, dt: float = TICK_S) -> None:
         """Advance the simulation by `dt` seconds and let as much wall time pass, whether the node answers or not."""
@@ -214,15 +256,17 @@ class Bridge:
         """Return how many answers have come so far."""
         return self._answers.count
 
-    def find_pace(self) -> str:
-        """Hold the clock still for a moment: a node that publishes all the same goes by wall time. Return the pace."""
-        self._probed = True
-        before = self._answers.count
-        self.spin_until(lambda: self._answers.count >= before + 3, _HOLD_S)
-        if self._answers.count >= before + 3:
-            self.pace = "real time"
-            self._wall_due = time.monotonic()
-        return self.pace
+    def suspect(self, *, answers: bool = False) -> None:
+        """Watch in the next ticks whether the node goes by wall time.
+
+        Commands, answers and what `note_sign` is told of are signs of life; `answers` says that some have to come.
+        """
+        if self.pace == "lockstep":
+            self._probe = _Probe(_PROBE_TICKS, asked=answers)
+
+    def note_sign(self) -> None:
+        """Take note of something else that the node has sent by itself, such as feedback."""
+        self._signs += 1
 
     def spin_until(self, condition: Callable[[], bool], wall_seconds: float) -> bool:
         """Serve callbacks, the clock standing still, until `condition` holds. Return whether it does."""
@@ -238,6 +282,21 @@ class Bridge:
         """Let the node finish what it has been sent, the clock standing still."""
         if self.pace == "lockstep":
             self._barrier()
+
+    def _watch(self, probe: _Probe, prompt: bool, dt: float) -> None:
+        """Let the clock stand still for the time that the last ticks took, and look what comes meanwhile."""
+        probe.prompt += prompt
+        probe.ticks_left -= 1
+        probe.stretch += 1
+        if probe.stretch < _STRETCH_TICKS:
+            return
+        self.spin_until(lambda: False, _PROMPT_S)
+        before = self._signs
+        self.spin_until(lambda: False, probe.stretch * dt - _PROMPT_S)
+        probe.late += self._signs - before
+        probe.stretch = 0
+        if verdict := probe.verdict():
+            self.pace, self._probe = verdict, None
 
     def _advance(self, dt: float) -> None:
         self._tick += 1
@@ -261,17 +320,16 @@ class Bridge:
         return self._answers.last == self._tick
 
     def _barrier(self) -> None:
-        """Return when the node has served two calls in a row, which it does after its subscriptions and timers."""
+        """Return when the node has served two calls, which it does after its subscriptions and timers."""
         if not self._barrier_client.service_is_ready():
             self.spin_until(lambda: False, 0.002)
             return
-        for _ in range(2):
-            future = self._barrier_client.call_async(GetParameterTypes.Request())
-            cap = _BLOCKED_CAP_S if self.blocked else _BARRIER_CAP_S
-            if not self.spin_until(future.done, cap):
-                self._barrier_client.remove_pending_request(future)
-                self.blocked = True
-                return
+        calls = [self._barrier_client.call_async(GetParameterTypes.Request()) for _ in range(2)]
+        if not self.spin_until(calls[-1].done, _BLOCKED_CAP_S if self.blocked else _BARRIER_CAP_S):
+            for call in calls:
+                self._barrier_client.remove_pending_request(call)
+            self.blocked = True
+            return
         self.blocked = False
 
     def _wait_for_wall(self, dt: float) -> None:
@@ -313,9 +371,13 @@ class Bridge:
         _stamp(self._clock_message.clock, self.simulator.time)
         self._clock.publish(self._clock_message)
 
+    def _take_answer(self) -> None:
+        self._answers.note(self._tick)
+        self._signs += 1
+
     def _take_command(self, message: TwistMessage) -> None:
         if self.topics.answer == self.topics.command:
-            self._answers.note(self._tick)
+            self._take_answer()
         self.on_command(self.simulator.time, message)
         v, omega = message.linear.x, message.angular.z
         if self.follow_commands and math.isfinite(v) and math.isfinite(omega):

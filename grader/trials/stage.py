@@ -171,9 +171,9 @@ class Stage:
         self._await(lambda: goal.answered)
         if not goal.answered:
             goal.problem = f"the goal was neither accepted nor rejected within {_ANSWER_WITHIN_S:g} s"
-        elif goal.accepted and self.bridge.pace == "lockstep":
+        elif goal.accepted:
             # A navigation loop that sleeps by wall time would fall behind a clock that races ahead.
-            self.bridge.find_pace()
+            self.bridge.suspect()
         return goal
 
     def listen(self, topic: str) -> None:
@@ -206,6 +206,11 @@ class Stage:
     def ask_parameter(self, name: str, node: str = "") -> evidence.ParameterAnswer:
         """Put the value of a parameter of the node (or of another one) on record."""
         return self._note_parameter(name, None, None, "", node or self.plan.node)
+
+    def look_again(self) -> None:
+        """Look at the graph once more, when what has been started has had time to come up."""
+        self.hold(1.0)
+        self.graph = graph.look(self.bridge.node, self.plan.node)
 
     def look_at(self, node: str) -> None:
         """Put on record what the graph shows of another node."""
@@ -280,7 +285,9 @@ class Stage:
         Raises:
             TrialOver: it does not come up.
         """
-        self.ready = self.bridge.await_node(self._all_there)
+        # Nodes of one launch file come up one after the other, and on a busy machine seconds apart.
+        patience = {"quiet_s": 3.0} if self.plan.launch else {}
+        self.ready = self.bridge.await_node(self._all_there, **patience)
         self.graph = graph.look(self.bridge.node, self.plan.node)
         if not self.ready:
             raise TrialOver(self._why_not_ready())

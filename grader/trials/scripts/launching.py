@@ -30,6 +30,7 @@ def launch_both(stage: Stage) -> None:
 def launch_processor(stage: Stage) -> None:
     """Run sensor_processor_launch.py with changed parameter files."""
     _ask(stage, ("sensor_processor",))
+    stage.look_again()  # a second node that should not be there may come up later
 
 
 @trial(serves=["I5"], launch=OWN_LAUNCH, awaits=_BOTH)
