@@ -38,6 +38,7 @@ class Calls:
         self.modules = [module for module in modules if module.role == "module"]
         self.imports: dict[str, Imports] = {module.path: imports(module) for module in self.modules}
         self.nodes = [node for module in self.modules for node in _functions(module)]
+        self._outside = {(node.module.name, node.tree.name): node for node in self.nodes if not node.owner}
         self._bases = {
             class_.name: [last_name(base) for base in class_.bases]
             for module in self.modules
@@ -99,13 +100,9 @@ class Calls:
                 for other in self.nodes
                 if other.module is node.module and not other.owner and other.tree.name == name.id
             )
-        meaning = self.imports[node.module.path].meaning(name)
-        where, _, what = meaning.rpartition(".")
-        yield from (
-            other
-            for other in self.nodes
-            if where and other.module.name == where and not other.owner and other.tree.name == what
-        )
+        where, _, what = self.imports[node.module.path].meaning(name).rpartition(".")
+        if (where, what) in self._outside:
+            yield self._outside[where, what]
 
     def _family(self, owner: str) -> set[str]:
         """Return a class with the classes of the package that it is made of."""

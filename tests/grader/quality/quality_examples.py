@@ -12,7 +12,7 @@ from unittest.mock import patch
 
 from grader import evidence
 from grader.checks.judge import Failed, Judge, NotReached
-from grader.quality import modules, read, reader, sources
+from grader.quality import manifest, modules, read, reader, sources
 
 REFERENCE = Path(__file__).parents[3] / "solution_pkg" / "ros2_robot_controller"
 CONTROLLER = "ros2_robot_controller/robot_controller.py"
@@ -57,11 +57,25 @@ def written(package: Path, files: Mapping[str, str | bytes | None]) -> Path:
     return package
 
 
-def facts(package: Path, beside: Path | None = None) -> evidence.Quality:
-    """Return what our own reader says of a package, without the linters, in this process."""
-    found = [(source.path, str(package / source.path)) for source in sources.find(package) if not source.problem]
+def facts(package: Path, beside: Path | None = None, *, tests: bool = False) -> evidence.Quality:
+    """Return what our own reader says of a package, without the linters, in this process.
+
+    The modules in test/ are half of the reference and matter to few checks, so they are left out unless asked for.
+    """
+    found = [
+        (source.path, str(package / source.path))
+        for source in sources.find(package)
+        if not source.problem and (tests or not source.path.startswith("test/"))
+    ]
     with patch.object(reader, "parse", _parsed):
         return reader.read(package, beside, found)
+
+
+def with_manifest_of(package: Path) -> evidence.Quality:
+    """Return the reference's facts with those of this package's package.xml."""
+    found = [_parsed(source.path, source.data) for source in sources.find(package)]
+    told = manifest.read_manifest(package, sources.package_files(package), found)
+    return replace(untouched(), manifest=told)
 
 
 _parsed = cache(modules.parse)  # most of the reference stays the same from test to test
@@ -74,9 +88,18 @@ def with_linters(package: Path) -> evidence.Quality:
 
 def with_flake8(package: Path) -> evidence.Quality:
     """Return what flake8 and our own reader say: one process."""
+    return _without("_pep257", package)
+
+
+def with_pep257(package: Path) -> evidence.Quality:
+    """Return what pydocstyle and our own reader say: one process."""
+    return _without("_flake8", package)
+
+
+def _without(tool: str, package: Path) -> evidence.Quality:
     whole = importlib.import_module("grader.quality.read")
     here = (facts(package), [])
-    with patch.object(whole, "_pep257", lambda *_: []), patch.object(whole, "_facts", lambda *_: here):
+    with patch.object(whole, tool, lambda *_: []), patch.object(whole, "_facts", lambda *_: here):
         return read(package)
 
 

@@ -6,7 +6,7 @@ import ast
 from pathlib import Path
 
 import pytest
-from quality_examples import CONTROLLER, MOTION, REFERENCE, facts, judged, reference, untouched, with_linters, written
+from quality_examples import CONTROLLER, MOTION, REFERENCE, facts, judged, reference, untouched, with_pep257, written
 
 from grader.checks.test_quality import test_docstrings_keep_ament_pep257 as rules
 from grader.checks.test_quality import test_public_functions_are_annotated as annotations
@@ -122,7 +122,7 @@ def linted(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
     text = '"""A module."""\n\n\n' + "\n\n".join(
         f"def {name}():\n    {doc}\n    return 1\n" for name, doc in docstrings.items()
     )
-    quality = with_linters(written(tmp_path_factory.mktemp("pep257"), {"m/a.py": text}))
+    quality = with_pep257(written(tmp_path_factory.mktemp("pep257"), {"m/a.py": text}))
     return {thing.name: {fault.rule for fault in thing.faults} for thing in quality.definitions}
 
 
@@ -149,7 +149,7 @@ def test_ament_pep257_accepts(linted: dict[str, set[str]], name: str):
 def test_every_docstring_without_its_period(tmp_path: Path):
     """Blatant."""
     text = (REFERENCE / MOTION).read_text().replace('."""', '"""')
-    quality = with_linters(written(tmp_path, {MOTION: text}))
+    quality = with_pep257(written(tmp_path, {MOTION: text}))
     result = judged(rules, quality)
     assert result.share < 0.5
     assert "D400" in result.seen
@@ -158,10 +158,8 @@ def test_every_docstring_without_its_period(tmp_path: Path):
 
 def test_one_docstring_that_describes_instead_of_ordering(tmp_path: Path):
     """Subtle: one of many loses its share and no more."""
-    package = reference(
-        tmp_path, (MOTION, '"""Return why `speed` may not be set', '"""Returns why `speed` may not be set')
-    )
-    quality = with_linters(package)
+    text = (REFERENCE / MOTION).read_text().replace('"""Return why `speed` may not', '"""Returns why `speed` may not')
+    quality = with_pep257(written(tmp_path, {MOTION: text}))
     result = judged(rules, quality)
     assert result.share == pytest.approx(1 - 1 / len(quality.definitions))
     assert f"{MOTION}:" in result.seen

@@ -96,7 +96,7 @@ def report(*cases: tuple[str, str], root: str = "testsuites") -> str:
 
 
 def told(tmp_path: Path, xml: str | bytes, tests: dict[str, str] = TESTS) -> Judged:
-    return judged(results, facts(written(tmp_path, {**tests, "test_results.xml": xml})))
+    return judged(results, facts(written(tmp_path, {**tests, "test_results.xml": xml}), tests=True))
 
 
 def test_the_report_of_the_packages_own_tests(tmp_path: Path):

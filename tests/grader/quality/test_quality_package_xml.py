@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from quality_examples import CONTROLLER, REFERENCE, Judged, facts, judged, reference
+from quality_examples import CONTROLLER, REFERENCE, Judged, judged, reference, with_manifest_of
 
 from grader.checks import test_package_xml as checks
 from grader.quality.keys import is_declared
@@ -14,7 +14,7 @@ XML = (REFERENCE / "package.xml").read_text()
 
 
 def with_xml(tmp_path: Path, xml: str | None, check, files: dict[str, str | bytes | None] | None = None) -> Judged:
-    return judged(check, facts(reference(tmp_path, files={"package.xml": xml, **(files or {})})))
+    return judged(check, with_manifest_of(reference(tmp_path, files={"package.xml": xml, **(files or {})})))
 
 
 def without(text: str) -> str:
