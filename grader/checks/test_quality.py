@@ -3,7 +3,7 @@
 from grader.checks.findings import MOST_SHOWN, listing, place, some
 from grader.checks.interface_table import agreement
 from grader.checks.judge import Judge, NotReached
-from grader.evidence import Definition, Finding, Quality, Trial
+from grader.evidence import Build, Definition, Finding, Quality, Trial
 
 _PACKAGE = "ros2_robot_controller"
 _LAYOUT = (
@@ -213,7 +213,7 @@ def test_demonstration_runs(judge: Judge) -> None:
         judge.expect(False, "there is no scripts/demo.py", "write the demonstration there")
     trial = judge.trial("demo", complete=False)
     end = trial.others.get("demo.py")
-    if end is None:
+    if end is None or (end.by == "us" and trial.ended):
         raise NotReached(trial.ended or "the demonstration was not started")
     words, share = [], 1.0
     if end.by == "us":
@@ -223,6 +223,8 @@ def test_demonstration_runs(judge: Judge) -> None:
         words.append(f"it ended with exit status {end.exit_code}")
         share -= 0.5
     called = {call.service for call in trial.calls if call.response is not None}
+    if not called and _other_services(judge):
+        raise NotReached(f"nobody can call {', '.join(_other_services(judge))} under the contract's type (I3)")
     if not called:
         words.append(f"it called none of {', '.join(_SERVICES)}")
         share -= 0.25
@@ -300,6 +302,16 @@ def _like(path: str, paths: set[str]) -> str:
         if name != "__init__.py" and plain == theirs.replace("_", "").replace(".", "").replace("-", ""):
             return other
     return ""
+
+
+def _other_services(judge: Judge) -> list[str]:
+    """Return the services whose definition is not the contract's: the observer cannot see calls of such."""
+    build = judge.evidence.build
+    return [f"srv/{name}" for name in ("SetSpeed", "GetRobotStatus") if _differs(build, f"srv/{name}")]
+
+
+def _differs(build: Build, interface: str) -> bool:
+    return build.type_hashes.get(interface) != build.contract_hashes.get(interface)
 
 
 def _goals(trial: Trial) -> set[str]:

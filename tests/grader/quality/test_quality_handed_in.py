@@ -72,6 +72,24 @@ def test_a_script_that_never_ends():
     assert "had not ended after 61 s" in result.seen
 
 
+def test_a_node_that_died_meanwhile_is_not_the_demonstrations_fault():
+    result = seen(replace(WELL, by="us", exit_code=None), ended="the node ended at 3.00 s with exit status 1")
+    assert result.reached is False
+    assert "the node ended at 3.00 s" in result.seen
+
+
+def test_services_that_are_not_the_contracts_cannot_be_judged():
+    """They cost I3 its points; the observer cannot see calls of another type."""
+    build = evidence.Build(True, True, 0, 0, False, "", contract_hashes={"srv/SetSpeed": "RIHS01_a"})
+    trial = evidence.Trial(
+        "demo", "robot_controller", "open_field", 0, ready=True, pace="real time", ended="",
+        others={"demo.py": replace(WELL, exit_code=1)},
+    )  # fmt: skip
+    result = judged(demonstration, untouched(), trials={"demo": trial}, build=build)
+    assert result.reached is False
+    assert "srv/SetSpeed" in result.seen
+
+
 def test_a_robot_that_did_not_come_up_is_not_the_demonstrations_fault():
     result = seen(None, ended="the node ended before it came up, with exit status 1")
     assert result.reached is False
