@@ -11,8 +11,9 @@ so a run takes as long as the node thinks and not as long as the clock says. How
 3. /clock is best effort and one deep on the node's side, so it can get lost: it is sent again when no answer comes.
 4. Wall-clock caps keep a dead or blocked node from holding up the run.
 
-A node that goes by wall time publishes while the clock stands still. One that is suspected of it (`suspect`) is run in
-real time for a moment, in short stretches in which the clock stands still, and stays in real time if it is true.
+A node that goes by wall time publishes while the clock stands still. One that answers too seldom, or has got
+a goal, is run in real time for a moment, with short stretches in which the clock stands still (`_Probe`), and stays in
+real time if something comes in these.
 """
 
 from __future__ import annotations
@@ -49,9 +50,8 @@ _BLOCKED_CAP_S = 0.1  # the same, once it has missed one
 _DUE_CAP_S = 0.3  # for a message that is due
 _RESENT_AFTER_S = 0.05  # a clock that got lost is sent again after this
 _MISSES_ALLOWED = 3  # messages that were due and did not come before the node counts as irregular
-_SILENT_TICKS = 5  # between two answers, before wall time is suspected: a control loop of 4 Hz
-_SILENCES_ALLOWED = 2  # how often that is looked into
-_PROBE_TICKS = 16  # how long a suspect is watched at most, half of that the second time
+_SILENCES_ALLOWED = 3  # how often it is looked into that answers come more seldom than they should
+_PROBE_TICKS = 16  # how long a suspect is watched at most
 _STRETCH_TICKS = 2  # go by at once, then the clock stands still for as long
 _PROMPT_S = 0.015  # of wall time after a barrier: what comes later was not caused by the tick
 _QUIET_S = 0.5  # a graph that has not changed for so long after the node's first answer has come up
@@ -69,9 +69,11 @@ class Topics:
     command: str = ""
     answer: str = ""
     """The topic whose messages show that the node has done its work for a tick."""
+    answer_s: float = TICK_S
+    """How long after one another the answers come, unless the node is told otherwise."""
 
 
-CONTROLLER = Topics(scan="scan", odom="odom", command="cmd_vel", answer="cmd_vel")
+CONTROLLER = Topics(scan="scan", odom="odom", command="cmd_vel", answer="cmd_vel", answer_s=0.1)
 PROCESSOR = Topics(scan="raw_scan", imu="imu/data", battery="battery/state", answer="sensor_fusion_data")
 
 
@@ -108,12 +110,15 @@ class _Answers:
 class _Probe:
     """Watches whether signs of life come with the ticks, or while the clock stands still."""
 
-    ticks_left: int
+    of_feedback: bool
+    """Whether feedback has to come, so that none at all speaks for wall time, and commands with the ticks for nothing.
+
+    A node may steer by a timer on the clock, and sleep by wall time in the loop that sends feedback and ends the goal.
+    """
     prompt: int = 0
     late: int = 0
     stretch: int = 0
-    asked: bool = False
-    """Whether signs are sure to come by simulated time, so that having none is one of wall time."""
+    ticks_left: int = _PROBE_TICKS
 
     def verdict(self) -> str:
         """Return the pace of a node that behaves so, "" while that is open."""
@@ -123,7 +128,7 @@ class _Probe:
             return "lockstep"
         if self.ticks_left > 0:
             return ""
-        return "real time" if self.late or (self.asked and not self.prompt) else "lockstep"
+        return "real time" if self.late or (self.of_feedback and not self.prompt) else "lockstep"
 
 
 class Bridge:
@@ -175,7 +180,7 @@ class Bridge:
         self._tick = 0
         self._wall_due = 0.0
         self._answer_type: object = None
-        self._signs = 0
+        self._feedback = 0
         self._probe: _Probe | None = None
         self._silences = 0
         self._make_publishers(reliable)
@@ -193,7 +198,7 @@ class Bridge:
 
     def watch_answers(self, message_type: type) -> None:
         """Count messages of the answer topic as answers (the command topic is watched anyway)."""
-        self.node.create_subscription(message_type, self.topics.answer, lambda _: self._take_answer(), 10)
+        self.node.create_subscription(message_type, self.topics.answer, lambda _: self._answers.note(self._tick), 10)
 
     @property
     def time(self) -> float:
@@ -236,15 +241,15 @@ class Bridge:
         if self.pace == "real time":
             self.tick_by_wall(dt)
             return
-        before = self._signs
+        before = self._signs()
         self._advance(dt)
         self._await_answer()
-        silent = self._tick - (self._answers.last or 0) >= _SILENT_TICKS
-        if self._probe is None and silent and self._silences < _SILENCES_ALLOWED:
+        if self._probe is not None:
+            self._watch(self._probe, before, dt)
+        elif (self._tick - (self._answers.last or 0)) * dt > self.topics.answer_s + 1e-9:
             self._silences += 1
-            self.suspect()
-        elif self._probe is not None:
-            self._watch(self._probe, self._signs > before, dt)
+            if self._silences <= _SILENCES_ALLOWED:
+                self._probe = _Probe(of_feedback=False)
 
     def tick_by_wall(self, dt: float = TICK_S) -> None:
         """Advance the simulation by `dt` seconds and let as much wall time pass, whether the node answers or not."""
@@ -256,17 +261,14 @@ class Bridge:
         """Return how many answers have come so far."""
         return self._answers.count
 
-    def suspect(self, *, answers: bool = False) -> None:
-        """Watch in the next ticks whether the node goes by wall time.
+    def await_feedback(self) -> None:
+        """Watch in the next ticks whether the feedback of a goal, or the commands, come by wall time."""
+        if self.pace == "lockstep" and self._probe is None:
+            self._probe = _Probe(of_feedback=True)
 
-        Commands, answers and what `note_sign` is told of are signs of life; `answers` says that some have to come.
-        """
-        if self.pace == "lockstep":
-            self._probe = _Probe(_PROBE_TICKS, asked=answers)
-
-    def note_sign(self) -> None:
-        """Take note of something else that the node has sent by itself, such as feedback."""
-        self._signs += 1
+    def note_feedback(self) -> None:
+        """Take note of a feedback message: like an answer, it is a sign of life."""
+        self._feedback += 1
 
     def spin_until(self, condition: Callable[[], bool], wall_seconds: float) -> bool:
         """Serve callbacks, the clock standing still, until `condition` holds. Return whether it does."""
@@ -283,20 +285,25 @@ class Bridge:
         if self.pace == "lockstep":
             self._barrier()
 
-    def _watch(self, probe: _Probe, prompt: bool, dt: float) -> None:
+    def _watch(self, probe: _Probe, before: tuple[int, int], dt: float) -> None:
         """Let the clock stand still for the time that the last ticks took, and look what comes meanwhile."""
-        probe.prompt += prompt
+        answers, feedback = self._signs()
+        probe.prompt += feedback > before[1] if probe.of_feedback else answers > before[0]
         probe.ticks_left -= 1
         probe.stretch += 1
         if probe.stretch < _STRETCH_TICKS:
             return
+        self._barrier()
         self.spin_until(lambda: False, _PROMPT_S)
-        before = self._signs
+        prompt = sum(self._signs())
         self.spin_until(lambda: False, probe.stretch * dt - _PROMPT_S)
-        probe.late += self._signs - before
+        probe.late += sum(self._signs()) - prompt
         probe.stretch = 0
         if verdict := probe.verdict():
             self.pace, self._probe = verdict, None
+
+    def _signs(self) -> tuple[int, int]:
+        return self._answers.count, self._feedback
 
     def _advance(self, dt: float) -> None:
         self._tick += 1
@@ -371,13 +378,9 @@ class Bridge:
         _stamp(self._clock_message.clock, self.simulator.time)
         self._clock.publish(self._clock_message)
 
-    def _take_answer(self) -> None:
-        self._answers.note(self._tick)
-        self._signs += 1
-
     def _take_command(self, message: TwistMessage) -> None:
         if self.topics.answer == self.topics.command:
-            self._take_answer()
+            self._answers.note(self._tick)
         self.on_command(self.simulator.time, message)
         v, omega = message.linear.x, message.angular.z
         if self.follow_commands and math.isfinite(v) and math.isfinite(omega):

@@ -18,6 +18,7 @@ _STATUS = {
     GoalStatus.STATUS_CANCELED: "canceled",
     GoalStatus.STATUS_ABORTED: "aborted",
 }
+_SILENT_S = 0.6
 
 
 class GoalRun:
@@ -55,6 +56,12 @@ class GoalRun:
     def ended(self) -> bool:
         """Return whether the result is there, or will never be."""
         return self._result is not None or (self.answered and not self.accepted)
+
+    @property
+    def silent(self) -> bool:
+        """Return whether feedback is missing now: the contract asks for some every half second."""
+        last = self._feedback[-1][0] if self._feedback else self._sent_t
+        return self.accepted and not self.ended and self._stage.t - last > _SILENT_S
 
     def cancel(self) -> None:
         """Ask the node to cancel the goal."""
@@ -98,4 +105,5 @@ class GoalRun:
     def _take_feedback(self, message: Any) -> None:
         pose = self._stage.simulator.pose
         true = math.hypot(self._x - pose.x, self._y - pose.y)
+        self._stage.bridge.note_feedback()
         self._feedback.append([self._stage.t, float(message.feedback.distance_remaining), true])

@@ -173,7 +173,7 @@ class Stage:
             goal.problem = f"the goal was neither accepted nor rejected within {_ANSWER_WITHIN_S:g} s"
         elif goal.accepted:
             # A navigation loop that sleeps by wall time would fall behind a clock that races ahead.
-            self.bridge.suspect()
+            self.bridge.await_feedback()
         return goal
 
     def listen(self, topic: str) -> None:
@@ -346,6 +346,8 @@ class Stage:
             raise TrialOver(f"the trial took more than {self._wall_limit:g} s of wall time")
         self.bridge.tick()
         self._sample()
+        if any(goal.silent for goal in self.goals):
+            self.bridge.await_feedback()
 
     def _await(self, condition: Callable[[], bool]) -> None:
         """Wait with the clock standing still, which keeps the answer's time exact; if that is no use, let time pass."""
