@@ -514,6 +514,18 @@ def test_a_rate_given_at_start_counts(make_robot):
     assert 7 <= len(robot.feedback) <= 9
 
 
+def test_another_parameter_leaves_the_rhythms_alone(make_robot):
+    """A timer made anew would start its period anew."""
+    robot = make_robot(fusion_rate=5.0)
+    robot.drive(0.2)
+    robot.send(3.0, 0.0)
+    robot.drive(0.15)
+    robot.bench.set_parameter('safety_margin', 0.25)
+    feedback = len(robot.feedback)
+    assert len(robot.drive(0.05)) == 1
+    assert len(robot.feedback) == feedback + 1
+
+
 # The end
 
 def test_stop_says_zero(robot):

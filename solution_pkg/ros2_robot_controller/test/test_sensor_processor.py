@@ -139,6 +139,11 @@ def test_an_alarm_sounds_again_after_charging(bench, logged):
     assert [severity for severity, _ in logged] == ['WARN', 'WARN']
 
 
+def test_a_battery_that_is_nearly_empty_from_the_start_sounds_both_alarms(bench, logged):
+    bench.hear('battery/state', BatteryState(percentage=0.05))
+    assert [severity for severity, _ in logged] == ['WARN', 'ERROR']
+
+
 def test_the_thresholds_are_parameters(make_bench, logged):
     bench = make_bench(SensorProcessor, battery_low_threshold=50.0,
                        battery_critical_threshold=30.0)
