@@ -171,7 +171,7 @@ def _bench(package: Path, install: Path, room: Path, seconds: float) -> Iterator
     else:
         (room / "modules").mkdir()
     rc = room / "coveragerc"
-    rc.write_text((_HERE / "coveragerc").read_text().replace("@VERSION@", _version()))
+    rc.write_text((_HERE / "coverage.ini").read_text().replace("@VERSION@", _version()))
     # Importing ROS takes the worker a second, which a package that does without it need not wait for.
     warm = any("rclpy" in (read(path) or "") for path in (room / "package").rglob("*.py"))
     (room / "requests" / "settings.json").write_text(json.dumps({"modules": str(MODULES), "warm": warm}))
