@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from . import events
-from .entities import Action, Entities, LaunchDescription, SomeSubstitutionsType, declared, perform, substitutions
+from .entities import Action, Entities, LaunchDescription, SomeSubstitutionsType, perform, substitutions
 from .errors import LaunchError
 from .handlers import EventHandler, OnShutdown
 
@@ -288,20 +288,29 @@ class IncludeLaunchDescription(Action):
         return [*given, description, _Do(lambda c: c.extend_locals(before))]
 
     def _require(self, context: LaunchContext, description: LaunchDescription) -> None:
+        """Raise if a required argument is not among those given; a configuration of its name does not do."""
         given = {perform(context, name) for name, _ in self.launch_arguments}
-        # Values that include files inside pass on: those includes are checked when their turn comes, with all they get.
-        for argument, conditional in declared(_own(description.entities)):
-            if argument.default_value is None and not conditional:
-                if argument.name in given or argument.name in context.launch_configurations:
-                    continue
-                raise LaunchError(
-                    f"Included launch description missing required argument '{argument.name}' "
-                    f"(description: '{argument.description}'), given: [{', '.join(sorted(given))}]"
-                )
+        for argument in _required(description.entities, given):
+            raise LaunchError(
+                f"Included launch description missing required argument '{argument.name}' "
+                f"(description: '{argument.description}'), given: [{', '.join(sorted(given))}]"
+            )
+
+    def names_given(self) -> set[str]:
+        """Return the names of the arguments given that are known beforehand."""
+        names = [substitutions(name) for name, _ in self.launch_arguments]
+        return {"".join(one.perform(None) for one in name) for name in names if all(one.fixed for one in name)}  # type: ignore[arg-type]  # fixed
 
 
-def _own(entities: Entities) -> Entities:
-    return [entity for entity in entities if not isinstance(entity, IncludeLaunchDescription)]
+def _required(entities: Entities, given: set[str]) -> Iterator[DeclareLaunchArgument]:
+    """Yield the arguments without a default that are not given, those of files included from here too."""
+    for entity in entities:
+        if getattr(entity, "condition", None) is not None:
+            continue
+        if isinstance(entity, DeclareLaunchArgument) and entity.default_value is None and entity.name not in given:
+            yield entity
+        inner = given | entity.names_given() if isinstance(entity, IncludeLaunchDescription) else given
+        yield from _required(entity.describe_sub_entities(), inner)
 
 
 class TimerAction(Action):

@@ -1,0 +1,30 @@
+"""Groups put configurations and environment back, unless they are not scoped; without forwarding they begin empty."""
+
+from launch import LaunchDescription
+from launch.actions import GroupAction, SetEnvironmentVariable, SetLaunchConfiguration
+from launch.substitutions import EnvironmentVariable, LaunchConfiguration
+from launch_ros.actions import Node
+
+
+def state():
+    x = LaunchConfiguration("x", default="none")
+    return Node(package="demo", executable="show", arguments=[x, EnvironmentVariable("DEMO", default_value="none")])
+
+
+def change(value):
+    return [SetLaunchConfiguration("x", value), SetEnvironmentVariable("DEMO", value), state()]
+
+
+def generate_launch_description():
+    return LaunchDescription(
+        [
+            *change("outer"),
+            GroupAction(change("scoped")),
+            state(),
+            GroupAction([state()], launch_configurations={"x": "given"}),
+            GroupAction([state()], forwarding=False),
+            GroupAction([state()], forwarding=False, launch_configurations={"x": "kept"}),
+            GroupAction(change("leaked"), scoped=False),
+            state(),
+        ]
+    )

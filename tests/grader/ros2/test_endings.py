@@ -1,0 +1,142 @@
+"""However a launch ends, its processes end with it, each told once, and it leaves a record and no files."""
+
+from __future__ import annotations
+
+import os
+import pty
+import re
+import signal
+import sys
+import uuid
+from pathlib import Path
+
+import pytest
+from ros2_runs import COMMAND, FILES, environment, events, until, write
+
+
+@pytest.fixture
+def mark() -> str:
+    """A number of seconds that no other process sleeps, by which ours are found again."""
+    return f"600.{uuid.uuid4().int % 10**9:09d}"
+
+
+def alive(mark: str) -> list[str]:
+    found = []
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        try:
+            words = path.read_bytes().split(b"\0")
+        except OSError:
+            continue
+        if mark.encode() in words and b"sleep" in words[0]:
+            found.append(path.parent.name)
+    return found
+
+
+def family(mark: str) -> str:
+    """A process with a child of its own that ignores nothing but is told nothing either, and a parameter file."""
+    return f"demo('family', '{mark}', parameters=[{{'a': 1}}])"
+
+
+@pytest.mark.parametrize(
+    ("number", "code"),
+    [
+        (signal.SIGINT, 0),
+        (signal.SIGTERM, -signal.SIGTERM),
+        (signal.SIGHUP, -signal.SIGHUP),
+        (signal.SIGKILL, -signal.SIGKILL),
+    ],
+    ids=lambda value: value.name if isinstance(value, signal.Signals) else "",
+)
+def test_no_orphan_after_a_signal(launch, tmp_path, mark, number, code):
+    """The real launch leaves its nodes running after SIGTERM and SIGKILL (ros2/launch#666)."""
+    started = launch(write(tmp_path, family(mark)))
+    until(lambda: alive(mark))
+    started.signal(number)
+    assert started.end().code == code
+    until(lambda: not alive(mark))
+    until(lambda: not list(tmp_path.glob("launch_params_*")))
+
+
+def test_no_orphan_after_an_exception_later(launch, tmp_path, mark):
+    later = "TimerAction(period=0.3, actions=[demo('show', LaunchConfiguration('not_there'))])"
+    run = launch(write(tmp_path, family(mark), later)).end()
+    assert run.code == 1
+    assert "Caught exception in launch" in run.out
+    assert "launch configuration 'not_there' does not exist" in run.out
+    until(lambda: not alive(mark))
+
+
+def test_nothing_starts_when_the_description_fails_in_the_middle(launch, tmp_path, mark):
+    """The real launch has started the first by then, and leaves it behind."""
+    run = launch(write(tmp_path, family(mark), "Node(package='demo', executable='nope')")).end()
+    assert run.code == 1
+    assert re.search(r"executable 'nope' not found .*; it holds .*show.* \(\S*made.launch.py, line 11\)", run.out)
+    assert [e["event"] for e in run.events] == ["launch_ended"]
+    assert run.events[-1]["exit_code"] == 1
+    assert not alive(mark)
+
+
+def test_sigint_then_sigterm_then_sigkill(launch, tmp_path):
+    started = launch(
+        write(tmp_path, "demo('stubborn')", "demo('wait')"), "sigterm_timeout:=0.3", "sigkill_timeout:=0.3"
+    )
+    started.wait_for("stubborn-1", "wait-2")
+    started.signal(signal.SIGINT)
+    run = started.end()
+    assert run.ended("stubborn-1")["sent"] == ["SIGINT", "SIGTERM", "SIGKILL"]
+    assert run.ended("stubborn-1")["signal"] == "SIGKILL"
+    assert run.ended("wait-2")["sent"] == ["SIGINT"]
+    assert "failed to terminate '0.3' seconds after receiving 'SIGINT', escalating to 'SIGTERM'" in run.out
+
+
+def test_a_second_sigint_is_ignored(launch, tmp_path):
+    started = launch(write(tmp_path, "demo('counting')"))
+    started.wait_for("counting-1")
+    started.signal(signal.SIGINT)
+    started.signal(signal.SIGINT)
+    assert started.end().ended("counting-1")["sent"] == ["SIGINT"]
+
+
+def test_ctrl_c_at_a_terminal_reaches_a_process_once(demo, tmp_path):
+    """A terminal signals the whole foreground group: the processes are in none, and the launch passes it on once."""
+    file, record = write(tmp_path, "demo('counting')"), tmp_path / "record.jsonl"
+    pid, terminal = pty.fork()
+    if pid == 0:
+        words = [sys.executable, str(COMMAND), "launch", "--record", str(record), str(file)]
+        os.execve(sys.executable, words, environment(demo, tmp_path))
+    text = b""
+    while b"] ready" not in text:
+        text += os.read(terminal, 4096)
+    os.write(terminal, b"\x03")
+    while True:
+        try:
+            text += os.read(terminal, 4096)
+        except OSError:
+            break
+    _, status = os.waitpid(pid, 0)
+    os.close(terminal)
+    assert os.waitstatus_to_exitcode(status) == 0
+    assert text.count(b"[counting-1] INT") == 1
+    (ended,) = [e for e in events(record) if e["event"] == "ended"]
+    assert (ended["exit_code"], ended["sent"]) == (1, ["SIGINT"])
+
+
+def test_the_record_says_how_each_ended(launch, tmp_path):
+    run = launch(write(tmp_path, "demo('fail', name='n', namespace='ns')", "demo('show')")).end()
+    (started,) = [e for e in run.events if e["event"] == "started" and e["process"] == "fail-1"]
+    assert (started["package"], started["executable"], started["node"]) == ("demo", "fail", "/ns/n")
+    ended = run.ended("fail-1")
+    assert (ended["exit_code"], ended["signal"], ended["sent"]) == (3, None, [])
+    assert ended["pid"] == started["pid"]
+    assert run.ended("show-2")["exit_code"] == 0
+    assert run.events[-1]["event"] == "launch_ended"
+
+
+def test_the_record_is_also_asked_for_by_the_environment(ros2, tmp_path):
+    ros2("launch", FILES / "plain_list.launch.py", ROS2_LAUNCH_RECORD=str(tmp_path / "there.jsonl"))
+    assert [e["event"] for e in events(tmp_path / "there.jsonl")].count("ended") == 3
+
+
+def test_parameter_files_are_removed(launch, tmp_path):
+    launch(write(tmp_path, "demo('show', parameters=[{'a': 1}])")).end()
+    assert not list(tmp_path.glob("launch_params_*"))
