@@ -1,0 +1,143 @@
+"""The wall: what a walled-in command sees, may use, and leaves behind."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+
+from grader import sandbox, toolchain
+from grader.errors import GraderError
+from grader.sandbox import MIB, Limits, Process, Wall
+
+pytestmark = pytest.mark.sandbox
+
+PYTHON = Wall(environment=toolchain.environment(home=sandbox.HOME))
+
+
+def python(code: str, wall: Wall = PYTHON, **limits: object) -> sandbox.RunResult:
+    return sandbox.run(["python3", "-c", code], wall, Limits(**{"wall_seconds": 30.0, **limits}))  # type: ignore[arg-type]
+
+
+def wait_until(holds, seconds: float = 10.0) -> bool:
+    deadline = time.monotonic() + seconds
+    while not holds():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.01)
+    return True
+
+
+def test_a_command_says_how_it_ended():
+    assert python("print('hello')") == sandbox.RunResult(0, "hello\n", False, pytest.approx(0, abs=30))
+    assert python("raise SystemExit(7)").exit_code == 7
+    assert python("import os; os.kill(os.getpid(), 11)").exit_code == -11
+
+
+def test_the_submission_sees_neither_our_sources_nor_the_users_files(tmp_path: Path):
+    secret = tmp_path / "results.json"
+    secret.write_text("{}")
+    kit = Path(sandbox.__file__)
+    looked_for = [str(secret), str(kit), "/etc/shadow", str(Path.home() / ".bashrc")]
+    code = f"import os; print([os.path.exists(path) for path in {looked_for}])"
+    assert python(code).output == "[False, False, False, False]\n"
+
+
+def test_nothing_of_our_environment_leaks_in(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("GRADER_SECRET", "42")
+    assert "GRADER_SECRET" not in python("import os; print(dict(os.environ))").output
+
+
+def test_the_system_and_what_is_mounted_read_only_cannot_be_written(tmp_path: Path):
+    (tmp_path / "file").write_text("before")
+    wall = Wall(read_only={tmp_path: "/ws/in"}, environment=PYTHON.environment)
+    for path in ("/usr/evil", "/ws/in/evil", "/ws/in/file", f"{toolchain.PREFIX}/evil"):
+        assert "Error" in python(f"open({path!r}, 'w')", wall).output
+    assert (tmp_path / "file").read_text() == "before"
+
+
+def test_what_is_mounted_writable_is_what_comes_out(tmp_path: Path):
+    wall = Wall(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    assert python("open('/ws/out/answer', 'w').write('42')", wall).ok
+    assert (tmp_path / "answer").read_text() == "42"
+
+
+def test_there_is_no_network_but_loopback():
+    code = "import socket; print(sorted(name for _, name in socket.if_nameindex()))"
+    assert python(code).output == "['lo']\n"
+
+
+def test_it_sees_no_processes_but_its_own():
+    count = python("import os; print(len([p for p in os.listdir('/proc') if p.isdigit()]))").output
+    assert int(count) <= 3
+
+
+def test_a_command_that_hangs_is_stopped_with_its_whole_tree(tmp_path: Path):
+    wall = Wall(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    daemon = "while true; do date > /ws/out/alive; sleep 0.05; done"
+    code = (
+        f"import subprocess, time; subprocess.Popen(['sh', '-c', {daemon!r}], start_new_session=True)\ntime.sleep(1000)"
+    )
+    result = python(code, wall, wall_seconds=2.0)
+    assert result.timed_out
+    assert result.exit_code is None
+    (tmp_path / "alive").unlink(missing_ok=True)
+    time.sleep(0.3)  # three times as long as the daemon takes between two signs of life
+    assert not (tmp_path / "alive").exists()
+
+
+def test_a_detached_child_does_not_outlive_its_parent(tmp_path: Path):
+    wall = Wall(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    child = "['sh', '-c', 'sleep 0.5; echo late > /ws/out/late']"
+    assert python(f"import subprocess; subprocess.Popen({child}, start_new_session=True)", wall).ok
+    time.sleep(1.0)
+    assert not (tmp_path / "late").exists()
+
+
+def test_endless_output_is_cut_in_the_middle():
+    result = python("import sys; sys.stdout.write('a' + 'x' * 3_000_000 + 'z')", output_bytes=10_000)
+    assert result.output.startswith("axx")
+    assert result.output.endswith("xxz")
+    assert "bytes left out" in result.output
+    assert len(result.output) < 11_000
+
+
+def test_output_that_is_no_text_is_shown_all_the_same():
+    assert python("import sys; sys.stdout.buffer.write(b'\\xff\\xfe ok')").output.endswith(" ok")
+
+
+def test_memory_files_and_core_dumps_are_limited():
+    assert "MemoryError" in python("x = bytearray(2 * 1024**3)", memory_bytes=1024 * MIB).output
+    assert "File too large" in python(
+        "open('/tmp/big', 'wb').write(b'x' * 5_000_000)", file_bytes=1 * MIB
+    ).output.replace("OSError: [Errno 27] ", "")
+    assert python("import resource; print(resource.getrlimit(resource.RLIMIT_CORE))").output == "(0, 0)\n"
+
+
+def test_an_interrupt_reaches_the_command_as_ctrl_c_does():
+    code = (
+        "import time\nprint('up', flush=True)\ntry:\n    time.sleep(1000)\nexcept KeyboardInterrupt:\n    print('bye')"
+    )
+    with Process(["python3", "-c", code], PYTHON, Limits()) as process:
+        assert wait_until(lambda: "up" in process.output)
+        process.interrupt()
+        assert process.wait(10.0) == 0
+    assert process.output == "up\nbye\n"
+
+
+def test_leaving_the_block_ends_the_process():
+    with Process(["sleep", "1000"], PYTHON, Limits()) as process:
+        assert process.exit_code() is None
+    assert process.exit_code() is not None
+
+
+def test_a_wall_that_cannot_be_built_is_our_fault(tmp_path: Path):
+    with pytest.raises(GraderError, match="grader doctor"):
+        sandbox.run(["true"], Wall(read_only={tmp_path / "nothing": "/ws/in"}))
+
+
+def test_a_host_without_bubblewrap_is_told_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(GraderError, match="bubblewrap"):
+        sandbox.require()

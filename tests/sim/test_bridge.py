@@ -1,0 +1,123 @@
+"""The bridge: a node in lockstep with the simulator. Runs in a network namespace of its own."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
+
+NODE = """
+import sys, time, threading
+import rclpy
+from rclpy.node import Node
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import LaserScan
+from nav_msgs.msg import Odometry
+rclpy.init()
+node = Node("robot_controller", parameter_overrides=[rclpy.Parameter("use_sim_time", value=True)])
+publisher = node.create_publisher(Twist, "cmd_vel", 10)
+heard = []
+node.create_subscription(LaserScan, "scan", lambda m: heard.append(m), 10)
+node.create_subscription(Odometry, "odom", lambda m: None, 10)
+def control():
+    twist = Twist()
+    twist.linear.x = 0.1
+    twist.angular.z = float(len(heard))
+    publisher.publish(twist)
+kind = sys.argv[1]
+if kind == "timer":
+    node.create_timer(0.1, control)
+if kind == "wall":
+    def loop():
+        while True:
+            control()
+            time.sleep(0.05)
+    threading.Thread(target=loop, daemon=True).start()
+if kind == "blocked":
+    node.create_timer(0.1, lambda: time.sleep(1000))
+rclpy.spin(node)
+"""
+
+HOST = """
+import json, os, subprocess, sys
+from sim import Simulator, load_world
+from sim.bridge import CONTROLLER, Bridge
+command = [sys.executable, "-c", open(sys.argv[1]).read(), sys.argv[2]]
+process = subprocess.Popen(command, env={**os.environ, "ROS_DOMAIN_ID": "3"})
+simulator = Simulator(load_world("open_field"), seed=1)
+bridge = Bridge(simulator, CONTROLLER, "robot_controller", domain_id=3, alive=lambda: process.poll() is None)
+commands = []
+bridge.on_command = lambda t, message: commands.append([round(t, 6), message.linear.x, message.angular.z])
+ready = bridge.await_node(lambda: False if sys.argv[2] == "blocked" else True)
+if sys.argv[3] == "kill":
+    process.kill(); process.wait()
+for _ in range(int(sys.argv[4])):
+    bridge.tick()
+print(json.dumps({"ready": ready, "pace": bridge.pace, "commands": commands, "t": simulator.time,
+                  "blocked": bridge.blocked, "x": simulator.pose.x}))
+process.kill()
+bridge.close()
+"""
+
+
+def run(tmp_path: Path, kind: str, ticks: int = 40, event: str = "none") -> dict[str, object]:
+    (tmp_path / "node.py").write_text(NODE)
+    (tmp_path / "host.py").write_text(HOST)
+    # Loopback only: what other tests on this machine say is not heard, and no port is taken.
+    wall = ["bwrap", "--dev-bind", "/", "/", "--unshare-net", "--die-with-parent", "--"]
+    command = [*wall, sys.executable, str(tmp_path / "host.py"), str(tmp_path / "node.py"), kind, event, str(ticks)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    answer: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
+    assert answer["ready"], done.stderr
+    return answer
+
+
+def test_commands_come_at_the_nodes_own_rate_of_simulated_time(tmp_path: Path):
+    found = run(tmp_path, "timer")
+    assert found["pace"] == "lockstep"
+    times = [t for t, _, _ in found["commands"]]  # type: ignore[attr-defined]
+    later = [t for t in times if t > 0.15]
+    assert later == pytest.approx([0.2 + 0.1 * i for i in range(len(later))])
+    assert later[-1] == pytest.approx(2.0)
+
+
+def test_a_command_knows_the_scan_of_its_own_tick(tmp_path: Path):
+    """Each command carries the number of scans the node had heard: ten scans a second, ten commands a second."""
+    found = run(tmp_path, "timer")
+    counts = {t: n for t, _, n in found["commands"]}  # type: ignore[attr-defined]
+    assert all(n == pytest.approx(10 * t, abs=1.01) for t, n in counts.items() if t > 0.15)
+
+
+def test_two_runs_give_the_same_commands_at_the_same_times(tmp_path: Path):
+    first, second = (run(tmp_path, "timer")["commands"] for _ in range(2))
+    assert len(first) > 15  # type: ignore[arg-type]
+    assert [c for c in first if c[0] > 0] == [c for c in second if c[0] > 0]  # type: ignore[attr-defined]
+
+
+def test_the_robot_does_what_it_is_told(tmp_path: Path):
+    found = run(tmp_path, "timer")
+    assert found["x"] != 0.0
+
+
+def test_a_node_by_wall_time_is_noticed_and_run_in_real_time(tmp_path: Path):
+    found = run(tmp_path, "wall")
+    assert found["pace"] == "real time"
+    assert found["t"] == pytest.approx(2.0)
+
+
+def test_a_dead_node_holds_up_nothing(tmp_path: Path):
+    found = run(tmp_path, "timer", ticks=200, event="kill")
+    assert found["t"] == pytest.approx(10.0)
+
+
+@pytest.mark.slow
+def test_a_blocked_node_holds_up_the_run_once(tmp_path: Path):
+    found = run(tmp_path, "blocked", ticks=20)
+    assert found["blocked"] is True
+    assert found["t"] == pytest.approx(1.0)
