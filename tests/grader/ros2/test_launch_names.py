@@ -329,12 +329,10 @@ def test_the_types_of_parameter_values(stage):
     stage.parameters({"a": 1}, name="n", namespace="ns")
     assert stage.key == "/ns/n"
     for wrong in ("{a: 1}", "[1, a]", "[]", "~", "2024-01-01"):
-        stage.context.launch_configurations["wrong"] = wrong
         with pytest.raises(TypeError):
-            stage.parameters({"x": config("wrong")})
+            stage.parameters({"x": config("wrong", default=wrong)})
     with pytest.raises(ValueError, match="Unable to parse"):
-        stage.context.launch_configurations["wrong"] = "a: b: c"
-        stage.parameters({"x": config("wrong")})
+        stage.parameters({"x": config("wrong", default="a: b: c")})
 
 
 def test_an_expression_knows_math(stage):
