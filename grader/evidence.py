@@ -153,6 +153,8 @@ class Mutation:
     convicted: list[str] = field(default_factory=list)
     """Tests that failed, again and again, on changes that keep the behaviour."""
     wall_seconds: float = 0.0
+    quiet_seconds: float = 0.0
+    """What the runs would have taken by the clock if nothing else had been going on; the budget is held against it."""
     budget_seconds: float = 0.0
     note: str = ""
 

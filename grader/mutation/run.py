@@ -69,31 +69,23 @@ def mutate(
         chance=random.Random(f"decoys {seed}"),
     )
     reached = [change for change in chosen if found.selector.tests(change)]
+    quiet_seconds = 0.0
     if reached:
         for change in chosen:
             found.outcomes[change] = _fault(change, "not tried")
         with benches(package, install, min(workers, len(reached)), seconds=_HARD_LIMIT * seconds + 600.0) as crew:
-            _rounds(
-                found,
-                chosen,
-                _Crew(crew, until=started + max(_HARD_LIMIT * seconds, _HARD_LIMIT_AT_LEAST)),
-                seconds,
-                progress,
-            )
+            until = started + max(_HARD_LIMIT * seconds, _HARD_LIMIT_AT_LEAST)
+            quiet_seconds = _rounds(found, chosen, _Crew(crew, until), seconds, progress)
     else:
         for change in chosen:
             found.outcomes[change] = _fault(change, "unreached")
     not_tried = sum(fault.outcome == "not tried" for fault in found.outcomes.values())
-    note = (
-        f"{not_tried} of {len(chosen)} faults were not tried: the budget of {seconds:g} s was used up"
-        if not_tried
-        else ""
-    )
+    note = f"{not_tried} of {len(chosen)} faults were not tried: the budget of {seconds:g} s was used up"
     return Mutation(
         seed=seed, possible=len(possible), faults=[found.outcomes[change] for change in chosen], decoys=found.decoys,
         set_aside=sorted(found.set_aside), convicted=sorted(found.convicted),
-        wall_seconds=round(time.monotonic() - started, 1), budget_seconds=seconds,
-        note="" if found.convicted else note,
+        wall_seconds=round(time.monotonic() - started, 1), quiet_seconds=round(quiet_seconds, 1),
+        budget_seconds=seconds, note=note if not_tried and not found.convicted else "",
     )  # fmt: skip
 
 
@@ -172,10 +164,11 @@ class _Crew:
 
 def _rounds(
     found: _Findings, chosen: Sequence[Change], crew: _Crew, seconds: float, progress: Callable[[str], None]
-) -> None:
-    """Try the faults round by round while the budget lasts. Each round examines witnesses of the one before.
+) -> float:
+    """Try the faults round by round while the budget lasts; return how much of it was spent, in seconds.
 
-    Faults that no test reaches cost nothing, yet they keep their places: a budget that runs out cuts off both kinds.
+    Each round examines witnesses of the one before. Faults that no test reaches cost nothing, yet they keep their
+    places: a budget that runs out cuts off both kinds.
     """
     waiting = list(chosen)
     noticed: list[tuple[Change, _Result]] = []
@@ -209,6 +202,7 @@ def _rounds(
         needed = crew.spent + (crew.spent - before)
         if needed > seconds * crew.workers or not all(result.tried for result in results):
             waiting = []
+    return crew.spent / crew.workers
 
 
 def _noticed(found: _Findings) -> int:
