@@ -10,7 +10,6 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -41,12 +40,12 @@ PROFILE_VARIABLES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES
 
 
 @contextlib.contextmanager
-def quick_discovery() -> Iterator[None]:
+def quick_discovery(slowness: float) -> Iterator[None]:
     """Have a node that is created meanwhile find the others soon; a profile that the user has set is left alone."""
     if any(name in os.environ for name in PROFILE_VARIABLES):
         yield
         return
-    delay_ns = int(FIRST_ANNOUNCEMENT_S * slowness() * 1e9)
+    delay_ns = int(FIRST_ANNOUNCEMENT_S * slowness * 1e9)
     with tempfile.NamedTemporaryFile("w", prefix="ros2-discovery-", suffix=".xml") as file:
         file.write(PROFILE.format(s=delay_ns // 10**9, ns=delay_ns % 10**9))
         file.flush()
@@ -58,33 +57,29 @@ def quick_discovery() -> Iterator[None]:
                 del os.environ[name]
 
 
-def slowness() -> float:
-    """Return how many times slower than an idle machine this one is, judged by this process's own start.
+class Slowness:
+    """How many times slower than an idle machine this one is, judged by a piece of this process's own work.
 
-    Importing rclpy is all computing. Where that took longer than the processor worked for it, others are computing too,
-    and the nodes that have to answer will be as late.
+    Importing rclpy is nearly all computing. Where it takes longer than the processor works for it, others are computing
+    too, and the nodes that have to answer will be as late.
     """
-    computed_s = time.process_time()
-    began_s = _start_of_process()
-    return 1.0 if began_s is None else min(max((time.time() - began_s) / max(computed_s, 0.1), 1.0), 5.0)
 
+    def __init__(self) -> None:
+        self.began_s, self.computed_s = time.perf_counter(), time.process_time()
 
-def _start_of_process() -> float | None:
-    try:
-        ticks = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])
-        up_s = float(Path("/proc/uptime").read_text().split()[0])
-    except (OSError, ValueError, IndexError):
-        return None
-    return time.time() - up_s + ticks / os.sysconf("SC_CLK_TCK")
+    def factor(self) -> float:
+        """Return the factor over the time since the start; a file cache that is cold is no sign of a busy machine."""
+        took_s, computed_s = time.perf_counter() - self.began_s, time.process_time() - self.computed_s
+        return 1.0 if took_s < 0.1 else min(max(took_s / max(computed_s, 0.1), 1.0), 3.0)
 
 
 class Graph:
     """A node of ours and what it sees."""
 
-    def __init__(self, node: Any, rest_s: float | None = None) -> None:
+    def __init__(self, node: Any, rest_s: float | None = None, slowness: float = 1.0) -> None:
         self.node = node
         self.rest_s = rest_s
-        self.slowness = slowness()
+        self.slowness = slowness
 
     def settle(self) -> None:
         """Wait until the graph has stopped changing."""
@@ -173,17 +168,19 @@ def is_hidden(name: str) -> bool:
 @contextlib.contextmanager
 def graph(rest_s: float | None = None, **options: Any) -> Iterator[Graph]:
     """Yield a graph, with a hidden node of our own in it."""
+    work = Slowness()
     import rclpy
     from rclpy.signals import SignalHandlerOptions
     from rclpy.utilities import try_shutdown
 
+    slowness = work.factor()
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C ends the command, by Python's own rule
     try:
         # Nobody asks this node for parameters: without their services it starts faster and clutters nothing.
-        with quick_discovery():
+        with quick_discovery(slowness):
             node = rclpy.create_node(f"_ros2cli_{os.getpid()}", start_parameter_services=False, **options)
         try:
-            yield Graph(node, rest_s)
+            yield Graph(node, rest_s, slowness)
         finally:
             node.destroy_node()
     finally:
