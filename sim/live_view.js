@@ -380,10 +380,10 @@ class View {
     this.drawScan(ctx, colors, pose);
     this.drawPath(ctx, colors, pose);
     for (const o of this.obstacles.values()) this.drawObstacle(ctx, colors, o);
-    this.scene.goals.forEach(([x, y], i) => this.drawGoal(ctx, colors, x, y, String(i + 1)));
-    if (this.now.goal) this.drawGoal(ctx, colors, ...this.now.goal, "");
     this.drawHits(ctx, colors);
     this.drawRobot(ctx, colors, pose);
+    this.scene.goals.forEach(([x, y], i) => this.drawGoal(ctx, colors, x, y, String(i + 1)));
+    if (this.now.goal) this.drawGoal(ctx, colors, ...this.now.goal, "");
     for (const [x, y] of this.contacts) this.drawCross(ctx, colors.contact, x, y, 6, Math.PI / 4, 3);
     if (this.cursor) this.drawCross(ctx, colors.text, ...this.cursor, 9, 0, 1.5);
     this.drawScale(ctx, colors);
@@ -424,7 +424,7 @@ class View {
     for (let i = 0; i < path.length; i += 2) ctx.lineTo(plan.px(path[i]), plan.py(path[i + 1]));
     if (this.now.status !== "running") ctx.lineTo(plan.px(x), plan.py(y));
     ctx.strokeStyle = colors.path;
-    ctx.lineWidth = 2;
+    ctx.lineWidth = 2.5;
     ctx.lineJoin = "round";
     ctx.stroke();
   }

@@ -1,0 +1,809 @@
+"""The live view: what is sent to a browser, what a browser may order, pacing, and how it begins and ends."""
+
+import _thread
+import base64
+import contextlib
+import itertools
+import json
+import math
+import os
+import shutil
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+from collections.abc import Callable, Iterator
+from pathlib import Path as FilePath
+from typing import Any
+
+import numpy as np
+import pytest
+
+from sim import Box, Circle, Path, Seen, Simulator, Tourist, Twist, Wall, World, drive, load_world
+from sim.live import NO_RANGE, SILENT_S, Feed, Live, Message, Pacer
+
+ROOT = FilePath(__file__).parents[2]
+BOX = Box((2.0, 1.0), (0.4, 0.4), name="crate")
+ROOM = World(name="room", obstacles=(Wall((3.0, -2.0), (3.0, 2.0), name="wall"), BOX))
+
+
+def ahead(_: Seen) -> Twist:
+    return Twist(0.4, 0.0)
+
+
+def wait_for(condition: Callable[[], object], seconds: float = 20.0) -> None:
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.005)
+
+
+class Browser:
+    """Stands for a browser's view: keeps what it is told as live_view.js does."""
+
+    def __init__(self, live: Live, view: str = "a") -> None:
+        self.live, self.view = live, view
+        self.messages: list[Message] = []
+        self.scans: list[bytes] = []
+        self.obstacles: dict[str, Any] = {}
+        self.path: list[float] = []
+        live._channel = self
+        live.receive({"kind": "hello", "view": view})
+
+    def send(self, content: Message, buffers: list[bytes]) -> None:
+        self.messages.append(content)
+        self.scans.append(buffers[0])
+        if "scene" in content:
+            self.obstacles, self.path = {}, []
+        self.obstacles |= {o["name"]: o for o in content.get("new", ())}
+        for name, at in content.get("moved", {}).items():
+            self.obstacles[name]["at"] = at
+        for name in content.get("gone", ()):
+            del self.obstacles[name]
+        if "path" in content:
+            begin, *points = content["path"]
+            self.path[2 * begin :] = points
+
+    def order(self, kind: str, **values: object) -> None:
+        self.live.receive({"kind": kind, **values})
+
+    @property
+    def last(self) -> Message:
+        return self.messages[-1]
+
+
+class Desk:
+    """A live view without its thread, and a clock that is moved by hand."""
+
+    def __init__(self, live: Live) -> None:
+        self.live, self.now = live, 1000.0
+        self.browser = Browser(live)
+
+    def go(self, seconds: float) -> None:
+        """Let wall time pass as the thread would: sleeping exactly as long as it is told."""
+        end = self.now + seconds
+        while self.now <= end + 1e-9:
+            wait = self.live.turn(self.now)
+            if wait is None or self.now + wait > end + 1e-9:
+                break
+            self.now += max(wait, 1e-4)  # a step takes some time
+        self.now = end
+
+
+def desk(world: World = ROOM, **options: Any) -> Desk:
+    options.setdefault("driver", ahead)
+    return Desk(Live(Simulator(world, noise=False), **options))
+
+
+@pytest.fixture
+def live() -> Iterator[Live]:
+    live = Live(Simulator(ROOM), ahead, rate=math.inf)
+    yield live
+    live.stop()
+
+
+# ------------------------------------------------------------------------------------------- what a view is told
+
+
+def test_the_first_message_brings_the_scene_and_the_next_only_what_changed() -> None:
+    d = desk()
+    d.go(0.5)
+    first, second = d.browser.messages[:2]
+    assert first["scene"]["world"] == "room"
+    assert {o["name"]: o["at"] for o in first["new"]} == {"wall": [3.0, 0.0], "crate": [2.0, 1.0]}
+    assert "scene" not in second
+    assert "new" not in second
+
+
+def test_a_view_that_keeps_the_changes_has_the_robots_true_path_and_place() -> None:
+    d = desk()
+    d.go(3.0)
+    d.browser.order("pause")
+    d.go(0.1)
+    sim = d.live.simulator
+    assert d.browser.last["pose"] == [round(sim.pose.x, 3), 0.0, 0.0]
+    x, y = d.browser.path[::2], d.browser.path[1::2]
+    assert x[0] == 0.0
+    assert sim.pose.x - x[-1] <= 0.02
+    assert set(y) == {0.0}
+    assert all(0.0 < b - a <= 0.04 for a, b in itertools.pairwise(x))
+
+
+def test_the_scan_is_in_centimetres_and_what_is_out_of_reach_is_marked() -> None:
+    message, scan = Feed(Simulator(ROOM, noise=False)).message()
+    ranges = np.frombuffer(scan, "<u2")
+    angles = message["scene"]["angle_min"] + message["scene"]["increment"] * np.arange(ranges.size)
+    assert ranges.size == 180
+    assert ranges[np.argmin(np.abs(angles))] == 300  # the wall 3 m ahead
+    assert ranges[0] == NO_RANGE  # nothing behind
+
+
+def test_a_moving_obstacle_is_told_by_its_place_alone() -> None:
+    cart = Box((2.0, -1.0), (0.3, 0.3), name="cart", motion=Path(((2.0, 1.0),), speed=0.5))
+    d = desk(World(obstacles=(cart, BOX)), driver=lambda _: Twist())
+    d.go(2.0)
+    assert d.browser.last["moved"].keys() == {"cart"}
+    assert d.browser.obstacles["cart"]["at"] == [2.0, pytest.approx(-1.0 + 0.5 * d.browser.last["t"], abs=1e-3)]
+
+
+def test_obstacles_that_appear_and_vanish_come_and_go_in_the_view() -> None:
+    ghost = Circle((2.0, 2.0), 0.2, name="ghost", appears=0.5, vanishes=1.0)
+    d = desk(World(obstacles=(ghost,)), driver=lambda _: Twist())
+    seen = []
+    for _ in range(3):
+        d.go(0.45)
+        seen.append("ghost" in d.browser.obstacles)
+    assert seen == [False, True, False]
+
+
+def test_contacts_are_told_once() -> None:
+    d = desk(World(obstacles=(Wall((0.5, -1.0), (0.5, 1.0), name="wall"),)))
+    d.go(3.0)
+    contacts = [c for m in d.browser.messages for c in m.get("contacts", ())]
+    assert [c[3] for c in contacts] == ["wall"]
+    assert d.browser.last["touching"]
+
+
+def test_an_obstacle_turned_by_its_yaw_has_its_corners_where_they_are() -> None:
+    message, _ = Feed(Simulator(World(obstacles=(Box((3.0, 0.0), (2.0, 0.2), yaw=math.pi / 2, name="b"),)))).message()
+    (part,) = message["new"][0]["parts"]
+    assert (max(part[::2]), max(part[1::2])) == (0.1, 1.0)
+
+
+def test_a_long_path_is_thinned_and_told_anew() -> None:
+    simulator = Simulator(World(), noise=False)
+    feed, told = Feed(simulator), []
+    for i in range(4200):
+        simulator.place_robot(type(simulator.pose)(0.03 * i, 0.0, 0.0))
+        feed.follow()
+        if i % 100 == 0:
+            begin, *points = feed.message()[0]["path"]
+            told[2 * begin :] = points
+    assert len(feed.path) < 2500
+    assert told[0] == 0.0
+    assert told[-2] == pytest.approx(0.03 * 4100)
+    assert (np.diff(told[::2]) > 0).all()
+
+
+# --------------------------------------------------------------------------------------------------------- pacing
+
+
+@pytest.mark.parametrize(("rate", "simulated"), [(0.25, 0.5), (1.0, 2.0), (5.0, 10.0)])
+def test_simulated_time_goes_at_the_chosen_speed(rate: float, simulated: float) -> None:
+    d = desk(World(), rate=rate)
+    d.go(2.0)
+    assert d.live.simulator.time == pytest.approx(simulated, abs=0.03 * max(1.0, rate))
+
+
+def test_as_fast_as_it_goes_never_waits() -> None:
+    pacer = Pacer(math.inf)
+    pacer.stepped(1.0, now=5.0)
+    assert pacer.wait(5.0) == 0.0
+
+
+def test_what_a_stall_lost_is_not_caught_up_in_a_rush() -> None:
+    pacer = Pacer(1.0)
+    pacer.stepped(0.05, now=0.0)
+    pacer.stepped(0.05, now=60.0)  # the machine slept
+    assert pacer.wait(60.0) == pytest.approx(0.05)
+
+
+def test_what_a_busy_moment_lost_is_caught_up() -> None:
+    pacer = Pacer(1.0)
+    for now in (0.0, 0.05, 0.13, 0.16):
+        pacer.stepped(0.05, now)
+    assert pacer.wait(0.16) == pytest.approx(0.04)
+
+
+def test_there_are_twenty_frames_a_second_and_no_more_than_asked_for() -> None:
+    d = desk(World())
+    d.go(4.0)
+    assert 20 * 4 <= len(d.browser.messages) <= 30 * 4 + 2
+
+
+def test_at_a_bridges_tick_every_tick_is_a_frame() -> None:
+    """20 ticks a simulated second make 20 frames, none lost to a beat between 20 and 30 Hz."""
+    simulator = Simulator(World(), noise=False)
+    d = Desk(Live(simulator, step=simulator.step))
+    d.go(5.0)
+    assert [round(m["t"] * 20) for m in d.browser.messages] == list(range(1, len(d.browser.messages) + 1))
+    assert len(d.browser.messages) >= 100
+
+
+def test_at_full_speed_frames_do_not_grow_with_the_steps() -> None:
+    d = desk(World(), rate=math.inf)
+    d.go(1.0)
+    assert d.live.simulator.time > 100.0
+    assert len(d.browser.messages) <= 32
+
+
+def test_a_browser_that_went_without_a_word_gets_one_frame_a_second_until_it_is_heard() -> None:
+    d = desk(World())
+    d.go(SILENT_S + 1.0)
+    before = len(d.browser.messages)
+    d.go(10.0)
+    assert len(d.browser.messages) - before <= 11
+    d.browser.order("alive", view="a")
+    before = len(d.browser.messages)
+    d.go(2.0)
+    assert len(d.browser.messages) - before >= 40
+
+
+# ------------------------------------------------------------------------------------------------------- commands
+
+
+def test_pause_step_and_run_do_as_they_say() -> None:
+    d = desk()
+    d.go(1.0)
+    d.browser.order("pause")
+    d.go(1.0)
+    stood = d.live.simulator.time
+    assert stood == pytest.approx(1.0, abs=0.03)
+    assert d.browser.last["status"] == "paused"
+    d.browser.order("step")
+    d.go(1.0)
+    assert d.live.simulator.time == pytest.approx(stood + 0.1)
+    assert d.browser.last["t"] == pytest.approx(stood + 0.1)
+    d.browser.order("run")
+    d.go(1.0)
+    assert d.live.simulator.time == pytest.approx(stood + 1.1, abs=0.05)
+
+
+def test_nothing_is_sent_while_the_robot_stands_paused() -> None:
+    d = desk()
+    d.browser.order("pause")
+    d.go(1.0)
+    before = len(d.browser.messages)
+    assert d.live.turn(d.now) is None
+    d.go(100.0)
+    assert len(d.browser.messages) == before
+
+
+def test_reset_brings_back_robot_obstacles_path_and_driver() -> None:
+    calls = []
+    d = desk(on_reset=lambda: calls.append("reset"))
+    d.go(2.0)
+    d.browser.order("move", name="crate", x=1.0, y=-1.0)
+    d.go(0.1)
+    assert d.browser.obstacles["crate"]["at"] == [1.0, -1.0]
+    d.browser.order("pause")
+    d.browser.order("reset")
+    d.go(0.1)
+    assert calls == ["reset"]
+    assert d.browser.last["t"] == 0.0
+    assert d.browser.obstacles["crate"]["at"] == [2.0, 1.0]
+    assert d.browser.path == [0.0, 0.0]
+    d.browser.order("run")
+    d.go(1.0)
+    assert d.browser.last["pose"][0] > 0.3
+
+
+def test_a_simulator_that_a_cell_reset_begins_a_new_scene() -> None:
+    d = desk()
+    d.go(1.0)
+    with d.live.hold() as simulator:
+        simulator.reset()
+    d.live.turn(d.now)
+    assert "scene" in d.browser.last
+
+
+def test_a_click_calls_on_goal_with_metres_and_shows_its_answer() -> None:
+    goals = []
+
+    def on_goal(x: float, y: float) -> str:
+        goals.append((x, y))
+        return "on my way"
+
+    d = desk(on_goal=on_goal)
+    d.browser.order("goal", x=1.5, y=-0.25)
+    d.go(0.2)
+    assert goals == [(1.5, -0.25)]
+    assert d.browser.last["goal"] == [1.5, -0.25]
+    assert d.browser.last["note"][1] == "on my way"
+
+
+def test_the_built_in_driver_goes_where_it_is_clicked() -> None:
+    d = Desk(Live(Simulator(World(), noise=False), rate=10.0))
+    d.browser.order("goal", x=1.0, y=1.0)
+    d.go(1.5)
+    assert d.live.simulator.pose.distance_to(type(d.live.simulator.pose)(1.0, 1.0)) < 0.1
+
+
+def test_a_click_without_anybody_to_go_says_how_to_change_that() -> None:
+    d = desk()
+    d.browser.order("goal", x=1.0, y=1.0)
+    d.go(0.1)
+    assert "on_goal" in d.browser.last["note"][1]
+    assert d.browser.last["goal"] is None
+
+
+def test_a_dragged_obstacle_stands_elsewhere_for_lidar_and_hull() -> None:
+    d = desk(World(obstacles=(BOX,)), driver=lambda _: Twist())
+    d.browser.order("move", name="crate", x=1.0, y=0.0)
+    d.go(0.1)
+    assert d.live.simulator.true_ranges().min() == pytest.approx(0.8)
+
+
+def test_an_obstacle_is_not_put_where_the_robot_is() -> None:
+    d = desk(World(obstacles=(BOX,)), driver=lambda _: Twist())
+    d.browser.order("move", name="crate", x=0.3, y=0.0)
+    d.go(0.1)
+    assert d.browser.obstacles["crate"]["at"] == [2.0, 1.0]
+    assert d.live.simulator.contacts == ()
+    assert "crate cannot stand" in d.browser.last["note"][1]
+
+
+def test_of_many_moves_between_two_steps_only_the_last_is_made() -> None:
+    d = desk(World(obstacles=(BOX,)), driver=lambda _: Twist())
+    for i in range(50):
+        d.browser.order("move", name="crate", x=1.0 + 0.01 * i, y=1.0)
+    d.go(0.1)
+    assert len(d.live.simulator.presences) == 2
+    assert d.browser.obstacles["crate"]["at"] == [1.49, 1.0]
+
+
+def test_walls_stay_where_they_are() -> None:
+    d = desk()
+    d.browser.order("move", name="wall", x=0.0, y=0.0)
+    d.browser.order("move", name="nobody", x=0.0, y=0.0)
+    d.go(0.1)
+    assert d.browser.obstacles["wall"]["at"] == [3.0, 0.0]
+    assert not d.browser.obstacles["wall"]["drag"]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        None,
+        "pause",
+        {},
+        {"kind": "explode"},
+        {"kind": "rate", "value": 0},
+        {"kind": "rate", "value": "fast"},
+        {"kind": "rate", "value": math.nan},
+        {"kind": "goal", "x": math.inf, "y": 0.0},
+        {"kind": "goal", "x": True, "y": 0.0},
+        {"kind": "goal", "x": 1.0},
+        {"kind": "move", "name": 3, "x": 1.0, "y": 1.0},
+        {"kind": "hello"},
+    ],
+)
+def test_what_is_no_command_is_left_alone(content: object) -> None:
+    d = desk()
+    d.live.receive(content)
+    d.go(0.2)
+    assert d.live.error is None
+    assert d.live.simulator.time > 0.1
+
+
+def test_a_driver_that_fails_stops_the_robot_and_the_view_says_where() -> None:
+    def driver(seen: Seen) -> Twist:
+        return Twist(1.0 / (seen.time - 0.5), 0.0) if seen.time > 0.45 else Twist()
+
+    d = desk(driver=driver)
+    d.go(2.0)
+    assert d.live.simulator.time == pytest.approx(0.5)
+    assert d.browser.last["status"] == "failed"
+    assert "ZeroDivisionError" in d.browser.last["note"][1]
+    assert "of driver)" in d.browser.last["note"][1]
+
+
+# ------------------------------------------------------------------------------------- beginning, ending, no browser
+
+
+def test_it_runs_while_it_is_watched_and_stands_when_the_last_view_is_closed() -> None:
+    d = desk()
+    d.live.receive({"kind": "hello", "view": "b"})
+    d.go(0.5)
+    d.browser.order("bye", view="a")
+    d.go(0.5)
+    watched = d.live.simulator.time
+    assert watched == pytest.approx(1.0, abs=0.03)
+    d.browser.order("bye", view="b")
+    d.go(5.0)
+    assert d.live.simulator.time == pytest.approx(watched, abs=0.03)
+    assert d.live.turn(d.now) is None
+
+
+def test_a_run_without_a_browser_is_as_fast_as_it_goes_and_the_same_as_drive(live: Live) -> None:
+    began = time.monotonic()
+    live.set_rate(0.01)
+    live.run(20.0)
+    assert time.monotonic() - began < 100.0  # at that rate it would take 2000 s
+    expected = Simulator(ROOM)
+    drive(expected, ahead, 20.0)
+    assert live.simulator.time == 20.0
+    assert live.simulator.pose == expected.pose
+    assert not live.is_running
+
+
+def test_the_built_in_driver_makes_the_same_tour_as_without_the_view() -> None:
+    world = load_world("office")
+    with Live(Simulator(world)) as live:
+        live.run(30.0)
+    expected = Simulator(world)
+    drive(expected, Tourist(expected), 30.0)
+    assert live.simulator.pose == expected.pose
+
+
+def test_a_run_can_end_earlier_and_go_on(live: Live) -> None:
+    live.run(20.0, until=lambda: live.simulator.time >= 1.0)
+    assert live.simulator.time == pytest.approx(1.0)
+    live.run(1.0)
+    assert live.simulator.time == pytest.approx(2.0)
+
+
+def test_a_run_raises_what_the_driver_raised() -> None:
+    def driver(_: Seen) -> Twist:
+        raise LookupError("no way")
+
+    with Live(Simulator(ROOM), driver) as live, pytest.raises(LookupError, match="no way"):
+        live.run(5.0)
+
+
+def test_a_run_raises_what_its_condition_raised(live: Live) -> None:
+    def until() -> bool:
+        raise LookupError("no idea")
+
+    with pytest.raises(LookupError, match="no idea"):
+        live.run(5.0, until=until)
+
+
+def test_an_interrupted_run_leaves_the_robot_standing(live: Live) -> None:
+    interrupted = threading.Event()
+
+    def until() -> None:
+        if not interrupted.is_set():
+            interrupted.set()
+            _thread.interrupt_main()
+
+    with pytest.raises(KeyboardInterrupt):
+        live.run(1e6, until)
+    assert interrupted.is_set()
+    assert not live.is_running
+
+
+def test_a_cell_can_change_the_simulator_while_it_runs_at_full_speed(live: Live) -> None:
+    live.start()
+    wait_for(lambda: live.simulator.time > 1.0)
+    for _ in range(20):
+        with live.hold() as simulator:
+            before = simulator.time
+            simulator.reset()
+            assert simulator.time == 0.0 < before
+        wait_for(lambda: live.simulator.time > 0.0)
+
+
+def test_commands_from_many_threads_all_arrive(live: Live) -> None:
+    goals: list[float] = []
+    live._on_goal = lambda x, _y: goals.append(x)
+    live.start()
+
+    def click(first: int) -> None:
+        for i in range(100):
+            live.receive({"kind": "goal", "x": first + i, "y": 0})
+
+    threads = [threading.Thread(target=click, args=(1000 * n,)) for n in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    wait_for(lambda: len(goals) == 400)
+    assert sorted(goals) == [1000 * n + i for n in range(4) for i in range(100)]
+
+
+def test_stop_ends_the_thread_and_can_be_said_twice(live: Live) -> None:
+    live.start()
+    thread = live._thread
+    assert thread is not None
+    live.stop()
+    live.stop()
+    assert not thread.is_alive()
+    assert live.is_stopped
+    with pytest.raises(RuntimeError, match="make a new one"):
+        live.start()
+
+
+def test_a_callback_may_stop_it(live: Live) -> None:
+    live._on_goal = lambda _x, _y: live.stop()
+    live.start()
+    live.receive({"kind": "goal", "x": 1, "y": 1})
+    wait_for(lambda: not live._thread.is_alive())  # type: ignore[union-attr]
+
+
+def test_it_leaves_a_picture_of_where_the_robot_is_and_a_text_that_never_changes(live: Live) -> None:
+    before, _ = live._repr_mimebundle_()
+    live.run(2.0)
+    after, metadata = live._repr_mimebundle_()
+    assert before.keys() == {"text/plain", "image/png"}
+    assert base64.b64decode(after["image/png"]).startswith(b"\x89PNG")
+    assert before["text/plain"] == after["text/plain"] == "Live view of 'room'"
+    assert metadata["image/png"]["alt"] == "room at 2.00 s"
+
+
+def test_a_wrong_setting_is_refused_with_what_to_do() -> None:
+    simulator = Simulator(ROOM)
+    with pytest.raises(ValueError, match="not both"):
+        Live(simulator, ahead, step=simulator.step)
+    with pytest.raises(ValueError, match="above 0"):
+        Live(simulator, rate=0.0)
+    with Live(simulator) as live, pytest.raises(ValueError, match="finite number above 0"):
+        live.run(math.inf)
+
+
+# ----------------------------------------------------------------------------------------------- in a real browser
+
+SETUP = """
+from sim import Box, Path, Simulator, World, room
+from sim.live import Guide, Live
+
+crate = Box((2.0, 0.0), (0.5, 0.5), name="crate")
+cart = Box((4.0, -1.0), (0.4, 0.4), name="cart", motion=Path(((4.0, 1.0),), 0.4, "back_and_forth"))
+world = World("yard", (*room((-1.0, -2.0), (5.0, 2.0)), crate, cart), title="a crate and a cart")
+simulator = Simulator(world)
+driver, goals = Guide(simulator), []
+
+
+def on_goal(x, y):
+    goals.append((x, y))
+    driver.go_to(x, y)
+
+
+live = Live(simulator, driver, on_goal=on_goal)
+"""
+BOUNDS = (-1.4, -2.4, 5.4, 2.4)  # the room and a margin of 0.4 m
+PANEL = "[...(window.jupyterapp?.shell.widgets('main') ?? [])].find(w => w.sessionContext)"
+
+
+class Page:
+    """A page of a headless Chromium, by its debugging protocol (websocket-client comes with Jupyter)."""
+
+    def __init__(self, port: int) -> None:
+        import websocket
+
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/json", timeout=10) as answer:
+            pages = json.load(answer)
+        target = next(p for p in pages if p["type"] == "page")
+        self._socket = websocket.create_connection(target["webSocketDebuggerUrl"], timeout=60, suppress_origin=True)
+        self._count = 0
+
+    def close(self) -> None:
+        self._socket.close()
+
+    def call(self, method: str, **params: object) -> Any:
+        self._count += 1
+        self._socket.send(json.dumps({"id": self._count, "method": method, "params": params}))
+        while True:
+            answer = json.loads(self._socket.recv())
+            if answer.get("id") == self._count:
+                assert "error" not in answer, answer
+                return answer["result"]
+
+    def ask(self, script: str) -> Any:
+        """Return what an expression (a promise is awaited) is in the page."""
+        got = self.call("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in got, got["exceptionDetails"]
+        return got["result"].get("value")
+
+    def wait(self, script: str, seconds: float = 90.0) -> Any:
+        """Return the value of an expression as soon as it is true."""
+        deadline = time.monotonic() + seconds
+        while not (value := self.ask(script)):
+            assert time.monotonic() < deadline, f"waited in vain for {script}\n{self.ask('document.body.innerText')}"
+            time.sleep(0.05)
+        return value
+
+    def view(self, key: str) -> Any:
+        return self.ask(f"document.querySelector('.lv').dataset.{key}")
+
+    def mouse(self, kind: str, x: float, y: float, down: bool = True) -> None:
+        self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=int(down), clickCount=1)
+
+    def click(self, x: float, y: float) -> None:
+        self.mouse("mousePressed", x, y)
+        self.mouse("mouseReleased", x, y, down=False)
+
+    def press_button(self, name: str) -> None:
+        x, y = self.ask(
+            f"(() => {{ const b = [...document.querySelectorAll('.lv button')].find(b => b.textContent === '{name}')"
+            ".getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2] })()"
+        )
+        self.click(x, y)
+
+    def on_map(self, x: float, y: float, bounds: tuple[float, float, float, float]) -> tuple[float, float]:
+        """Return the pixel at which a place of the map (m) is drawn: the map is centred and fills one direction."""
+        box = self.ask("document.querySelector('.lv-map').getBoundingClientRect().toJSON()")
+        x0, y0, x1, y1 = bounds
+        scale = min(box["width"] / (x1 - x0), box["height"] / (y1 - y0))
+        return (
+            box["x"] + box["width"] / 2 + scale * (x - (x0 + x1) / 2),
+            box["y"] + box["height"] / 2 - scale * (y - (y0 + y1) / 2),
+        )
+
+    def key(self, key: str) -> None:
+        code = {" ": 32, "Enter": 13, "ArrowRight": 39, "ArrowUp": 38, "m": 77}[key]
+        text = {"text": key} if len(key) == 1 else {"text": "\r"} if key == "Enter" else {}
+        self.call("Input.dispatchKeyEvent", type="keyDown", key=key, windowsVirtualKeyCode=code, **text)
+        self.call("Input.dispatchKeyEvent", type="keyUp", key=key, windowsVirtualKeyCode=code)
+
+    def picture(self, path: FilePath) -> None:
+        path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
+
+    def kernel(self, code: str) -> str:
+        """Run code in the notebook's kernel and return what it prints."""
+        return self.ask(
+            f"""(async () => {{
+              const kernel = ({PANEL}).sessionContext.session.kernel;
+              const future = kernel.requestExecute({{code: {json.dumps(code)}, store_history: false}});
+              let said = "";
+              future.onIOPub = m => {{ if (m.content.text) said += m.content.text;
+                                       if (m.content.evalue) said += m.content.evalue; }};
+              await future.done;
+              return said.trim();
+            }})()"""
+        )
+
+
+def written(folder: FilePath, pattern: str, end: str) -> FilePath:
+    """Return the file as soon as it is there with its end."""
+    wait_for(lambda: any(end in f.read_text() for f in folder.glob(pattern)), 60)
+    return next(folder.glob(pattern))
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    """Return a browser's page with the notebook open in a running JupyterLab, nothing executed yet."""
+    browser = shutil.which("chromium") or shutil.which("google-chrome")
+    if browser is None:
+        pytest.skip("no chromium: install it (apt install chromium) to try the live view in a browser")
+    for module in ("jupyterlab", "anywidget", "websocket"):
+        pytest.importorskip(module, reason=f"no {module}: pip install -e '.[notebooks]' to try the live view")
+    folder = tmp_path_factory.mktemp("lab")
+    cells = [
+        {"cell_type": "code", "id": f"cell{i}", "source": s, "metadata": {}, "outputs": [], "execution_count": None}
+        for i, s in enumerate((SETUP.strip(), "live"))
+    ]
+    kernelspec = {"name": "python3", "display_name": "Python 3", "language": "python"}
+    notebook = {"cells": cells, "metadata": {"kernelspec": kernelspec}, "nbformat": 4, "nbformat_minor": 5}
+    (folder / "live.ipynb").write_text(json.dumps(notebook))
+    home = {key: str(folder / "home") for key in ("HOME", "IPYTHONDIR", "JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR")}
+    environment = {**os.environ, **home, "PYTHONPATH": str(ROOT), "JUPYTER_RUNTIME_DIR": str(folder / "runtime")}
+    server = [sys.executable, "-m", "jupyterlab", "--no-browser", "--ip=127.0.0.1", "--allow-root"]
+    server += ["--IdentityProvider.token=", "--ServerApp.port=0", "--LabApp.expose_app_in_browser=True"]
+    server.append(f"--ServerApp.root_dir={folder}")
+    settings = folder / "home/lab/user-settings/@jupyterlab/apputils-extension/notification.jupyterlab-settings"
+    settings.parent.mkdir(parents=True)
+    settings.write_text('{"fetchNews": "false", "checkForUpdates": false}')
+    chromium = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--remote-debugging-port=0"]
+    chromium += [f"--user-data-dir={folder / 'chromium'}", "--window-size=1100,1000", "--no-first-run", "about:blank"]
+    with contextlib.ExitStack() as stack:
+        for name, command in (("server", server), ("chromium", chromium)):
+            log = stack.enter_context((folder / f"{name}.log").open("w"))
+            process = subprocess.Popen(command, stdout=log, stderr=log, env=environment, cwd=folder)
+            stack.callback(process.wait, 30)
+            stack.callback(process.terminate)
+        server_file = written(folder / "runtime", "jpserver-*.json", "}")
+        port_file = written(folder / "chromium", "DevToolsActivePort", "/devtools/")
+        url = json.loads(server_file.read_text())["url"]
+        page = Page(int(port_file.read_text().split()[0]))
+        stack.callback(page.close)
+        page.call("Page.navigate", url=f"{url}lab/tree/live.ipynb")
+        page.wait(f"({PANEL})?.sessionContext.session?.kernel?.status === 'idle'")
+        page.ask(f"jupyterapp.shell.activateById(({PANEL}).id)")
+        page.ask("jupyterapp.commands.execute('application:toggle-left-area')")
+        yield page
+
+
+@pytest.mark.slow
+def test_in_jupyterlab_the_robot_drives_and_obeys(page: Page, tmp_path: FilePath) -> None:
+    """One visit, from the first frame to the picture that stays."""
+    page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
+    page.wait("Number(document.querySelector('.lv')?.dataset.frames) > 5")
+    page.ask("document.querySelector('.lv').scrollIntoView()")
+
+    began = [float(page.view(k)) for k in ("time", "frames", "drawn")]
+    page.wait(f"Number(document.querySelector('.lv').dataset.time) > {began[0]} + 5")
+    ended = [float(page.view(k)) for k in ("time", "frames", "drawn")]
+    simulated, frames, drawn = (b - a for a, b in zip(began, ended, strict=True))
+    print(f"{frames / simulated:.1f} messages, {drawn / simulated:.1f} pictures per simulated second")
+    assert frames / simulated >= 20
+    page.picture(tmp_path / "running.png")
+
+    page.press_button("Pause")
+    page.wait("document.querySelector('.lv').dataset.status === 'paused'")
+    stood = float(page.view("time"))
+    page.press_button("Step")
+    page.wait(f"Number(document.querySelector('.lv').dataset.time) > {stood}")
+    assert float(page.view("time")) == pytest.approx(stood + 0.1)
+
+    page.press_button("Reset")
+    page.wait("Number(document.querySelector('.lv').dataset.time) === 0")
+    assert page.view("pose") == "0 0 0"
+
+    page.click(*page.on_map(1.0, 1.0, BOUNDS))
+    page.wait("document.querySelector('.lv').dataset.goal !== ''")
+    x, y = (float(v) for v in page.kernel("print(*goals[-1])").split())
+    assert math.hypot(x - 1.0, y - 1.0) < 0.02
+    page.press_button("Run")
+    page.wait(
+        "(() => { const [x, y] = document.querySelector('.lv').dataset.pose.split(' ');"
+        " return Math.hypot(x - 1.0, y - 1.0) < 0.1 })()"
+    )
+
+    page.mouse("mousePressed", *page.on_map(2.1, 0.0, BOUNDS))
+    for i in range(1, 11):
+        page.mouse("mouseMoved", *page.on_map(2.1 + 0.1 * i, -0.1 * i, BOUNDS))
+        time.sleep(0.03)
+    page.picture(tmp_path / "dragging.png")
+    page.mouse("mouseReleased", *page.on_map(3.1, -1.0, BOUNDS), down=False)
+    where = "print(*next(p for o, p in live.simulator.obstacles if o.name == 'crate'))"
+    wait_for(lambda: [float(v) for v in page.kernel(where).split()] == pytest.approx([3.0, -1.0], abs=0.02))
+
+    page.ask("jupyterapp.commands.execute('apputils:change-theme', {theme: 'JupyterLab Dark'})")
+    page.wait("document.body.dataset.jpThemeLight === 'false'")
+    time.sleep(0.5)
+    page.picture(tmp_path / "dark.png")
+
+
+@pytest.mark.slow
+def test_in_jupyterlab_it_can_be_used_without_a_mouse(page: Page) -> None:
+    page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
+    page.wait("document.querySelector('.lv')?.dataset.status === 'running'")
+    page.ask("document.querySelector('.lv-map').focus()")
+    page.key(" ")
+    page.wait("document.querySelector('.lv').dataset.status === 'paused'")
+    x, y, _ = (float(v) for v in page.view("pose").split())
+    for key in ("ArrowRight", "ArrowRight", "ArrowUp", "Enter"):
+        page.key(key)
+    page.wait("document.querySelector('.lv').dataset.goal !== ''")
+    assert [float(v) for v in page.view("goal").split()] == pytest.approx([x + 0.5, y + 0.25], abs=2e-3)
+    assert page.ask("document.querySelectorAll('.jp-Cell').length") == 2  # no shortcut of the notebook's was hit
+    unnamed = (
+        "[...document.querySelectorAll('.lv button, .lv select, .lv canvas')].filter(e => !e.textContent.trim() && "
+    )
+    assert page.ask(unnamed + "!e.getAttribute('aria-label')).length") == 0
+
+
+@pytest.mark.slow
+def test_in_jupyterlab_it_goes_on_beside_a_busy_cell_and_ends_in_a_picture(page: Page) -> None:
+    """The student's node may block the kernel; a cell that is run again replaces its view; stop leaves a picture."""
+    page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
+    page.wait("document.querySelector('.lv')?.dataset.status === 'running'")
+    page.kernel("older = live")
+    page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
+    wait_for(
+        lambda: page.kernel("print(older.is_stopped, older._thread.is_alive(), live.is_running)") == "True False True"
+    )
+    assert page.ask("document.querySelectorAll('.lv').length") == 1
+
+    page.ask("window.before = Number(document.querySelector('.lv').dataset.frames)")
+    busy = "import time\nuntil = time.monotonic() + 4\nwhile time.monotonic() < until: pass\nprint('done')"
+    assert page.kernel(busy) == "done"
+    assert page.ask("Number(document.querySelector('.lv').dataset.frames) - window.before") >= 20
+
+    page.kernel("live.stop()")
+    page.wait("!document.querySelector('.lv') && document.querySelector('.jp-OutputArea-output img')")
+    data = page.ask(f"Object.keys(({PANEL}).content.widgets[1].model.outputs.get(0).data).sort()")
+    assert data == ["image/png", "text/plain"]
+    assert page.kernel("import threading; print([t.name for t in threading.enumerate()].count('live view'))") == "0"
