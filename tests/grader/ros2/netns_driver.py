@@ -5,24 +5,33 @@ import os
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
+background = []
 for line in sys.stdin:
     wanted = json.loads(line)
+    log = wanted.get("background")
+    out = Path(log).open("w") if log else subprocess.PIPE  # noqa: SIM115 - the process keeps it
     process = subprocess.Popen(
         wanted["words"],
-        env={**os.environ, **wanted.get("env", {})},
-        cwd=wanted.get("cwd"),
         stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE if not wanted.get("background") else open(wanted["background"], "w"),  # noqa: PTH123, SIM115 - the process keeps it
-        stderr=subprocess.PIPE if not wanted.get("background") else subprocess.STDOUT,
+        stdout=out,
+        stderr=subprocess.STDOUT if log else subprocess.PIPE,
         text=True,
     )
     answer = {"pid": process.pid}
-    if not wanted.get("background"):
+    if log:
+        background.append(process)
+    else:
         try:
-            out, err = process.communicate(timeout=wanted.get("interrupt_s", 60))
+            said, err = process.communicate(timeout=wanted.get("interrupt_s", 60))
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGINT)
-            out, err = process.communicate(timeout=30)
-        answer |= {"code": process.returncode, "out": out, "err": err}
+            said, err = process.communicate(timeout=30)
+        answer |= {"code": process.returncode, "out": said, "err": err}
     print(json.dumps(answer), flush=True)
+for process in background:
+    process.send_signal(signal.SIGINT)
+for process in background:
+    process.wait(timeout=20)
+os._exit(0)
