@@ -26,6 +26,7 @@ from grader import evidence, sandbox, toolchain
 from grader.errors import GraderError
 
 PACKAGE = "ros2_robot_controller"
+INTERFACES_PACKAGE = f"{PACKAGE}_interfaces"  # the name under which a submission may split its interfaces off
 CONTRACT = Path(__file__).parent / "contract" / PACKAGE
 INTERFACES = ("srv/SetSpeed", "srv/GetRobotStatus", "action/NavigateToPosition", "msg/SensorFusionData")
 
@@ -53,13 +54,17 @@ def cache_folder() -> Path:
     return Path(chosen or Path(base) / "ros2-course-kit").expanduser()
 
 
-def contract(cache: Path) -> Built:
+def contract(cache: Path, package: str = PACKAGE) -> Built:
     """Return the contract's own interfaces, built once on this machine. The observer talks with these types.
+
+    `package` is the name that they bear; INTERFACES_PACKAGE for a submission that has split them off.
 
     Raises:
         GraderError: they do not build here.
     """
-    built = build([CONTRACT], cache, seconds=600.0, trusted=True)
+    with tempfile.TemporaryDirectory(prefix="contract-") as scratch:
+        source = CONTRACT if package == PACKAGE else _renamed(CONTRACT, Path(scratch) / package)
+        built = build([source], cache, seconds=600.0, trusted=True, main=package)
     if not built.facts.ok:
         raise GraderError(
             f"The contract's own interfaces do not build on this machine:\n{built.facts.log_tail}\nRun `grader doctor`."
@@ -67,16 +72,34 @@ def contract(cache: Path) -> Built:
     return built
 
 
+def types_package(install: Path) -> str:
+    """Return the package under whose name a build has the contract's interfaces."""
+    split = any(_hash_in(install / "share", INTERFACES_PACKAGE, name) for name in INTERFACES)
+    whole = any(_hash_in(install / "share", PACKAGE, name) for name in INTERFACES)
+    return INTERFACES_PACKAGE if split and not whole else PACKAGE
+
+
+def _renamed(source: Path, target: Path) -> Path:
+    """Copy a package of interfaces under another name, the folder's, and return it."""
+    shutil.copytree(source, target)
+    for path in (target / "package.xml", target / "CMakeLists.txt"):
+        path.write_text(path.read_text().replace(source.name, target.name))
+    return target
+
+
 def contract_is_built(cache: Path) -> bool:
     """Return whether `contract` will answer at once."""
     return _load(cache / "builds" / _key([CONTRACT])) is not None
 
 
-def build(packages: Sequence[Path], cache: Path, *, seconds: float = 300.0, trusted: bool = False) -> Built:
+def build(
+    packages: Sequence[Path], cache: Path, *, seconds: float = 300.0, trusted: bool = False, main: str = PACKAGE
+) -> Built:
     """Build the package folders walled in and return the facts and the install tree.
 
     A second build of the same content takes the first one's result. Only the kit's own builds (`trusted`) fill the
-    compiler cache; submissions read it, so that none can plant an object file for another.
+    compiler cache; submissions read it, so that none can plant an object file for another. `main` is the package
+    without which nothing counts as built.
 
     Raises:
         GraderError: no wall or no disk. A package that does not compile is a fact, not an error.
@@ -87,10 +110,10 @@ def build(packages: Sequence[Path], cache: Path, *, seconds: float = 300.0, trus
         facts = _load(folder)
         if facts is not None:
             return Built(replace(facts, cached=True), folder / "install")
-        return _build(packages, folder, cache / "ccache", seconds, trusted)
+        return _build(packages, folder, cache / "ccache", seconds, trusted, main)
 
 
-def _build(packages: Sequence[Path], folder: Path, ccache: Path, seconds: float, trusted: bool) -> Built:
+def _build(packages: Sequence[Path], folder: Path, ccache: Path, seconds: float, trusted: bool, main: str) -> Built:
     ccache.mkdir(parents=True, exist_ok=True)
     work = Path(tempfile.mkdtemp(prefix=folder.name[:12] + ".", dir=folder.parent))
     try:
@@ -103,7 +126,7 @@ def _build(packages: Sequence[Path], folder: Path, ccache: Path, seconds: float,
         if tree is not None and tree.is_dir():
             shutil.copytree(tree, work / "build", symlinks=True, dirs_exist_ok=True)
         result = _colcon(work, ccache, seconds, trusted)
-        facts = _facts(result, work / "install")
+        facts = _facts(result, work / "install", main)
         if tree is not None and facts.ok and not tree.is_dir():
             tree.parent.mkdir(parents=True, exist_ok=True)
             with contextlib.suppress(OSError):  # another grading has put it there meanwhile
@@ -196,10 +219,10 @@ def _colcon(work: Path, ccache: Path, seconds: float, trusted: bool) -> sandbox.
     return sandbox.run(command, wall, sandbox.Limits(wall_seconds=seconds))
 
 
-def _facts(result: sandbox.RunResult, install: Path) -> evidence.Build:
+def _facts(result: sandbox.RunResult, install: Path, package: str) -> evidence.Build:
     share = install / "share"
     return evidence.Build(
-        ok=result.ok and (share / PACKAGE / "package.xml").is_file(),
+        ok=result.ok and (share / package / "package.xml").is_file(),
         cached=False,
         wall_seconds=round(result.wall_seconds, 1),
         exit_code=result.exit_code,
@@ -229,18 +252,20 @@ def _files(folder: Path) -> Iterator[Path]:
 
 def _type_hash(share: Path, interface: str) -> str:
     """Return the RIHS01 hash that rosidl installed beside the interface, "" if there is none."""
-    for package in (PACKAGE, f"{PACKAGE}_interfaces"):
-        described = _read_json(share / package / f"{interface}.json")
-        wanted = f"{package}/{interface}"
-        for entry in described.get("type_hashes", []) if isinstance(described, dict) else []:
-            if isinstance(entry, dict) and entry.get("type_name") == wanted:
-                return str(entry.get("hash_string", ""))[:80]
+    return next((found for name in (PACKAGE, INTERFACES_PACKAGE) if (found := _hash_in(share, name, interface))), "")
+
+
+def _hash_in(share: Path, package: str, interface: str) -> str:
+    described = _read_json(share / package / f"{interface}.json")
+    for entry in described.get("type_hashes", []) if isinstance(described, dict) else []:
+        if isinstance(entry, dict) and entry.get("type_name") == f"{package}/{interface}":
+            return str(entry.get("hash_string", ""))[:80]
     return ""
 
 
 def _interface_text(share: Path, interface: str) -> str:
     kind, name = interface.split("/")
-    for package in (PACKAGE, f"{PACKAGE}_interfaces"):
+    for package in (PACKAGE, INTERFACES_PACKAGE):
         path = share / package / kind / f"{name}.{kind}"
         if path.is_file() and not path.is_symlink() and path.stat().st_size < _JSON_CAP:
             return path.read_text(errors="replace")

@@ -87,6 +87,9 @@ def _build_and_try(submission: Submission, room: Path, settings: Settings) -> ev
     settings.progress("building the package")
     folders = [submission.package] + ([submission.interfaces] if submission.interfaces else [])
     built = build.build(folders, settings.cache, seconds=settings.build_seconds)
+    if (types := build.types_package(built.install)) != build.PACKAGE:
+        settings.progress(f"building the contract's interfaces as {types}: once on this machine, about a minute")
+        contract = build.contract(settings.cache, types)
     facts = replace(
         built.facts, contract_hashes=contract.facts.type_hashes, contract_texts=contract.facts.interface_texts
     )
