@@ -17,17 +17,18 @@ NamesAndTypes = list[tuple[str, list[str]]]
 
 # Discovery takes 10 to 150 ms on an idle machine. The graph counts as known when it has not changed for this long…
 REST_S = 0.25
-# …and at least this long after the start while nobody else is in it: a late graph is not an empty one.
-ALONE_S = 0.8
+# …and this long while nobody else is in it: nodes announce themselves every 3 s, so by then each has been heard,
+# also one whose first answer was lost (see below). An empty graph is worth being sure of.
+ALONE_S = 3.3
 # The longest wait for a graph to come to rest, and for a name that was asked for.
-LONGEST_S = 3.0
+LONGEST_S = 4.5
 STEP_S = 0.02
 
 
 # Fast DDS announces a new participant at once, before it can take in the answers. On one machine they come back within
 # a millisecond and are lost; the others think they have answered, and are found only at their own next announcement,
 # up to 3 s later. So this participant's first announcement is put off until it can listen (tried: six of six found).
-FIRST_ANNOUNCEMENT_S = 0.25
+FIRST_ANNOUNCEMENT_S = 0.35
 PROFILE = """<?xml version="1.0" encoding="UTF-8"?>
 <dds xmlns="http://www.eprosima.com"><profiles>
 <participant profile_name="ros2_command" is_default_profile="true"><rtps><builtin><discovery_config>
@@ -96,7 +97,7 @@ class Graph:
                 return
             elif now - changed >= REST_S * self.slowness and self._whole():
                 others = len(last[0]) > 1
-                if others or now - began >= ALONE_S * self.slowness:
+                if others or now - began >= ALONE_S:
                     return
             time.sleep(STEP_S)
 
