@@ -412,7 +412,11 @@ class Stage:
 
     def _scene(self) -> dict[str, Any]:
         world = self.simulator.world
-        found = {presence.obstacle.name: presence.obstacle for presence in self.simulator.presences}
+        found = {
+            # When it was taken away, so that a picture can draw it as something that passed.
+            p.obstacle.name: replace(p.obstacle, vanishes=round(p.until, 3)) if math.isfinite(p.until) else p.obstacle
+            for p in self.simulator.presences
+        }
         return replace(world, obstacles=tuple(found.values())).to_dict()
 
     def _sample(self) -> None:
