@@ -103,7 +103,7 @@ def test_the_submissions_own_settings_do_not_count(tmp_path: Path, files: dict[s
 
 @pytest.mark.parametrize("comment", ["# noqa", "# NOQA:F401", "# noqa: F401"])
 def test_a_noqa_hides_nothing(tmp_path: Path, comment: str):
-    quality, _ = style(tmp_path, {"m/a.py": f'import sys, os  {comment}\nX = sys, os  {comment}\n'})
+    quality, _ = style(tmp_path, {"m/a.py": f"import sys, os  {comment}\nX = sys, os  {comment}\n"})
     assert "E401" in rules(quality, "m/a.py")
 
 
