@@ -11,9 +11,8 @@ so a run takes as long as the node thinks and not as long as the clock says. How
 3. /clock is best effort and one deep on the node's side, so it can get lost: it is sent again when no answer comes.
 4. Wall-clock caps keep a dead or blocked node from holding up the run.
 
-A node that goes by wall time publishes while the clock stands still. One that answers too seldom, or has got
-a goal, is run in real time for a moment, with short stretches in which the clock stands still (`_Probe`), and stays in
-real time if something comes in these.
+A node that goes by wall time publishes while the clock stands still. One that answers too seldom, or has got a goal, is
+run in real time for a moment (`_Probe`), and stays in real time if it sends something when a tick is long over.
 """
 
 from __future__ import annotations
@@ -51,9 +50,10 @@ _DUE_CAP_S = 0.3  # for a message that is due
 _RESENT_AFTER_S = 0.05  # a clock that got lost is sent again after this
 _MISSES_ALLOWED = 3  # messages that were due and did not come before the node counts as irregular
 _SILENCES_ALLOWED = 3  # how often it is looked into that answers come more seldom than they should
-_PROBE_TICKS = 16  # how long a suspect is watched at most
-_STRETCH_TICKS = 2  # go by at once, then the clock stands still for as long
-_PROMPT_S = 0.015  # of wall time after a barrier: what comes later was not caused by the tick
+_PROBE_TICKS = 24  # how long a suspect is watched at most
+_STEADY_TICKS = 6  # how long at least
+_UNEVEN = (0.6, 1.4, 1.0)  # of a tick each: a loop of 20 Hz by wall time must not seem to keep step
+_PROMPT_S = 0.01  # of wall time after a barrier: what comes later was not caused by the tick
 _QUIET_S = 0.5  # a graph that has not changed for so long after the node's first answer has come up
 _STABLE_S = 4.0  # the same for a node that answers nothing: it may be busy in its constructor
 
@@ -115,20 +115,23 @@ class _Probe:
 
     A node may steer by a timer on the clock, and sleep by wall time in the loop that sends feedback and ends the goal.
     """
+    ticks: int = 0
     prompt: int = 0
+    """In how many ticks there was a sign."""
     late: int = 0
-    stretch: int = 0
-    ticks_left: int = _PROBE_TICKS
+    """How many signs came when the tick was long over."""
 
     def verdict(self) -> str:
         """Return the pace of a node that behaves so, "" while that is open."""
-        if self.late >= 2:
+        by_wall = self.late > self.prompt / 4
+        if self.late >= 2 and by_wall:
             return "real time"
-        if self.late == 0 and self.prompt >= 2:
+        regular = self.prompt * 3 >= self.ticks or not (self.of_feedback or self.prompt)
+        if self.ticks >= _STEADY_TICKS and self.late == 0 and regular:
             return "lockstep"
-        if self.ticks_left > 0:
+        if self.ticks < _PROBE_TICKS:
             return ""
-        return "real time" if self.late or (self.of_feedback and not self.prompt) else "lockstep"
+        return "real time" if by_wall or (self.of_feedback and not self.prompt) else "lockstep"
 
 
 class Bridge:
@@ -241,14 +244,15 @@ class Bridge:
         if self.pace == "real time":
             self.tick_by_wall(dt)
             return
-        before = self._signs()
+        before, started = self._signs(), time.monotonic()
         self._advance(dt)
         self._await_answer()
         if self._probe is not None:
-            self._watch(self._probe, before, dt)
+            self._watch(self._probe, before, started, dt)
         elif (self._tick - (self._answers.last or 0)) * dt > self.topics.answer_s + 1e-9:
-            self._silences += 1
-            if self._silences <= _SILENCES_ALLOWED:
+            # One that has said nothing yet may have to wait for its first scan.
+            if self._silences < (_SILENCES_ALLOWED if self._answers.count else 1):
+                self._silences += 1
                 self._probe = _Probe(of_feedback=False)
 
     def tick_by_wall(self, dt: float = TICK_S) -> None:
@@ -285,20 +289,15 @@ class Bridge:
         if self.pace == "lockstep":
             self._barrier()
 
-    def _watch(self, probe: _Probe, before: tuple[int, int], dt: float) -> None:
-        """Let the clock stand still for the time that the last ticks took, and look what comes meanwhile."""
+    def _watch(self, probe: _Probe, before: tuple[int, int], started: float, dt: float) -> None:
+        """Let wall time pass after a tick, and look whether something comes that the tick did not cause."""
+        self.spin_until(lambda: False, _PROMPT_S)
         answers, feedback = self._signs()
         probe.prompt += feedback > before[1] if probe.of_feedback else answers > before[0]
-        probe.ticks_left -= 1
-        probe.stretch += 1
-        if probe.stretch < _STRETCH_TICKS:
-            return
-        self._barrier()
-        self.spin_until(lambda: False, _PROMPT_S)
-        prompt = sum(self._signs())
-        self.spin_until(lambda: False, probe.stretch * dt - _PROMPT_S)
-        probe.late += sum(self._signs()) - prompt
-        probe.stretch = 0
+        end = started + _UNEVEN[probe.ticks % len(_UNEVEN)] * dt
+        self.spin_until(lambda: False, max(0.0, end - time.monotonic()))
+        probe.late += sum(self._signs()) - answers - feedback
+        probe.ticks += 1
         if verdict := probe.verdict():
             self.pace, self._probe = verdict, None
 
