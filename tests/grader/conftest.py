@@ -53,13 +53,3 @@ def graded(
         return done[key]
 
     return grade
-
-
-def lost(report: Graded) -> set[str]:
-    """Return the requirements that have lost points."""
-    return {r["id"] for r in report["requirements"] if r["outcome"] != "not_graded" and r["points"] < r["max"]}
-
-
-def words(report: Graded) -> str:
-    """Return everything that the report says of what went wrong."""
-    return json.dumps(report["requirements"], ensure_ascii=False)

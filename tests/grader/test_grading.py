@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import lost, words
 from submissions.edits import EDITS, apply
+from submissions.reports import lost, words
 from submissions.table import judged_by_trial
 
 from grader import pipeline
