@@ -38,8 +38,9 @@ MAX_PATH = 4000  # points; beyond it every second one is left out
 PATH_M = 0.02  # a point of the path is kept when it is so far from the last
 CONTROL_S = 0.1  # how often a driver is asked, as in `sim.drive`; also what the Step button advances
 BEHIND_S = 0.1  # of wall time: a longer stall of a busy machine is not caught up
-SILENT_S = 180.0  # a hidden tab's timers still fire once a minute; who is silent for longer has gone without a word
-SLOW_FPS = 1.0  # for a front end that may have gone
+# After how much silence a view counts as closed: views say every 4 s that they are there, a hidden tab once a minute,
+# and where a busy cell keeps the kernel from hearing it, nobody can tell.
+LOST_S, HIDDEN_LOST_S, UNHEARD_LOST_S = 15.0, 180.0, 600.0
 GRACE_S = 2.0  # how long `run` waits for a front end before it goes on without
 NO_RANGE = 65535  # centimetres on the wire: nothing seen
 ROOM_M = 0.01  # what is dragged keeps this distance from the hull
@@ -284,8 +285,7 @@ class Live:
         self._unwatched = False  # runs though nobody watches
         self._left: float | None = None  # simulated seconds until it pauses by itself
         self._until: Callable[[], object] | None = None
-        self._views: set[str] = set()
-        self._heard = -math.inf
+        self._views: dict[str, float] = {}  # until when each counts as open
         self._frame_due = -math.inf
         self._news = True
         self._goal: list[float] | None = None
@@ -457,7 +457,11 @@ class Live:
             self._channel = self._widget
             self._widget.on_msg(lambda _widget, content, _buffers: self.receive(content))
             self._widget.observe(self._notice_closing, "comm")
-            self._widget.comm.on_close(lambda _message: self.stop())
+            comm = self._widget.comm
+            comm.on_close(lambda _message: self.stop())
+            # JupyterLab sends commands to a thread of their own (a subshell). ipykernel 7 would hand them to whichever
+            # thread the comm spoke from last, the main one, which a cell may keep busy with a student's node.
+            comm._reply_subshell_for = lambda _data, wanted: wanted
 
     def _notice_closing(self, change: Mapping[str, object]) -> None:
         if change["new"] is None:
@@ -480,7 +484,11 @@ class Live:
         command = _command(content)
         if command is None:
             return
-        if command["kind"] == "hello":
+        if "view" in command:
+            busy_cells_deafen = threading.current_thread() is threading.main_thread()
+            command["patience"] = UNHEARD_LOST_S if busy_cells_deafen else LOST_S
+            if command["hidden"]:
+                command["patience"] = max(command["patience"], HIDDEN_LOST_S)
             self._seen_view.set()
         with self._wake:
             self._inbox.append(command)
@@ -494,15 +502,14 @@ class Live:
         return [c for i, c in enumerate(commands) if c["kind"] != "move" or last[c["name"]] == i]
 
     def _obey(self, command: Message, now: float) -> None:
-        self._heard = now
-        self._frame_due = min(self._frame_due, now)  # whoever was slow to answer gets the full rate again
         match command:
-            case {"kind": "hello", "view": view}:
-                self._views.add(view)
-                self._feed.begin()
-                self._news = True
+            case {"kind": "hello" | "alive" as kind, "view": view, "patience": patience}:
+                if kind == "hello" or view not in self._views:
+                    self._feed.begin()
+                    self._news = True
+                self._views[view] = now + patience
             case {"kind": "bye", "view": view}:
-                self._views.discard(view)
+                self._views.pop(view, None)
             case {"kind": "run"}:
                 self._run_on()
             case {"kind": "pause"}:
@@ -597,6 +604,7 @@ class Live:
         with self._lock:
             for command in self._take():
                 self._obey(command, now)
+            self._views = {view: until for view, until in self._views.items() if now <= until}
             wait: float | None = None
             if self._may_step():
                 wait = self._wait(now)
@@ -654,9 +662,8 @@ class Live:
             self._measured = (now, self._elapsed)
 
     def _send(self, now: float) -> None:
-        fps = self._fps if now - self._heard <= SILENT_S else SLOW_FPS
         # From when it was due, not from now: else steps and frames would beat.
-        self._frame_due = max(self._frame_due, now - 1 / fps) + 1 / fps
+        self._frame_due = max(self._frame_due, now - 1 / self._fps) + 1 / self._fps
         self._news = False
         if self._channel is None or not self._views:
             return
@@ -711,7 +718,7 @@ def _command(content: object) -> Message | None:
     if kind in ("run", "pause", "step", "reset"):
         return {"kind": kind}
     if kind in ("hello", "bye", "alive") and isinstance(content.get("view"), str):
-        return {"kind": kind, "view": content["view"]}
+        return {"kind": kind, "view": content["view"], "hidden": content.get("hidden") is True}
     if kind == "rate":
         value = content.get("value")
         rate = math.inf if value is None else _number(value)

@@ -4,7 +4,7 @@ const NO_RANGE = 65535;
 const RATES = [0.25, 0.5, 1, 2, 5, 10, null]; // null: as fast as it goes
 const CLICK_PX = 5; // less than this moved is a click
 const DRAG_MS = 100; // a dragged obstacle is sent so often
-const ALIVE_MS = 10000;
+const ALIVE_MS = 4000;
 const LEGEND = [
   ["path", "robot and path", "lv-thin"], ["scan", "lidar"], ["goal", "goal"],
   ["obstacle", "obstacle"], ["mover", "moves by itself"], ["contact", "contact"],
@@ -148,11 +148,14 @@ class View {
     this.dark = matchMedia("(prefers-color-scheme: dark)");
     this.onDark = () => { this.palette = null; this.redraw(); };
     this.dark.addEventListener("change", this.onDark);
-    this.alive = setInterval(() => this.send({ kind: "alive", view: this.id }), ALIVE_MS);
+    this.beat = () => this.send({ kind: "alive", view: this.id, hidden: document.hidden });
+    this.alive = setInterval(this.beat, ALIVE_MS);
+    document.addEventListener("visibilitychange", this.beat);
   }
 
   close() {
     clearInterval(this.alive);
+    document.removeEventListener("visibilitychange", this.beat);
     cancelAnimationFrame(this.request);
     this.resized.disconnect();
     this.themed.disconnect();

@@ -21,7 +21,7 @@ import numpy as np
 import pytest
 
 from sim import Box, Circle, Path, Seen, Simulator, Tourist, Twist, Wall, World, drive, load_world
-from sim.live import NO_RANGE, SILENT_S, Feed, Live, Message, Pacer
+from sim.live import HIDDEN_LOST_S, LOST_S, NO_RANGE, Feed, Live, Message, Pacer
 
 ROOT = FilePath(__file__).parents[2]
 BOX = Box((2.0, 1.0), (0.4, 0.4), name="crate")
@@ -238,16 +238,31 @@ def test_at_full_speed_frames_do_not_grow_with_the_steps() -> None:
     assert len(d.browser.messages) <= 32
 
 
-def test_a_browser_that_went_without_a_word_gets_one_frame_a_second_until_it_is_heard() -> None:
+def heard_beside_cells(browser: Browser, **content: object) -> None:
+    """Let a message arrive as JupyterLab's do, in a thread that no cell keeps busy."""
+    thread = threading.Thread(target=browser.live.receive, args=({"view": browser.view, **content},))
+    thread.start()
+    thread.join()
+
+
+@pytest.mark.parametrize(("hidden", "patience"), [(False, LOST_S), (True, HIDDEN_LOST_S)])
+def test_a_view_that_went_without_a_word_counts_as_closed(hidden: bool, patience: float) -> None:
     d = desk(World())
-    d.go(SILENT_S + 1.0)
-    before = len(d.browser.messages)
-    d.go(10.0)
-    assert len(d.browser.messages) - before <= 11
-    d.browser.order("alive", view="a")
-    before = len(d.browser.messages)
-    d.go(2.0)
-    assert len(d.browser.messages) - before >= 40
+    heard_beside_cells(d.browser, kind="alive", hidden=hidden)
+    d.go(patience + 5.0)
+    stood = d.live.simulator.time
+    assert stood == pytest.approx(patience, abs=0.1)
+    assert d.live.turn(d.now) is None
+    heard_beside_cells(d.browser, kind="alive", hidden=False)  # it was only slow
+    d.go(1.0)
+    assert d.live.simulator.time == pytest.approx(stood + 1.0, abs=0.1)
+    assert any("scene" in m for m in d.browser.messages[-45:])
+
+
+def test_a_view_that_a_busy_cell_keeps_from_being_heard_is_given_more_time() -> None:
+    d = desk(World())
+    d.go(HIDDEN_LOST_S + 5.0)
+    assert d.live.simulator.time == pytest.approx(HIDDEN_LOST_S + 5.0, abs=0.1)
 
 
 # ------------------------------------------------------------------------------------------------------- commands
@@ -552,6 +567,45 @@ def test_a_wrong_setting_is_refused_with_what_to_do() -> None:
         live.run(math.inf)
 
 
+@pytest.mark.slow
+def test_a_notebook_without_a_front_end_runs_and_keeps_a_picture_of_the_end(tmp_path: FilePath) -> None:
+    """As nbconvert and nbval run it: nothing raised, nothing printed, no widget in what is stored."""
+    pytest.importorskip("nbval", reason="no nbval: pip install -e '.[dev]' to run notebooks")
+    nbformat = pytest.importorskip("nbformat", reason="no nbformat: pip install -e '.[dev]' to run notebooks")
+    sources = [
+        "from sim import Simulator, load_world\nfrom sim.live import Live\n"
+        "live = Live(Simulator(load_world('office')))",
+        "live",
+        "live.run(20.0)\nprint(live.simulator.time)",
+        "live.stop()",
+    ]
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(s) for s in sources])
+    nbformat.write(notebook, tmp_path / "live.ipynb")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "IPYTHONDIR": str(tmp_path), "JUPYTER_NO_CONFIG": "1"}
+    execute = [sys.executable, "-m", "nbconvert", "--to", "notebook", "--execute", "--inplace", "live.ipynb"]
+    subprocess.run(execute, cwd=tmp_path, env=environment, capture_output=True, check=True, timeout=300)
+    done = nbformat.read(tmp_path / "live.ipynb", as_version=4)
+    assert [[o.output_type for o in cell.outputs] for cell in done.cells] == [[], ["display_data"], ["stream"], []]
+    (shown,) = done.cells[1].outputs
+    assert shown.data.keys() == {"image/png", "text/plain"}
+    assert shown.metadata["image/png"]["alt"] == "office at 20.00 s"
+    assert done.cells[2].outputs[0].text == "20.0\n"
+    validate = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "--nbval",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "-c",
+        os.devnull,
+        "live.ipynb",
+    ]
+    judged = subprocess.run(validate, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
+    assert "4 passed" in judged.stdout, judged.stdout
+
+
 # ----------------------------------------------------------------------------------------------- in a real browser
 
 SETUP = """
@@ -650,19 +704,20 @@ class Page:
     def picture(self, path: FilePath) -> None:
         path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
 
-    def kernel(self, code: str) -> str:
-        """Run code in the notebook's kernel and return what it prints."""
-        return self.ask(
-            f"""(async () => {{
+    def kernel(self, code: str, wait: bool = True) -> str:
+        """Run code in the notebook's kernel and return what it prints; later `window.said` has it too."""
+        answer = self.ask(
+            f"""(() => {{
               const kernel = ({PANEL}).sessionContext.session.kernel;
               const future = kernel.requestExecute({{code: {json.dumps(code)}, store_history: false}});
               let said = "";
-              future.onIOPub = m => {{ if (m.content.text) said += m.content.text;
-                                       if (m.content.evalue) said += m.content.evalue; }};
-              await future.done;
-              return said.trim();
+              window.said = "";
+              future.onIOPub = m => {{ said += m.content.text ?? m.content.evalue ?? ""; }};
+              const done = future.done.then(() => window.said = said.trim());
+              return {"done" if wait else "null"};
             }})()"""
         )
+        return answer or ""
 
 
 def written(folder: FilePath, pattern: str, end: str) -> FilePath:
@@ -797,13 +852,32 @@ def test_in_jupyterlab_it_goes_on_beside_a_busy_cell_and_ends_in_a_picture(page:
     )
     assert page.ask("document.querySelectorAll('.lv').length") == 1
 
-    page.ask("window.before = Number(document.querySelector('.lv').dataset.frames)")
-    busy = "import time\nuntil = time.monotonic() + 4\nwhile time.monotonic() < until: pass\nprint('done')"
-    assert page.kernel(busy) == "done"
-    assert page.ask("Number(document.querySelector('.lv').dataset.frames) - window.before") >= 20
+    before = int(page.view("frames"))
+    page.kernel("while live.is_running: pass\nprint('paused')", wait=False)
+    page.wait(f"Number(document.querySelector('.lv').dataset.frames) >= {before} + 40")
+    page.press_button("Pause")
+    page.wait("document.querySelector('.lv').dataset.status === 'paused'")
+    assert page.wait("window.said") == "paused"
 
     page.kernel("live.stop()")
-    page.wait("!document.querySelector('.lv') && document.querySelector('.jp-OutputArea-output img')")
+    page.wait("!document.querySelector('.lv') && document.images.length === 1")
     data = page.ask(f"Object.keys(({PANEL}).content.widgets[1].model.outputs.get(0).data).sort()")
     assert data == ["image/png", "text/plain"]
     assert page.kernel("import threading; print([t.name for t in threading.enumerate()].count('live view'))") == "0"
+
+
+@pytest.mark.slow
+def test_in_jupyterlab_the_robot_stands_when_the_notebook_has_been_closed(page: Page) -> None:
+    page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
+    page.wait("document.querySelector('.lv')?.dataset.status === 'running'")
+    page.ask(f"({PANEL}).context.save()")
+    page.ask(f"window.kernel = ({PANEL}).sessionContext.session.kernel.clone(); ({PANEL}).close()")
+    page.wait(f"!({PANEL})")
+    assert not page.ask("[...document.querySelectorAll('.lv')].length")
+    ask = """(async () => {
+        const future = window.kernel.requestExecute({code: "print(live.is_running)"});
+        let said = "";
+        future.onIOPub = m => { said += m.content.text ?? ""; };
+        await future.done;
+        return said.trim() })()"""
+    wait_for(lambda: page.ask(ask) == "False", 60)
