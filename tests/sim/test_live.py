@@ -606,6 +606,90 @@ def test_a_notebook_without_a_front_end_runs_and_keeps_a_picture_of_the_end(tmp_
     assert "4 passed" in judged.stdout, judged.stdout
 
 
+# ------------------------------------------------------------------------------------------------- with a real node
+
+NODE = """
+import rclpy
+from geometry_msgs.msg import PointStamped, Twist
+from sensor_msgs.msg import LaserScan
+rclpy.init()
+node = rclpy.create_node("robot_controller", parameter_overrides=[rclpy.Parameter("use_sim_time", value=True)])
+publisher, heard, goals = node.create_publisher(Twist, "cmd_vel", 10), [], []
+node.create_subscription(LaserScan, "scan", heard.append, 10)
+node.create_subscription(PointStamped, "goal", goals.append, 10)
+def control():
+    twist = Twist()
+    twist.linear.x, twist.angular.z = 0.1 * len(goals), float(len(heard))
+    publisher.publish(twist)
+node.create_timer(0.1, control)
+rclpy.spin(node)
+"""
+
+HOST = """
+import json, math, os, subprocess, sys
+from geometry_msgs.msg import PointStamped
+from sim import Simulator, load_world
+from sim.bridge import CONTROLLER, Bridge
+from sim.live import Live
+node = subprocess.Popen([sys.executable, "node.py"], env={**os.environ, "ROS_DOMAIN_ID": "3"})
+simulator = Simulator(load_world("open_field"), seed=1)
+bridge = Bridge(simulator, CONTROLLER, "robot_controller", domain_id=3, alive=lambda: node.poll() is None)
+goals, frames, commands = bridge.node.create_publisher(PointStamped, "goal", 10), [], []
+bridge.on_command = lambda t, m: commands.append([round(t, 6), m.linear.x, m.angular.z])
+assert bridge.await_node(lambda: goals.get_subscription_count() > 0)
+if sys.argv[1] == "ticks":
+    for _ in range(40):
+        bridge.tick()
+else:
+    class Channel:
+        def send(self, content, buffers):
+            frames.append(content["t"])
+    live = Live(simulator, step=bridge.tick, on_goal=lambda x, y: goals.publish(PointStamped()), rate=math.inf)
+    live._channel = Channel()
+    live.receive({"kind": "hello", "view": "a"})
+    live.run(2.0)
+    if sys.argv[1] == "goal":
+        live.receive({"kind": "goal", "x": 1.0, "y": 0.0})
+        live.run(2.0)
+    live.stop()
+print(json.dumps({"commands": commands, "frames": frames, "t": simulator.time}))
+node.kill()
+node.wait()
+bridge.close()
+"""
+
+
+def with_a_node(folder: FilePath, kind: str) -> dict[str, Any]:
+    pytest.importorskip("rclpy", reason="no rclpy: make setup")
+    if shutil.which("bwrap") is None:
+        pytest.skip("no bubblewrap: make setup installs it, or names the command")
+    (folder / "node.py").write_text(NODE)
+    (folder / "host.py").write_text(HOST)
+    # Loopback only: what other tests on this machine say is not heard, and no port is taken.
+    wall = ["bwrap", "--dev-bind", "/", "/", "--unshare-net", "--die-with-parent", "--"]
+    command = [*wall, sys.executable, "host.py", kind]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    answer: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return answer
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_a_node_in_lockstep_does_the_same_whether_it_is_watched_or_not(tmp_path: FilePath) -> None:
+    alone, watched = (with_a_node(tmp_path, kind) for kind in ("ticks", "live"))
+    assert watched["frames"]
+    assert watched["t"] == alone["t"] == 2.0
+    assert [c for c in watched["commands"] if c[0] > 0.15] == [c for c in alone["commands"] if c[0] > 0.15]
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_a_click_reaches_the_node_through_what_on_goal_publishes(tmp_path: FilePath) -> None:
+    speeds = [v for _, v, _ in with_a_node(tmp_path, "goal")["commands"]]
+    assert (speeds[0], speeds[-1]) == (0.0, 0.1)
+
+
 # ----------------------------------------------------------------------------------------------- in a real browser
 
 SETUP = """
