@@ -20,6 +20,7 @@ from __future__ import annotations
 import array
 import math
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -44,6 +45,8 @@ from sim.simulator import Simulator
 START_S = 100
 TICK_S = 0.05  # 20 Hz: the odometry's rate, and twice the control loop's
 
+_ROUNDS = 2  # of the node's executor for a tick: one for its messages, one for the timers
+_AFTERMATH = 3  # callbacks here that a message may take until it is known, such as feedback
 _BARRIER_CAP_S = 5.0  # of wall time, for a node that lives: long, so that a busy machine changes nothing
 _BLOCKED_CAP_S = 0.1  # the same, once it has missed one
 _DUE_CAP_S = 0.3  # for a message that is due
@@ -249,11 +252,9 @@ class Bridge:
         self._await_answer()
         if self._probe is not None:
             self._watch(self._probe, before, started, dt)
-        elif (self._tick - (self._answers.last or 0)) * dt > self.topics.answer_s + 1e-9:
-            # One that has said nothing yet may have to wait for its first scan.
-            if self._silences < (_SILENCES_ALLOWED if self._answers.count else 1):
-                self._silences += 1
-                self._probe = _Probe(of_feedback=False)
+        elif self._suspiciously_silent(dt):
+            self._silences += 1
+            self._probe = _Probe(of_feedback=False)
 
     def tick_by_wall(self, dt: float = TICK_S) -> None:
         """Advance the simulation by `dt` seconds and let as much wall time pass, whether the node answers or not."""
@@ -284,10 +285,16 @@ class Bridge:
             self._executor.spin_once(timeout_sec=min(left, 0.05))
         return True
 
-    def settle(self) -> None:
-        """Let the node finish what it has been sent, the clock standing still."""
+    def settle(self, rounds: int = _ROUNDS) -> None:
+        """Let the node finish what it has been sent or is about to send, the clock standing still."""
         if self.pace == "lockstep":
-            self._barrier()
+            self._barrier(rounds)
+
+    def _suspiciously_silent(self, dt: float) -> bool:
+        # A node that has said nothing yet may have to wait for its first scan.
+        allowed = _SILENCES_ALLOWED if self._answers.count else 1
+        silent = (self._tick - (self._answers.last or 0)) * dt
+        return silent > self.topics.answer_s + 1e-9 and self._silences < allowed
 
     def _watch(self, probe: _Probe, before: tuple[int, int], started: float, dt: float) -> None:
         """Let wall time pass after a tick, and look whether something comes that the tick did not cause."""
@@ -306,8 +313,15 @@ class Bridge:
 
     def _advance(self, dt: float) -> None:
         self._tick += 1
+        sent: Counter[type] = Counter()
         for reading in self.simulator.step(dt):
             self._publish(reading)
+            sent[type(reading)] += 1
+        most = max(sent.values(), default=0)
+        if most > 1 and self.pace == "lockstep":
+            # A round takes one message of each topic. All of them come before the clock, or chance would decide
+            # which reading of the IMU is the latest when a timer looks.
+            self._barrier(most)
         self._publish_clock()
 
     def _await_answer(self) -> None:
@@ -325,18 +339,20 @@ class Bridge:
     def _answered(self) -> bool:
         return self._answers.last == self._tick
 
-    def _barrier(self) -> None:
-        """Return when the node has served two calls, which it does after its subscriptions and timers."""
+    def _barrier(self, rounds: int = _ROUNDS) -> None:
+        """Return when the node has served so many calls, each of which it does after subscriptions and timers."""
         if not self._barrier_client.service_is_ready():
             self.spin_until(lambda: False, 0.002)
             return
-        calls = [self._barrier_client.call_async(GetParameterTypes.Request()) for _ in range(2)]
+        calls = [self._barrier_client.call_async(GetParameterTypes.Request()) for _ in range(rounds)]
         if not self.spin_until(calls[-1].done, _BLOCKED_CAP_S if self.blocked else _BARRIER_CAP_S):
             for call in calls:
                 self._barrier_client.remove_pending_request(call)
             self.blocked = True
             return
         self.blocked = False
+        for _ in range(_AFTERMATH):
+            self._executor.spin_once(timeout_sec=0.0)
 
     def _wait_for_wall(self, dt: float) -> None:
         # A pause (a service call, a slow start) is not caught up: that would run the node faster than real time.

@@ -58,10 +58,15 @@ class GoalRun:
         return self._result is not None or (self.answered and not self.accepted)
 
     @property
+    def running(self) -> bool:
+        """Return whether the node is at work on the goal."""
+        return self.accepted and not self.ended
+
+    @property
     def silent(self) -> bool:
         """Return whether feedback is missing now: the contract asks for some every half second."""
         last = self._feedback[-1][0] if self._feedback else self._sent_t
-        return self.accepted and not self.ended and self._stage.t - last > _SILENT_S
+        return self.running and self._stage.t - last > _SILENT_S
 
     def cancel(self) -> None:
         """Ask the node to cancel the goal."""

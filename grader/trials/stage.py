@@ -36,6 +36,7 @@ T = TypeVar("T")
 
 _ANSWER_WITHIN_S = 2.0  # simulated, for a service or a goal's acceptance
 _ANSWER_WALL_S = 3.0  # the clock stands still so long for an answer before time goes on
+_ENDING_ROUNDS = 8
 TOPICS: dict[str, tuple[Any, int]] = {
     "sensor_fusion_data": (SensorFusionData, 10),
     "obstacle_distance": (Float32, 10),
@@ -345,6 +346,9 @@ class Stage:
         if time.monotonic() - self._started > self._wall_limit:
             raise TrialOver(f"the trial took more than {self._wall_limit:g} s of wall time")
         self.bridge.tick()
+        if any(goal.running for goal in self.goals):
+            # The robot that stands may be there: it is some rounds from the timer that stops it to the result.
+            self.bridge.settle(_ENDING_ROUNDS if self.commands and _stands(self.commands[-1]) else 1)
         self._sample()
         if any(goal.silent for goal in self.goals):
             self.bridge.await_feedback()
@@ -437,6 +441,10 @@ class _Distorted:
 
     def __call__(self, scan: ScanReading) -> ScanReading:
         return replace(scan, ranges=self.change(np.array(scan.ranges, dtype=float)))
+
+
+def _stands(command: evidence.Command) -> bool:
+    return command.v == command.omega == 0.0
 
 
 def _summary(scan: ScanReading) -> evidence.ScanSummary:
