@@ -349,8 +349,8 @@ class Live:
             raise ValueError(f"seconds = {seconds} must be a finite number above 0")
         if self._widget is not None:
             self._seen_view.wait(GRACE_S)
-        self._start_thread()
         self._do(lambda: self._run_for(seconds, until))
+        self._start_thread()
         try:
             with self._wake:
                 while self._left is not None and self._thread is not None and self._thread.is_alive():
