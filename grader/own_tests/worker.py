@@ -168,9 +168,12 @@ def put(path: Path, data: bytes, times: tuple[int, int], mode: int) -> None:
 
 
 def empty(folder: Path) -> None:
-    """Take away everything below `folder`."""
+    """Take away everything below `folder`, but for Python itself where that lies there."""
     with contextlib.suppress(OSError):
         for path in folder.iterdir():
+            if any(Path(prefix).is_relative_to(path) for prefix in (sys.prefix, sys.base_prefix)):
+                # Read-only, so nothing would be lost; but to try and delete 800 MB takes seconds, at every run.
+                continue
             if path.is_dir() and not path.is_symlink():
                 shutil.rmtree(path, ignore_errors=True)
             else:
