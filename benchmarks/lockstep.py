@@ -4,12 +4,15 @@
 
 Each package's robot_controller drives in an open field at 20 ticks a simulated second (10 Hz scans, 20 Hz odometry),
 walled in as in a trial, and is then sent to a place far away. By default: the reference, and the variants of the
-tests. Start is the wall time from the process's start until the node is up and the clock runs.
+tests. Start is the wall time from the process's start until the node is up and the clock runs. "per CPU s" counts the
+time that observer and node have computed: they mostly take turns, so it is near what an idle machine shows, whatever
+else this one is doing.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import statistics
@@ -30,11 +33,13 @@ _ROOT = Path(__file__).parents[1]
 
 @dataclass
 class _Timing:
-    """What a run measured: wall seconds until the node was up, and simulated seconds per wall second."""
+    """What a run measured: wall seconds until the node was up; simulated seconds per wall and per CPU second."""
 
     start_s: float = 0.0
     driving: float = 0.0
+    driving_cpu: float = 0.0
     navigating: float = 0.0
+    navigating_cpu: float = 0.0
     pace: str = ""
 
 
@@ -49,22 +54,37 @@ def measure(install: Path, seconds: float, seed: int) -> _Timing:
         timing.start_s = stage.process.wall_seconds
         stage.run(0.5)
         stage.call("set_speed", speed=0.25)
-        timing.driving = _factor(stage)
+        timing.driving, timing.driving_cpu = _factors(stage)
         pose = stage.simulator.odometry().pose
         stage.navigate(pose.x + 1000.0, pose.y)
-        timing.navigating = _factor(stage)
+        timing.navigating, timing.navigating_cpu = _factors(stage)
         timing.pace = stage.bridge.pace
 
-    def _factor(stage: Stage) -> float:
-        started = time.perf_counter()
+    def _factors(stage: Stage) -> tuple[float, float]:
+        wall, cpu = time.perf_counter(), _cpu_s()
         stage.run(seconds)
-        return seconds / (time.perf_counter() - started)
+        return seconds / (time.perf_counter() - wall), seconds / (_cpu_s() - cpu)
 
     plan = TrialPlan("lockstep", "", script, "robot_controller", "open_field", ())
     facts = run_trial(plan, Request("lockstep", str(install), seed, 1 + seed % 100, ""))
     if facts.ended or facts.script_error:
         sys.exit(facts.ended or facts.script_error)
     return timing
+
+
+def _cpu_s() -> float:
+    """Return the CPU time of this process and of all below it."""
+    parents: dict[int, int] = {}
+    ticks: dict[int, int] = {}
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            with contextlib.suppress(OSError):
+                fields = (entry / "stat").read_text().rpartition(")")[2].split()
+                parents[int(entry.name)], ticks[int(entry.name)] = int(fields[1]), int(fields[11]) + int(fields[12])
+    family = {os.getpid()}
+    while grown := {pid for pid, parent in parents.items() if parent in family} - family:
+        family |= grown
+    return sum(ticks[pid] for pid in family) / os.sysconf("SC_CLK_TCK")
 
 
 def packages(folder: Path) -> Iterator[tuple[str, list[Path]]]:
@@ -109,16 +129,18 @@ def main() -> None:
         chosen = [(path.name, [path]) for path in options.packages] or packages(folder)
         print(f"{options.seconds:g} s driving, then as long navigating; median (worst) of {options.repeat}", end="; ")
         print(f"load {os.getloadavg()[0]:.1f}, {os.cpu_count()} cores")
-        print(f"{'':18} {'start s':>14} {'driving x':>14} {'navigating x':>14}  pace")
+        print(f"{'':22} {'start s':>14} {'driving x':>14} {'per CPU s':>14} {'navigating x':>14} {'per CPU s':>14}")
         for name, paths in chosen:
             install = build.build(paths, build.cache_folder()).install
             runs = [_run(install, contract, options.seconds, seed, folder) for seed in range(1, 1 + options.repeat)]
             cells = [
                 _cell([run.start_s for run in runs], worst=max),
                 _cell([run.driving for run in runs], worst=min),
+                _cell([run.driving_cpu for run in runs], worst=min),
                 _cell([run.navigating for run in runs], worst=min),
+                _cell([run.navigating_cpu for run in runs], worst=min),
             ]
-            print(f"{name:18} {' '.join(cells)}  {', '.join(sorted({run.pace for run in runs}))}", flush=True)
+            print(f"{name:22} {' '.join(cells)}  {', '.join(sorted({run.pace for run in runs}))}", flush=True)
 
 
 def _cell(values: list[float], worst: object) -> str:

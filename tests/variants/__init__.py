@@ -64,6 +64,17 @@ VARIANTS = {
         Variant("wall_sleeping_action", "Many threads; the action's own loops with time.sleep and drives by itself."),
         Variant("own_thread", "A thread that sleeps on the node's clock drives; rclpy spins in the main thread."),
         Variant(
+            "wall_feedback",
+            "A timer on the clock drives; the action's loop, which steers and gives feedback, sleeps 0.4 s of wall time.",
+            base="multithreaded",
+            changes=(
+                (_CONTROLLER, "import threading\n", "import threading\nimport time\n"),
+                (_CONTROLLER, "            self._rate.sleep()\n", "            time.sleep(0.4)\n"),
+                (_CONTROLLER, "while not handle.is", "while not self._stopping and not handle.is"),
+                (_CONTROLLER, "seconds=0.2))\n", "seconds=0.2))\n        time.sleep(0.5)  # the loop ends meanwhile\n"),
+            ),
+        ),
+        Variant(
             "wall_time",
             "The threads sleep by wall time, whatever /clock says.",
             loses={"I7": 1.0},
