@@ -159,12 +159,12 @@ _EDITS = (
     # -- F4, F5 ---------------------------------------------------------------------------------------------------
     _edit(
         "drives_into_the_wall",
-        "F4 F5 F6 F11",
+        "F4 F5 F6 F11 I6",
         "The obstacle flag is set and told, but nobody stops for it.",
         (_MOTION, "    if wanted.v != 0.0 and obstacle_in_way(near, wanted.v, limits):\n        return STOP\n", ""),
         (_MOTION, "        return STOP\n    cap = speed_cap", "        return wanted\n    cap = speed_cap"),
         says=("touched the",),
-        why="F5, F6 and F11 ask for a robot that stops for an obstacle",
+        why="F5, F6, F11 and I6 (another threshold) ask for a robot that stops for an obstacle",
     ),
     _edit(
         "stops_late",
