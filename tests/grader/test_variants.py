@@ -1,0 +1,84 @@
+"""Grade other correct packages: different executors, threads and layouts lose no point but what the contract takes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from submissions.edits import REFERENCE
+from submissions.reports import words
+from variants import VARIANTS, Variant, make
+
+from grader import build, evidence, pipeline
+from grader.report import data
+from grader.trials import catalog
+from grader.trials import run as trials
+
+pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]
+
+FUNCTIONALITY = tuple(f"F{number}" for number in range(1, 15))
+INTEGRATION = tuple(f"I{number}" for number in range(1, 9))
+
+# Half a minute each; the others pass the same test among the slow ones.
+QUICK = ("multithreaded", "own_thread")
+
+
+def slow_but(quick: tuple[str, ...]) -> list[object]:
+    return [name if name in quick else pytest.param(name, marks=pytest.mark.slow) for name in VARIANTS]
+
+
+@pytest.mark.parametrize("name", slow_but(QUICK))
+def test_a_correct_variant_loses_what_the_contract_takes_and_no_more(name: str, settings, tmp_path: Path):
+    variant = VARIANTS[name]
+    chosen = pipeline.replace(settings, requirements=(*FUNCTIONALITY, *INTEGRATION))
+    grading = pipeline.grade(make(variant, tmp_path), tmp_path / "out", chosen)
+    report = json.loads(data.as_json(grading))
+    assert report["complete"], words(report)
+    lost = {r["id"]: r["max"] - r["points"] for r in report["requirements"] if r["outcome"] != "not_graded"}
+    assert {name: points for name, points in lost.items() if points} == variant.loses, words(report)
+
+
+def test_a_package_of_interfaces_is_talked_to_under_its_own_name(settings, tmp_path: Path):
+    """The quick part of the same for the variant whose build takes longest: I3's names are lost, the calls work."""
+    chosen = pipeline.replace(settings, requirements=("F3", "I3"))
+    grading = pipeline.grade(make(VARIANTS["split_interfaces"], tmp_path), tmp_path / "out", chosen)
+    report = json.loads(data.as_json(grading))
+    points = {r["id"]: r["points"] for r in report["requirements"] if r["outcome"] != "not_graded"}
+    assert points == {"F3": 3, "I3": 2}, words(report)
+    assert "ros2_robot_controller_interfaces/srv/SetSpeed" in words(report)
+
+
+def test_a_loop_that_sleeps_by_wall_time_is_given_real_time(settings, contract, tmp_path: Path):
+    """Feedback every 0.4 s of wall time would come every ten simulated seconds in lockstep."""
+    trial = play(VARIANTS["wall_feedback"], settings, contract, tmp_path, ["cancel_early"])["cancel_early"]
+    assert trial.pace == "real time"
+    assert trial.goals[0].status == "canceled"
+
+
+def test_a_timer_on_the_clock_is_given_lockstep(settings, contract, tmp_path: Path):
+    """A goal is what raises the suspicion; a node that goes by the clock is soon free of it."""
+    trial = play(None, settings, contract, tmp_path, ["cancel_early"])["cancel_early"]
+    assert trial.pace == "lockstep"
+
+
+@pytest.mark.parametrize("times", [3, pytest.param(10, marks=pytest.mark.slow)])
+def test_the_same_trial_gives_the_same_commands_at_the_same_times(settings, contract, tmp_path: Path, times: int):
+    names = ["wall_fast", "obstacle_vanishes", "navigate_beside"]
+    first, *others = (play(None, settings, contract, tmp_path / str(n), names) for n in range(times))
+    for other in others:
+        for name in names:
+            assert first[name].commands, first[name].ended
+            assert other[name].commands == first[name].commands
+            assert other[name].scans == first[name].scans
+
+
+def play(variant: Variant | None, settings, contract, folder: Path, names: list[str]) -> dict[str, evidence.Trial]:
+    """Play trials with a variant, or with the reference."""
+    folder.mkdir(parents=True, exist_ok=True)
+    packages = [REFERENCE]
+    if variant is not None:
+        packages = sorted(path.parent for path in make(variant, folder).glob("*/package.xml"))
+    install = build.build(packages, settings.cache).install
+    plans = [catalog.trials()[name] for name in names]
+    return trials.run(plans, install=install, contract=contract.install, folder=folder, seed=3)
