@@ -238,13 +238,17 @@ class Stage:
         self.simulator.remove_obstacle(name)
 
     def relay(self, services: Iterable[str]) -> None:
-        """Offer services in the node's place and pass calls on to it, so that those of others are on record too."""
-        names = {service: self.plan.remappings[service] for service in services}
+        """Offer services in the node's place and pass calls on to it, so that those of others are on record too.
+
+        Drives on until those behind have been found, or as long as an answer may take.
+        """
+        behind = {service: (SERVICES[service], self.plan.remappings[service]) for service in services}
 
         def note(service: str, request: Any, answer: Any) -> None:
             self._note_call(self.t, service, plain(request), plain(answer), "")
 
-        self._relay = Relay(self._domain_id, names, note)
+        self._relay = Relay(self._domain_id, behind, note)
+        self.run_until(self._relay.is_ready, _ANSWER_WITHIN_S)
 
     def watch_goals(self) -> None:
         """Put on record what the action's status topic tells of everybody's goals."""
