@@ -349,9 +349,9 @@ class Live:
             raise ValueError(f"seconds = {seconds} must be a finite number above 0")
         if self._widget is not None:
             self._seen_view.wait(GRACE_S)
-        self._do(lambda: self._run_for(seconds, until))
-        self._start_thread()
-        try:
+        try:  # an interrupt may come as soon as the thread runs
+            self._do(lambda: self._run_for(seconds, until))
+            self._start_thread()
             with self._wake:
                 while self._left is not None and self._thread is not None and self._thread.is_alive():
                     self._wake.wait(0.5)
