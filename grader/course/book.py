@@ -1,0 +1,239 @@
+"""Make the notebooks: `python -m grader.course.book build 05` writes notebooks/05_topic.ipynb from its source.
+
+The notebook is run as a student first meets it, each exercise a stub, in a workspace of its own; its outputs are
+cleaned of everything that differs from machine to machine, and stored. How cells are read: grader.course.pages;
+how they are run: grader.course.performance.
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import runpy
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import nbformat
+from nbformat import NotebookNode
+
+from grader.course import pages, performance
+from grader.errors import KitError
+from grader.rubric import Rubric, load
+
+PICTURE_WIDTH = 1000  # pixels: as wide as a notebook's column on most screens
+_COLOURS = 128
+_VERBS = {
+    "build": "make notebooks/NN_topic.ipynb from its source, and run it",
+    "pictures": "draw notebooks/pictures/NN.png",
+    "check": "say which notebooks differ from their source",
+    "solve": "run each notebook with the reference's files in its exercises, after those before it; store nothing",
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one verb and return the exit status: 0 done, 1 a notebook is not as it should be, 2 wrong usage."""
+    parser = argparse.ArgumentParser(
+        prog="python -m grader.course.book", description="Make the course's notebooks from notebooks/source.",
+        epilog="Example:  python -m grader.course.book build 05",
+    )  # fmt: skip
+    verbs = parser.add_subparsers(title="verbs", required=True, metavar="VERB", dest="verb")
+    for verb, words in _VERBS.items():
+        chosen = verbs.add_parser(verb, help=words, description=words[0].upper() + words[1:] + ".")
+        chosen.add_argument("notebooks", nargs="*", metavar="NN", help="such as 05 (default: all)")
+        chosen.add_argument("--folder", type=Path, default=pages.NOTEBOOKS, help=argparse.SUPPRESS)
+        if verb == "build":
+            chosen.add_argument(
+                "--no-run", action="store_true", help="keep the outputs of unchanged cells, run nothing"
+            )
+    options = parser.parse_args(arguments)
+    rubric = load(pages.KIT / "rubric.yaml")
+    try:
+        found = [_do(options, name, rubric) for name in pages.named(options.notebooks, options.folder)]
+    except KitError as error:
+        print(f"book: {error}", file=sys.stderr)
+        return 1
+    return 0 if all(found) else 1
+
+
+def _do(options: argparse.Namespace, name: str, rubric: Rubric) -> bool:
+    folder: Path = options.folder
+    if options.verb == "check":
+        problems = differences(name, rubric, folder)
+        for problem in problems:
+            print(problem)
+        return not problems
+    if options.verb == "pictures":
+        return _draw(name, folder)
+    if options.verb == "solve":
+        return _tell(name, performance.solve(name, pages.read(name, rubric, folder)))
+    if options.no_run:
+        target = build_without_running(name, rubric, folder)
+        print(f"{target.name} written; nothing was run")
+        return True
+    played = build(name, rubric, folder)
+    return _tell(name, played)
+
+
+def _tell(name: str, played: performance.Performance) -> bool:
+    """Print what became of each check, and what took long."""
+    print(f"{name}: {played.seconds:.0f} s")
+    for cell_id, seconds in sorted(played.cell_seconds.items(), key=lambda item: -item[1])[:5]:
+        if seconds >= 1:
+            print(f"    {seconds:5.1f} s  {cell_id}")
+    for answer in played.answers:
+        print("   ", answer)
+    if played.error:
+        print(played.error, file=sys.stderr)
+    return played.error is None
+
+
+def build(name: str, rubric: Rubric, folder: Path = pages.NOTEBOOKS) -> performance.Performance:
+    """Run the notebook `name` as it is shipped and write it with its outputs; an exception leaves the old file."""
+    with tempfile.TemporaryDirectory(prefix="book-") as scratch:
+        workspace = Path(scratch) / "ws"
+        played = performance.play(pages.read(name, rubric, folder), workspace)
+        clean(played.notebook, workspace)
+    if played.error is None:
+        write(played.notebook, folder / f"{name}.ipynb")
+    return played
+
+
+def build_without_running(name: str, rubric: Rubric, folder: Path = pages.NOTEBOOKS) -> Path:
+    """Write the notebook `name` with the outputs that its file has for cells that are unchanged; return the file."""
+    notebook = pages.read(name, rubric, folder)
+    target = folder / f"{name}.ipynb"
+    if target.exists():
+        stored = {cell["id"]: cell for cell in read_stored(target).cells}
+        for cell in notebook.cells:
+            old = stored.get(cell["id"])
+            if old is not None and cell.cell_type == "code" and cell.source == old.source:
+                cell.outputs, cell.execution_count = old.outputs, old.execution_count
+    write(notebook, target)
+    return target
+
+
+def read_stored(path: Path) -> NotebookNode:
+    """Return the notebook in the file `path`."""
+    return nbformat.read(path, as_version=4)
+
+
+def write(notebook: NotebookNode, path: Path) -> None:
+    """Write the notebook so that the same notebook gives the same bytes."""
+    path.write_text(nbformat.writes(notebook, version=4).rstrip("\n") + "\n", encoding="utf-8")
+
+
+def differences(name: str, rubric: Rubric, folder: Path = pages.NOTEBOOKS) -> list[str]:
+    """Return what of the notebook's file is not as its source says, one sentence each."""
+    target = folder / f"{name}.ipynb"
+    again = f"Run `python -m grader.course.book build {name[:2]}`."
+    if not target.exists():
+        return [f"{name}.ipynb is missing. {again}"]
+    made, stored = pages.read(name, rubric, folder), read_stored(target)
+    found = []
+    if [cell["id"] for cell in made.cells] != [cell["id"] for cell in stored.cells]:
+        found.append(f"{name}.ipynb has other cells than its source. {again}")
+    old = {cell["id"]: cell for cell in stored.cells}
+    for cell in made.cells:
+        other = old.get(cell["id"])
+        if other is not None and _said(cell) != _said(other):
+            found.append(f"{name}.ipynb: cell {cell['id']} differs from its source. {again}")
+    if made.metadata != stored.metadata:
+        found.append(f"{name}.ipynb: the notebook's metadata differ. {again}")
+    return found
+
+
+def _said(cell: NotebookNode) -> tuple[Any, ...]:
+    return cell.cell_type, cell.source, cell.metadata
+
+
+def clean(notebook: NotebookNode, workspace: Path) -> None:
+    """Take out of the outputs what another machine or another day would have otherwise, and make pictures small."""
+    notebook.metadata.pop("widgets", None)
+    for cell in notebook.cells:
+        cell.metadata.pop("execution", None)
+        if cell.cell_type != "code":
+            continue
+        cell.outputs = list(_merged(cell.outputs))
+        for output in cell.outputs:
+            if output.output_type == "stream":
+                output.text = performance.without_paths(output.text, workspace)
+            for kind, data in list(output.get("data", {}).items()):
+                output.data[kind] = _clean_data(kind, data, workspace)
+            _leave_the_picture(output)
+
+
+def _merged(outputs: list[NotebookNode]) -> Iterator[NotebookNode]:
+    """Give the outputs with all that went to one stream in one piece: in how many it came is chance."""
+    streams: dict[str, NotebookNode] = {}
+    for output in outputs:
+        if output.output_type != "stream":
+            yield output
+        elif output.name in streams:
+            streams[output.name].text += output.text
+        else:
+            streams[output.name] = output
+            yield output
+
+
+def _clean_data(kind: str, data: Any, workspace: Path) -> Any:
+    if kind == "image/png":
+        return small_png(data)
+    return performance.without_paths(data, workspace) if isinstance(data, str) else data
+
+
+def _leave_the_picture(output: NotebookNode) -> None:
+    """Where a widget left a static picture, keep that alone: the widget needs the kernel that is gone."""
+    data = output.get("data", {})
+    if "image/png" in data:
+        data.pop("application/vnd.jupyter.widget-view+json", None)
+
+
+def small_png(encoded: str) -> str:
+    """Return a base64 PNG in a palette of 128 colours if that is smaller: plots have few."""
+    import base64
+
+    raw = base64.b64decode(encoded)
+    smaller = _in_palette(raw)
+    return base64.b64encode(smaller).decode() if len(smaller) < len(raw) else encoded
+
+
+def _in_palette(png: bytes, widest: int | None = None) -> bytes:
+    from PIL import Image
+
+    with Image.open(io.BytesIO(png)) as opened:
+        picture = opened.convert("RGBA")
+    flat = Image.new("RGBA", picture.size, "white")
+    flat.alpha_composite(picture)
+    image = flat.convert("RGB")
+    if widest is not None and image.width > widest:
+        image = image.resize((widest, round(image.height * widest / image.width)), Image.Resampling.LANCZOS)
+    held = io.BytesIO()
+    image.quantize(_COLOURS, dither=Image.Dither.NONE).save(held, "png", optimize=True)
+    return held.getvalue()
+
+
+def _draw(name: str, folder: Path) -> bool:
+    """Draw the picture at a notebook's top with the `draw()` of its script."""
+    number = name[:2]
+    script = folder / "source" / f"picture_{number}.py"
+    if not script.exists():
+        print(f"{script.name} is missing; it holds `draw()`, which returns a figure")
+        return False
+    import matplotlib as mpl
+
+    mpl.use("agg")
+    figure = runpy.run_path(str(script))["draw"]()
+    held = io.BytesIO()
+    figure.savefig(held, format="png", dpi=150, facecolor="white")
+    target = folder / "pictures" / f"{number}.png"
+    target.parent.mkdir(exist_ok=True)
+    target.write_bytes(_in_palette(held.getvalue(), PICTURE_WIDTH))
+    print(f"{target.name}: {target.stat().st_size / 1000:.0f} kB")
+    return True
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,201 @@
+"""Read a notebook's source: notebooks/source/NN_topic.py (jupytext, py:percent) as named, tagged cells. Nothing is run.
+
+What a cell is, follows from its tags: `exercise` and `given` cells are whole files of the package (`%%writefile PATH`),
+`check` cells ask the grader. Ids are made from the section and the cell's place in it, so that a new cell renames
+only those that follow it in its own section; nbgrader finds its own marks in the metadata.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import nbformat
+from nbformat import NotebookNode
+
+from grader.errors import GraderError
+from grader.rubric import Rubric
+
+KIT = Path(__file__).resolve().parent.parent.parent
+NOTEBOOKS = KIT / "notebooks"
+SOURCE = NOTEBOOKS / "source"
+EXERCISE, GIVEN, CHECK = "exercise", "given", "check"
+
+_NAME = re.compile(r"\d\d_\w+")
+_WRITES = re.compile(r"%%writefile +(\S+) *\n?")
+_CALL = re.compile(r"\bcheck\(([^)]*)\)")
+_MOST = 64  # characters of a cell's id, by the notebook format
+_LINK = re.compile(r"!\[[^\]]*\]\(([^)\s]+)[^)]*\)|<img[^>]*\ssrc=\"([^\"]+)\"")
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A heading in a markdown cell; `level` 1 is the title."""
+
+    level: int
+    text: str
+
+
+def names(notebooks: Path = NOTEBOOKS) -> list[str]:
+    """Return the names of the notebooks that have a source, such as "05_moving_safely", in the course's order."""
+    return sorted(path.stem for path in (notebooks / "source").glob("*.py") if _NAME.fullmatch(path.stem))
+
+
+def named(numbers: Iterable[str], notebooks: Path = NOTEBOOKS) -> list[str]:
+    """Return the notebooks that begin with one of `numbers` ("05", or a whole name); all of them for none.
+
+    Raises:
+        GraderError: there is no such notebook.
+    """
+    known = names(notebooks)
+    wanted = list(numbers)
+    for number in wanted:
+        if not any(_goes_by(name, number) for name in known):
+            raise GraderError(f"There is no notebook {number}; there are {', '.join(known) or 'none yet'}.")
+    return [name for name in known if not wanted or any(_goes_by(name, number) for number in wanted)]
+
+
+def _goes_by(name: str, number: str) -> bool:
+    return number in (name, name.partition("_")[0])
+
+
+def read(name: str, rubric: Rubric, notebooks: Path = NOTEBOOKS) -> NotebookNode:
+    """Return the notebook `name` as its source says: cells with ids and marks, without outputs.
+
+    Raises:
+        GraderError: jupytext is missing, or the source does not make a valid notebook.
+    """
+    try:
+        import jupytext
+    except ModuleNotFoundError as error:
+        raise GraderError("Notebooks are made with jupytext, which is missing. Run `make setup`.") from error
+    source = notebooks / "source" / f"{name}.py"
+    raw = jupytext.read(source, fmt="py:percent")
+    notebook = nbformat.v4.new_notebook(
+        cells=[_cell(cell) for cell in raw.cells if cell.source.strip()],
+        metadata={
+            "kernelspec": {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"},
+            "language_info": {"name": "python"},
+        },
+    )
+    _name_cells(notebook)
+    _mark_for_nbgrader(name, notebook, rubric)
+    try:
+        nbformat.validate(notebook)
+    except nbformat.ValidationError as error:
+        raise GraderError(f"{source.name} makes no valid notebook: {error}") from error
+    return notebook
+
+
+def _cell(raw: NotebookNode) -> NotebookNode:
+    """Return the cell with its tags alone; what else jupytext and editors note is of no use to a reader."""
+    tags = {"tags": list(raw.metadata["tags"])} if raw.metadata.get("tags") else {}
+    if raw.cell_type == "code":
+        return nbformat.v4.new_code_cell(raw.source, metadata=tags)
+    return nbformat.v4.new_markdown_cell(raw.source, metadata=tags)
+
+
+def _name_cells(notebook: NotebookNode) -> None:
+    taken: set[str] = set()
+    section, place = "start", 0
+    for cell in notebook.cells:
+        for heading in headings(cell):
+            if heading.level == 2:
+                section, place = _slug(heading.text), 0
+        place += 1
+        if file := written_file(cell):
+            wanted = f"file-{_slug(file)}"
+        elif CHECK in tags(cell) and checked(cell):
+            wanted = f"check-{_slug(' '.join(checked(cell)))}"
+        else:
+            wanted = f"{section[: _MOST - 4]}-{place:02d}"
+        name, again = wanted[:_MOST], 1
+        while name in taken:
+            again += 1
+            name = f"{wanted[: _MOST - 3]}-{again}"
+        taken.add(name)
+        cell["id"] = name
+
+
+def _slug(text: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "section"
+
+
+def _mark_for_nbgrader(name: str, notebook: NotebookNode, rubric: Rubric) -> None:
+    """Give exercises, given files and checks the metadata by which nbgrader knows what to lock and what to grade.
+
+    A requirement's points lie where the rubric says that it is taught; a check of it elsewhere is worth nothing.
+    """
+    owed = {r.id: r.points for r in rubric.requirements if r.section.partition("#")[0] == name}
+    for cell in reversed(notebook.cells):  # the last check of a requirement counts: only then its files are all there
+        kind = {EXERCISE, GIVEN, CHECK} & set(tags(cell))
+        if not kind:
+            continue
+        mark: dict[str, Any] = {
+            "schema_version": 3, "grade_id": cell["id"], "task": False,
+            "grade": kind == {CHECK}, "solution": kind == {EXERCISE}, "locked": kind != {EXERCISE},
+        }  # fmt: skip
+        if kind == {CHECK}:
+            mark["points"] = sum(owed.pop(requirement, 0.0) for requirement in checked(cell))
+        cell.metadata["nbgrader"] = mark
+
+
+def tags(cell: NotebookNode) -> list[str]:
+    """Return the cell's tags."""
+    return list(cell.metadata.get("tags", []))
+
+
+def headings(cell: NotebookNode) -> Iterator[Heading]:
+    """Give the headings of a markdown cell; a `#` in a fenced block is none."""
+    if cell.cell_type != "markdown":
+        return
+    fenced = False
+    for line in cell.source.splitlines():
+        if line.lstrip().startswith(("```", "~~~")):
+            fenced = not fenced
+        elif not fenced and (match := re.match(r"(#{1,6}) +(.+?) *#*$", line)):
+            yield Heading(len(match[1]), match[2])
+
+
+def sections(notebook: NotebookNode) -> dict[str, list[NotebookNode]]:
+    """Return the cells below each `## ` heading."""
+    found: dict[str, list[NotebookNode]] = {}
+    here: list[NotebookNode] = []
+    for cell in notebook.cells:
+        for heading in headings(cell):
+            if heading.level == 2:
+                here = found.setdefault(heading.text, [])
+        here.append(cell)
+    return found
+
+
+def written_file(cell: NotebookNode) -> str | None:
+    """Return the path below the package that the cell writes, None if it is no exercise and nothing given."""
+    if not {EXERCISE, GIVEN} & set(tags(cell)):
+        return None
+    match = _WRITES.match(cell.source)
+    return match[1] if match else None
+
+
+def body(cell: NotebookNode) -> str:
+    """Return what the cell writes to its file: IPython ends it with one line break."""
+    text = _WRITES.sub("", cell.source, count=1)
+    return text if text.endswith("\n") else text + "\n"
+
+
+def with_body(cell: NotebookNode, text: str) -> str:
+    """Return the cell's source with another file's text in place of its own."""
+    return cell.source.partition("\n")[0] + "\n" + text.rstrip("\n")
+
+
+def checked(cell: NotebookNode) -> list[str]:
+    """Return the requirements that a cell's `check(...)` asks for, in its order."""
+    return [name for call in _CALL.findall(cell.source) for name in re.findall(r"[\"'](\w+)[\"']", call)]
+
+
+def pictures(cell: NotebookNode) -> list[str]:
+    """Return the targets of the pictures that a markdown cell shows."""
+    return [a or b for a, b in _LINK.findall(cell.source)] if cell.cell_type == "markdown" else []
