@@ -395,6 +395,8 @@ class Simulator:
             self._touching = frozenset()
         elif self._touching:
             self._touching = self._touching & frozenset(hit.name for hit in self._touched(x, y, PART_M))
+        if self._touching:
+            self._free = 0.0  # or the end of the contact would be seen late
         # Whoever touches something, or has been put inside an obstacle, may leave.
         return gap >= 0.0 or gap >= self._gap(self._x, self._y)
 
