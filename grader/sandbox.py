@@ -18,10 +18,11 @@ import threading
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from types import TracebackType
 
-from grader import toolchain
+from grader import cgroup, toolchain
 from grader.errors import GraderError
 
 MIB = 1024 * 1024
@@ -34,13 +35,19 @@ _ROOT_FOLDERS = ("bin", "sbin", "lib", "lib32", "lib64", "libx32")
 
 @dataclass(frozen=True)
 class Limits:
-    """What one walled-in command may use. A process that goes beyond is stopped, not slowed."""
+    """What one walled-in command may use. A process that goes beyond is stopped, not slowed.
+
+    Memory and processes hold for the whole wall where there are cgroups, else for each process; `disk_bytes` and
+    `files` for what it leaves in all writable folders together.
+    """
 
     wall_seconds: float = 60.0
     memory_bytes: int = 4096 * MIB
     processes: int = 512
     file_bytes: int = 256 * MIB
     output_bytes: int = 1 * MIB
+    disk_bytes: int = 1024 * MIB
+    files: int = 100_000
 
 
 @dataclass(frozen=True)
@@ -57,12 +64,16 @@ class Wall:
 
 @dataclass(frozen=True)
 class RunResult:
-    """How a command ended. `exit_code` is negative for a signal, None if it had to be stopped for its time."""
+    """How a command ended. `exit_code` is negative for a signal, None if it had to be stopped for its time.
+
+    `stopped` names the limit of the whole wall that it met: "memory", "processes", "disk" or "".
+    """
 
     exit_code: int | None
     output: str
     timed_out: bool
     wall_seconds: float
+    stopped: str = ""
 
     @property
     def ok(self) -> bool:
@@ -76,12 +87,14 @@ class Process:
     def __init__(self, command: Sequence[str], wall: Wall, limits: Limits) -> None:
         self._limits = limits
         self.started = time.monotonic()
+        self._group = cgroup.make(limits.memory_bytes, limits.processes)
         read_end, write_end = os.pipe()
-        arguments = [*_bwrap(wall, info_fd=write_end), *_limited(command, limits)]
+        gate, opener = os.pipe()
+        walled = [*_bwrap(wall, info_fd=write_end), *_BEHIND_GATE, *_limited(command, limits)]
         try:
             self._popen = subprocess.Popen(
-                arguments,
-                stdin=subprocess.DEVNULL,
+                [*_held(self._group), *walled],
+                stdin=gate,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 pass_fds=(write_end,),
@@ -90,11 +103,17 @@ class Process:
             )
         except OSError as error:
             os.close(read_end)
+            os.close(opener)
+            self._group.close()
             raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it says how to mend it.") from error
         finally:
             os.close(write_end)
+            os.close(gate)
         self._output = _Output(self._popen, limits.output_bytes)
         self._init_pid = _child_pid(read_end)
+        with os.fdopen(opener, "wb") as stream, contextlib.suppress(BrokenPipeError):
+            stream.write(b"go\n")
+        self._guard = _Guard(self, list(wall.writable), limits) if wall.writable else None
 
     def __enter__(self) -> Process:
         """Return the running process."""
@@ -130,6 +149,12 @@ class Process:
             return None
         return self.exit_code()
 
+    def stopped(self) -> str:
+        """Return the limit of the whole wall that the command has met: "memory", "processes", "disk" or ""."""
+        return self._stopped or (self._guard.met if self._guard else "") or self._group.events()
+
+    _stopped = ""
+
     def interrupt(self) -> None:
         """Send SIGINT, as Ctrl-C does, to the command itself (and to nobody else in the wall)."""
         for pid in _children(self._init_pid):
@@ -137,6 +162,15 @@ class Process:
 
     def kill(self) -> None:
         """End the whole tree and wait until it is gone."""
+        self.end()
+        if self._guard is not None:
+            self._guard.close()
+        self._output.close()
+        self._stopped = self.stopped()
+        self._group.close()
+
+    def end(self) -> None:
+        """End the whole tree; what it printed is still being read."""
         if self._popen.poll() is None:
             # The first process in the pid namespace takes every other one along.
             _signal(self._init_pid or self._popen.pid, signal.SIGKILL)
@@ -145,7 +179,6 @@ class Process:
             except subprocess.TimeoutExpired:
                 self._popen.kill()
                 self._popen.wait()
-        self._output.close()
 
 
 class _Output:
@@ -184,6 +217,71 @@ class _Output:
             self._stream.close()
 
 
+class _Guard:
+    """Ends a wall that fills the disk below its writable folders. Looks now and then; more often when space dwindles.
+
+    No limit of the kernel counts what many files take together, and a quota is nothing that one finds on every host.
+    """
+
+    _LOOK_S = 0.2
+    _WALK_S = 2.0
+
+    def __init__(self, process: Process, folders: list[Path], limits: Limits) -> None:
+        self.met = ""
+        self._process, self._folders, self._limits = process, folders, limits
+        self._over = threading.Event()
+        self._before = _used(folders)
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._over.set()
+        self._thread.join()
+        if not self.met and self._too_much():
+            self.met = "disk"
+
+    def _watch(self) -> None:
+        free, walked = self._free(), time.monotonic()
+        while not self._over.wait(self._LOOK_S):
+            now = self._free()
+            soon = any(before - after > limit // 8 for before, after, limit in zip(free, now, self._caps, strict=True))
+            if not soon and time.monotonic() - walked < self._WALK_S:
+                continue
+            free, walked = now, time.monotonic()
+            if self._too_much():
+                self.met = "disk"
+                self._process.end()
+                return
+
+    @property
+    def _caps(self) -> tuple[int, int]:
+        return self._limits.disk_bytes, self._limits.files
+
+    def _free(self) -> tuple[int, int]:
+        facts = os.statvfs(self._folders[0])
+        return facts.f_bavail * facts.f_frsize, facts.f_favail
+
+    def _too_much(self) -> bool:
+        pairs = zip(_used(self._folders), self._before, self._caps, strict=True)
+        return any(now - before > cap for now, before, cap in pairs)
+
+
+def _used(folders: Sequence[Path]) -> tuple[int, int]:
+    """Return the bytes and the number of files below the folders, links not followed."""
+    size = count = 0
+    waiting = [str(folder) for folder in folders]
+    while waiting:
+        with contextlib.suppress(OSError), os.scandir(waiting.pop()) as entries:
+            for entry in entries:
+                count += 1
+                with contextlib.suppress(OSError):
+                    if entry.is_dir(follow_symlinks=False):
+                        waiting.append(entry.path)
+                    else:
+                        size += entry.stat(follow_symlinks=False).st_blocks * 512
+    return size, count
+
+
 def run(command: Sequence[str], wall: Wall, limits: Limits | None = None) -> RunResult:
     """Run `command` walled in, wait for its end or its time limit, and return how it went.
 
@@ -199,7 +297,8 @@ def run(command: Sequence[str], wall: Wall, limits: Limits | None = None) -> Run
         raise GraderError(
             f"The wall could not be built: {output.strip()}. Run `grader doctor`; it says how to mend it."
         )
-    return RunResult(exit_code, output, timed_out=exit_code is None, wall_seconds=seconds)
+    stopped = process.stopped()
+    return RunResult(exit_code, output, timed_out=exit_code is None, wall_seconds=seconds, stopped=stopped)
 
 
 def require() -> None:
@@ -231,8 +330,9 @@ def _bwrap(wall: Wall, info_fd: int) -> list[str]:
     arguments = [
         "bwrap", "--unshare-user", "--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try",
         "--die-with-parent", "--new-session", "--hostname", "robot", "--cap-drop", "ALL", "--info-fd", str(info_fd),
-        "--clearenv", "--proc", "/proc", "--dev", "/dev", "--tmpfs", "/tmp", "--tmpfs", "/home", "--dir", str(HOME),
-        "--tmpfs", "/run", "--dir", "/var/tmp", "--ro-bind", "/usr", "/usr",
+        "--clearenv", "--proc", "/proc", "--dev", "/dev", *_memory_disk("/dev/shm", 256 * MIB), "--remount-ro", "/dev",
+        *_memory_disk("/tmp", 1024 * MIB), *_memory_disk("/home", 256 * MIB), "--dir", str(HOME),
+        *_memory_disk("/run", 16 * MIB), "--dir", "/var/tmp", "--ro-bind", "/usr", "/usr",
     ]  # fmt: skip
     if not wall.network:
         arguments.append("--unshare-net")
@@ -255,7 +355,35 @@ def _bwrap(wall: Wall, info_fd: int) -> list[str]:
         arguments += ["--bind", str(host), inside]
     for name, value in wall.environment.items():
         arguments += ["--setenv", name, value]
-    return [*arguments, "--chdir", wall.cwd, "--"]
+    # What is mounted below stays as it is; the root itself would be another disk in memory.
+    return [*arguments, "--remount-ro", "/", "--chdir", wall.cwd, "--"]
+
+
+def _memory_disk(path: str, size: int) -> list[str]:
+    """Return the arguments for a disk in memory. Without a size it would take up to half of the machine's."""
+    return [*(["--size", str(size)] if _knows_size() else []), "--tmpfs", path]
+
+
+@cache
+def _knows_size() -> bool:
+    """Return whether this bubblewrap can limit a disk in memory; those before 0.6 cannot."""
+    with contextlib.suppress(OSError, subprocess.SubprocessError):
+        told = subprocess.run(["bwrap", "--help"], capture_output=True, text=True, check=False, timeout=10)
+        return "--size" in told.stdout + told.stderr
+    return False
+
+
+def _held(group: cgroup.Group) -> list[str]:
+    """Return the start of a command line that puts itself, and so all that it starts, into the group."""
+    if not group.doors:
+        return []
+    script = 'n=$1; shift; while [ "$n" -gt 0 ]; do echo $$ >"$1" || exit 97; shift; n=$((n - 1)); done; exec "$@"'
+    return ["sh", "-c", script, "held", str(len(group.doors)), *group.doors]
+
+
+# Goes on when somebody opens the gate, its standard input, and gives up when nobody can any more. bubblewrap asks the
+# kernel to end it with its parent; a grader that is killed before that would leave a wall behind. The gate opens after.
+_BEHIND_GATE = ("sh", "-c", 'read -r go || exit 96; exec "$@" </dev/null', "gate")
 
 
 def _own_sources() -> list[Path]:
