@@ -1,0 +1,76 @@
+# %% [markdown]
+# # An example
+#
+# ![What will be there at the end](pictures/02.png)
+#
+# **You will be able to** write a file that holds a number.
+#
+# It takes about 5 minutes.
+#
+#     package
+#     └── given.py
+
+# %%
+import os
+from pathlib import Path
+
+
+def begin(number):  # stands in for the course's own, which needs ROS
+    os.chdir(os.environ["ROS2_COURSE_WS"])
+    print("notebook", number, "in", Path.cwd())
+
+
+def check(name):
+    text = Path("answer.py").read_text()
+    print(f"{name} passed (5 of 5)" if "42" in text else f"{name} not yet (0 of 5): expected 42")
+
+
+begin("02")
+
+# %% [markdown]
+# ## Same name, same type
+#
+# Predict what this shows (I3).
+
+# %%
+print("one", flush=True)
+print("two")
+
+# %% tags=["given"]
+# %%writefile given.py
+"""A file that the course gives."""
+
+# %% tags=["exercise"]
+# %%writefile answer.py
+"""Hold the answer."""
+# TODO 1: the number
+ANSWER = 0
+
+# %% tags=["check"]
+check("I3")
+
+# %% [markdown]
+# <details><summary>Hint 1</summary>Where to look.</details>
+# <details><summary>Hint 2</summary>The formula.</details>
+# <details><summary>Hint 3</summary>All but the last line.</details>
+
+# %% tags=["nbval-ignore-output"]
+# Not compared: the clock is another one each time.
+import time
+
+print(time.monotonic())
+
+# %% [markdown]
+# ## Recall
+#
+# What is the answer?
+#
+# <details><summary>Answer</summary>42.</details>
+#
+# And the question?
+#
+# <details><summary>Answer</summary>Nobody knows.</details>
+#
+# How many?
+#
+# <details><summary>Answer</summary>Three.</details>

@@ -1,0 +1,69 @@
+"""Validate a notebook's stored outputs with nbval, in a workspace of its own, and read what it found."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from pathlib import Path
+
+from grader.course import performance
+
+# What may differ although the notebook is right; the places of this machine come on top.
+HARMLESS = (
+    (r"base64,[A-Za-z0-9+/=\s]+", "base64,PICTURE"),  # pictures within HTML; pictures on their own nbval leaves out
+    (r"\x1b\[[0-9;]*m", ""),
+)
+
+
+@dataclass(frozen=True)
+class Validation:
+    """What nbval found: how many cells it ran, which of them did not do what the stored notebook shows."""
+
+    cells: int
+    problems: tuple[str, ...]
+
+
+def validate(path: Path, cell_seconds: float = performance.CELL_SECONDS) -> Validation:
+    """Run the notebook `path` in an empty workspace and compare every output with the stored one."""
+    with tempfile.TemporaryDirectory(prefix="nbval-") as scratch:
+        room = Path(scratch)
+        workspace, sanitize, report = room / "ws", room / "sanitize.cfg", room / "report.xml"
+        patterns = (*performance.path_patterns(workspace), *HARMLESS)
+        sanitize.write_text(
+            "".join(f"[{i}]\nregex: {a}\nreplace: {b}\n\n" for i, (a, b) in enumerate(patterns, start=1))
+        )
+        (room / "pytest.ini").write_text("[pytest]\n")  # else it would take ours
+        (room / "notebooks").mkdir()
+        shutil.copy(path, room / "notebooks")
+        ran = subprocess.run(
+            [
+                sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--color=no",
+                "-c", str(room / "pytest.ini"), "--rootdir", str(room), "--junit-xml", str(report),
+                "--nbval", "--nbval-current-env", "--nbval-sanitize-with", str(sanitize),
+                "--nbval-cell-timeout", str(cell_seconds), f"notebooks/{path.name}",
+            ],
+            cwd=room, env=performance.environment(workspace), capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        if not report.exists():
+            return Validation(0, (f"nbval did not run:\n{ran.stdout[-2000:]}{ran.stderr[-2000:]}",))
+        return _read(report)
+
+
+def _read(report: Path) -> Validation:
+    cases = list(ET.parse(report).getroot().iter("testcase"))
+    problems = [
+        f"{case.get('name')}: {without_colour(found.text or found.get('message') or '')}"
+        for case in cases
+        for found in case
+        if found.tag in ("failure", "error", "skipped")
+    ]
+    return Validation(len(cases), tuple(problems))
+
+
+def without_colour(text: str) -> str:
+    return re.sub(r"(\x1b|#x1B)\[[0-9;]*m", "", text)

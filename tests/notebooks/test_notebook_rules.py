@@ -1,0 +1,163 @@
+"""Each rule for notebooks holds for the example, and is broken by a fault that it is there for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import nbformat
+import pytest
+from notebook_rules import OF_OUTPUTS, OF_SOURCES, Page, Rule, sections_of_the_rubric_are_there
+from notebook_validation import validate
+
+from grader.course import book, pages, performance
+from grader.rubric import Rubric
+
+NAME = "02_example"
+
+
+def page_of(folder: Path, rubric: Rubric) -> Page:
+    return Page(NAME, pages.read(NAME, rubric, folder), folder)
+
+
+def stored_in(folder: Path) -> Page:
+    return Page(NAME, book.read_stored(folder / f"{NAME}.ipynb"), folder)
+
+
+def edit(folder: Path, old: str, new: str) -> None:
+    source = folder / "source" / f"{NAME}.py"
+    text = source.read_text()
+    assert old in text
+    source.write_text(text.replace(old, new))
+
+
+@pytest.mark.parametrize("rule", OF_SOURCES, ids=lambda rule: rule.__name__)
+def test_the_example_keeps_the_rule(rule: Rule, example: Path, rubric: Rubric):
+    assert list(rule(page_of(example, rubric))) == []
+
+
+FAULTS = [
+    ("has_one_title", "# # An example", "# An example"),
+    ("has_one_title", "# ## Recall", "# # Recall"),
+    ("opens_with_a_picture", "![What will be there at the end](pictures/02.png)", "no picture"),
+    ("says_what_you_will_be_able_to_do", "**You will be able to**", "You will learn to"),
+    ("says_how_long_it_takes", "about 5 minutes", "a while"),
+    ("says_what_the_package_holds", "└── given.py", "given.py"),
+    ("begins_the_session", 'begin("02")', 'begin("03")'),
+    ("asks_recall_questions", "## Recall", "## Questions"),
+    ("asks_recall_questions", "<details><summary>Answer</summary>Three.</details>", "Three."),
+    ("folds_are_closed", "Three.</details>", "Three."),
+    ("exercises_are_checked_and_hinted", "<summary>Hint 3</summary>", "<summary>More</summary>"),
+    ("exercises_are_checked_and_hinted", '# %% tags=["check"]\ncheck("I3")', "# %%\n1"),
+    ("tags_fit_the_cells", '# %% tags=["check"]', "# %%"),
+    ("tags_fit_the_cells", '# %% tags=["given"]', '# %% tags=["gift"]'),
+    ("tags_fit_the_cells", "# %%writefile given.py\n", ""),
+    ("tags_fit_the_cells", 'check("I3")', 'check("I3")\nprint(1)'),
+    ("cells_are_short", 'print("two")', "\n".join(f"print({i})" for i in range(12))),
+    ("pictures_are_ours", "pictures/02.png", "pictures/missing.png"),
+    ("pictures_are_ours", "pictures/02.png", "https://example.org/02.png"),
+    ("links_lead_somewhere", "Predict what this shows", "See [there](source/nowhere.py)"),
+    ("says_why_an_output_is_not_compared", "# Not compared: the clock is another one each time.\n", ""),
+]
+
+
+@pytest.mark.parametrize(("name", "old", "new"), FAULTS, ids=[f"{n}-{i}" for i, (n, _, _) in enumerate(FAULTS)])
+def test_a_fault_breaks_the_rule(name: str, old: str, new: str, example: Path, rubric: Rubric):
+    rule = next(rule for rule in OF_SOURCES if rule.__name__ == name)
+    edit(example, old, new)
+    assert list(rule(page_of(example, rubric))) != []
+
+
+def test_each_rule_for_sources_has_a_fault_that_breaks_it():
+    assert {name for name, _, _ in FAULTS} == {rule.__name__ for rule in OF_SOURCES}
+
+
+def test_a_section_that_the_rubric_names_must_be_there(example: Path, rubric: Rubric):
+    page = page_of(example, rubric)
+    named = Page("02_interfaces", page.notebook, page.folder)
+    assert list(sections_of_the_rubric_are_there(named, rubric)) == []
+    edit(example, "## Same name, same type", "## Same name, same Type")
+    renamed = Page("02_interfaces", page_of(example, rubric).notebook, example)
+    assert list(sections_of_the_rubric_are_there(renamed, rubric)) == [
+        "I3: there is no section `## Same name, same type`"
+    ]
+
+
+def test_a_section_must_name_its_requirement(example: Path, rubric: Rubric):
+    edit(example, "(I3)", "")
+    edit(example, 'check("I3")', 'check("I2")')
+    page = Page("02_interfaces", page_of(example, rubric).notebook, example)
+    assert list(sections_of_the_rubric_are_there(page, rubric)) == [
+        "I3 is not named in its section `## Same name, same type`"
+    ]
+
+
+@pytest.mark.parametrize("rule", OF_OUTPUTS, ids=lambda rule: rule.__name__)
+def test_the_stored_example_keeps_the_rule(rule: Rule, example: Path):
+    assert list(rule(stored_in(example))) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "output"),
+    [
+        ("ran_without_an_exception", nbformat.v4.new_output("error", ename="ValueError", evalue="no", traceback=[])),
+        ("ran_without_an_exception", nbformat.v4.new_output("stream", name="stderr", text="Warning: old")),
+        ("outputs_name_no_machine", nbformat.v4.new_output("stream", text="wrote /home/me/ws/x")),
+        ("outputs_name_no_machine", nbformat.v4.new_output("stream", text="[INFO] [1763731234.123456789] [node]: on")),
+        ("outputs_name_no_machine", nbformat.v4.new_output("display_data", data={"text/html": "<p>/tmp/x</p>"})),
+    ],
+)
+def test_an_output_breaks_the_rule(name: str, output: nbformat.NotebookNode, example: Path):
+    page = stored_in(example)
+    page.code()[1].outputs.append(output)
+    rule = next(rule for rule in OF_OUTPUTS if rule.__name__ == name)
+    assert list(rule(page)) != []
+
+
+def test_a_check_that_passes_untouched_breaks_the_rule(example: Path):
+    page = stored_in(example)
+    (checked,) = [cell for cell in page.code() if pages.checked(cell)]
+    checked.outputs[0].text = "I3 passed (4 of 4)"
+    (rule,) = [rule for rule in OF_OUTPUTS if rule.__name__ == "checks_say_not_yet"]
+    assert list(rule(page)) == ["I3: the check of an untouched notebook does not say `I3 not yet`"]
+
+
+def test_a_large_notebook_breaks_the_rule(example: Path):
+    (rule,) = [rule for rule in OF_OUTPUTS if rule.__name__ == "is_small"]
+    page = stored_in(example)
+    page.code()[1].outputs.append(nbformat.v4.new_output("stream", text="x" * 2_000_000))
+    book.write(page.notebook, example / f"{NAME}.ipynb")
+    assert list(rule(page)) == ["is 2.0 MB large, more than 1.5"]
+
+
+def test_nbval_finds_the_stored_outputs_again(example: Path):
+    found = validate(example / f"{NAME}.ipynb")
+    assert found.problems == ()
+    assert found.cells == len(stored_in(example).code())
+
+
+def test_nbval_notices_an_output_that_is_not_what_the_code_gives(example: Path):
+    page = stored_in(example)
+    page.code()[1].outputs[0].text = "one\nthree\n"
+    book.write(page.notebook, example / f"{NAME}.ipynb")
+    (problem,) = validate(example / f"{NAME}.ipynb").problems
+    assert problem.startswith("Cell 1: ")
+    assert "three" in problem
+
+
+def test_nbval_notices_an_exception(example: Path):
+    page = stored_in(example)
+    page.code()[1].source += "\nraise ValueError('no')"
+    book.write(page.notebook, example / f"{NAME}.ipynb")
+    (problem,) = validate(example / f"{NAME}.ipynb").problems
+    assert "ValueError: no" in problem
+
+
+def test_solved_the_example_passes(example: Path, rubric: Rubric, tmp_path: Path, answer: performance.Solutions):
+    played = performance.play(performance.solved(NAME, pages.read(NAME, rubric, example), answer), tmp_path / "ws")
+    assert played.error is None
+    assert performance.unpassed(played.notebook) == []
+    assert played.answers == ["I3 passed (5 of 5)"]
+
+
+def test_unsolved_it_does_not(example: Path):
+    assert performance.unpassed(stored_in(example).notebook) == ["I3"]
