@@ -46,7 +46,7 @@ class RecordingError(Exception):
     """A recording cannot be read; the message says what is wrong with it."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """A sampled run.
 
@@ -90,6 +90,10 @@ class Recording:
 
     def __len__(self) -> int:
         return len(self.samples["t"])
+
+    def __repr__(self) -> str:
+        # In short: a notebook shows it when it is a cell's last value.
+        return f"Recording({self.world.name!r}: {self.duration:.2f} s simulated, {self.distance:.2f} m driven)"
 
     @property
     def duration(self) -> float:

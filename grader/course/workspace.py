@@ -1,0 +1,196 @@
+"""Where the student's package lies, and the environment in which shell cells find ROS 2, the kit and what was built."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import shutil
+import sys
+from collections.abc import MutableMapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from grader import build, toolchain
+from grader.errors import GraderError
+
+PACKAGE = build.PACKAGE
+VARIABLE = "ROS2_COURSE_WS"
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A colcon workspace: `root` with src/, and build/, install/ and log/ once something has been built."""
+
+    root: Path
+
+    @property
+    def package(self) -> Path:
+        """Return the folder of the student's package."""
+        return self.root / "src" / PACKAGE
+
+    @property
+    def install(self) -> Path:
+        """Return the install tree of the package, as a plain `colcon build` makes it."""
+        return self.root / "install" / PACKAGE
+
+    @property
+    def domain_id(self) -> int:
+        """Return the DDS domain of this workspace, 1 to 100: two students on one machine must not hear each other."""
+        digest = hashlib.sha256(os.fsencode(self.root)).digest()
+        return 1 + int.from_bytes(digest[:4], "big") % 100
+
+    def shown(self, path: Path) -> str:
+        """Return a path in the workspace as a student should read it, the same on every machine."""
+        with contextlib.suppress(ValueError):
+            return str(Path("ws") / path.relative_to(self.root))
+        return path.name
+
+
+def find(here: Path | None = None) -> Workspace:
+    """Return the workspace: $ROS2_COURSE_WS, or `ws` beside the notebooks, looked for from `here` upwards.
+
+    Raises:
+        GraderError: there is no folder `notebooks` above, and the variable is not set.
+    """
+    chosen = os.environ.get(VARIABLE)
+    if chosen:
+        return Workspace(Path(chosen).expanduser().resolve())
+    here = (here or Path.cwd()).resolve()
+    for folder in (here, *here.parents):
+        if folder.name == "notebooks" or (folder / "notebooks").is_dir():
+            root = folder.parent if folder.name == "notebooks" else folder
+            return Workspace(root / "ws")
+    raise GraderError(
+        f"There is no folder `notebooks` at or above the present one. Open a notebook in it, or set {VARIABLE}."
+    )
+
+
+def open_workspace() -> Workspace:
+    """Make the workspace where it is missing, change into the package's folder, and prepare the environment."""
+    found = find()
+    found.package.mkdir(parents=True, exist_ok=True)
+    os.chdir(found.package)
+    _write_colcon_defaults(found)
+    prepare(found, os.environ)
+    _watch_cells(found)
+    return found
+
+
+def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None:
+    """Set what `source install/setup.bash` would set, and what the wheels need besides. Can be done again any time.
+
+    The workspace counts as soon as it has been built.
+    """
+    overlays = [workspace.install] if (workspace.install / "share").is_dir() else []
+    wanted = toolchain.environment(*overlays, home=Path.home())
+    wanted |= {
+        "PATH": _first_on(environment.get("PATH", ""), toolchain.PREFIX / "bin"),
+        "ROS_DOMAIN_ID": str(workspace.domain_id),
+        "ROS_LOG_DIR": str(workspace.root / "log" / "ros"),
+        # A plain `colcon build` then does what docs/ros-from-wheels.md describes.
+        "COLCON_DEFAULTS_FILE": str(_defaults_file(workspace)),
+        "COLCON_LOG_LEVEL": "error",  # it would warn of the wheels' prefix, which has no setup files
+        "CMAKE_GENERATOR": "Ninja",
+        "MPLBACKEND": environment.get("MPLBACKEND", ""),
+    }
+    if shutil.which("ccache"):
+        wanted |= {
+            "CMAKE_C_COMPILER_LAUNCHER": "ccache",
+            "CMAKE_CXX_COMPILER_LAUNCHER": "ccache",
+            "CCACHE_DIR": str(build.cache_folder() / "ccache"),
+            "CCACHE_READONLY": "1",  # only the kit's own builds fill it
+            "CCACHE_TEMPDIR": "/tmp",
+            "CCACHE_NOHASHDIR": "1",
+            "CCACHE_BASEDIR": str(workspace.root),
+            "CCACHE_NOSTATS": "1",
+        }
+    for name in ("HOME", "LANG", "MPLBACKEND"):
+        wanted.pop(name, None)
+    for name, value in wanted.items():
+        if environment.get(name) != value:
+            environment[name] = value
+
+
+def _first_on(path: str, folder: Path) -> str:
+    """Return PATH with `folder` in front, once."""
+    others = [part for part in path.split(os.pathsep) if part and part != str(folder)]
+    return os.pathsep.join([str(folder), *others])
+
+
+def _defaults_file(workspace: Workspace) -> Path:
+    return workspace.root / ".colcon" / "defaults.yaml"
+
+
+def _write_colcon_defaults(workspace: Workspace) -> None:
+    path = _defaults_file(workspace)
+    text = f'build:\n  event-handlers: ["status-"]\n  cmake-args: ["-DCMAKE_PROJECT_INCLUDE={toolchain.CMAKE_HOOK}"]\n'
+    if not path.is_file() or path.read_text() != text:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+
+
+# -- the running kernel -----------------------------------------------------------------------------------------------
+
+
+class _Watcher:
+    """Before each cell: see a new build, and let go of modules of the package whose files have changed."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        self.workspace = workspace
+
+    def __call__(self, *_: object) -> None:
+        prepare(self.workspace, os.environ)
+        forget_changed_modules(self.workspace.package)
+
+
+def forget_changed_modules(package: Path) -> None:
+    """Forget the student's modules that this process has imported if one of their files has changed since.
+
+    Python reads a module once, so a cell that imports it again would go on with the old one.
+    """
+    loaded = {
+        name: Path(file)
+        for name, module in list(sys.modules.items())
+        if name.partition(".")[0] == PACKAGE
+        and (file := getattr(module, "__file__", None))
+        and Path(file).is_relative_to(package)
+    }
+    stamps = {name: _stamp(path) for name, path in loaded.items()}
+    if any(_STAMPS.get(name, stamp) != stamp for name, stamp in stamps.items()):
+        for name in loaded:
+            sys.modules.pop(name, None)
+            _STAMPS.pop(name, None)
+    else:
+        _STAMPS.update(stamps)
+
+
+_STAMPS: dict[str, tuple[int, int]] = {}
+
+
+def _stamp(path: Path) -> tuple[int, int]:
+    try:
+        found = path.stat()
+    except OSError:
+        return (0, 0)
+    return found.st_mtime_ns, found.st_size
+
+
+def _watch_cells(workspace: Workspace) -> None:
+    """Call the watcher before each cell, where this is a notebook; only the last one counts."""
+    # Two versions of a file, written within one second, would pass for the same in Python's cache.
+    sys.dont_write_bytecode = True
+    shell = _shell()
+    if shell is None:
+        return
+    for callback in list(shell.events.callbacks["pre_run_cell"]):
+        if isinstance(callback, _Watcher):
+            shell.events.unregister("pre_run_cell", callback)
+    shell.events.register("pre_run_cell", _Watcher(workspace))
+
+
+def _shell() -> Any:
+    """Return the interactive shell of a notebook's kernel, None elsewhere."""
+    module = sys.modules.get("IPython")
+    return module.get_ipython() if module is not None else None
