@@ -14,9 +14,12 @@ from pathlib import Path
 
 REFERENCE = Path(__file__).parents[2] / "solution_pkg" / "ros2_robot_controller"
 
-_CONTROLLER = "ros2_robot_controller/robot_controller.py"
+_DRIVER = "ros2_robot_controller/driver.py"
+_SPEED_SERVER = "ros2_robot_controller/speed_server.py"
+_NAVIGATOR = "ros2_robot_controller/navigator.py"
 _PROCESSOR = "ros2_robot_controller/sensor_processor.py"
 _MOTION = "ros2_robot_controller/utils/motion.py"
+_STEERING = "ros2_robot_controller/utils/steering.py"
 _SCANS = "ros2_robot_controller/utils/scans.py"
 _RUNNING = "ros2_robot_controller/utils/running.py"
 _SETTINGS = "ros2_robot_controller/utils/settings.py"
@@ -95,7 +98,7 @@ _EDITS = (
         "forgets_an_executable",
         "F12 F13 I1 I3 I4 I5 I6 I7 I8",
         "sensor_processor is not installed.",
-        (_CMAKE, "scripts/robot_controller scripts/sensor_processor ", "scripts/robot_controller "),
+        (_CMAKE, "scripts/robot_controller scripts/sensor_processor\n", "scripts/robot_controller\n"),
         says=("missing: sensor_processor",),
         why="a node that cannot be started shows nothing",
     ),
@@ -104,7 +107,7 @@ _EDITS = (
         "silent_when_idle",
         "F1",
         "Commands are published only while the robot moves.",
-        (_CONTROLLER, "        twist = Twist()\n",
+        (_DRIVER, "        twist = Twist()\n",
          "        if command == STOP == self._last_command:\n            return\n        twist = Twist()\n"),
         says=("no message on cmd_vel",),
     ),
@@ -112,10 +115,7 @@ _EDITS = (
         "half_the_rate",
         "F1",
         "The control loop runs at half its rate.",
-        (_CONTROLLER, "        self._control_timer = self.create_timer(self._period('laser_processing_rate'),\n"
-         "                                                self._control)\n        self._feedback_timer",
-         "        self._control_timer = self.create_timer(2.0 * self._period('laser_processing_rate'),\n"
-         "                                                self._control)\n        self._feedback_timer"),
+        (_DRIVER, "self.create_timer(self._period(", "self.create_timer(2.0 * self._period("),
         says=("5.0 Hz",),
     ),
     # -- F2, F3 ---------------------------------------------------------------------------------------------------
@@ -123,22 +123,22 @@ _EDITS = (
         "drives_too_slowly",
         "F2",
         "The robot drives at 80 % of the speed that was set.",
-        (_CONTROLLER, "return Command(v=self._speed)", "return Command(v=0.8 * self._speed)"),
+        (_DRIVER, "return Command(v=self._speed)", "return Command(v=0.8 * self._speed)"),
         says=("m/s by odometry",),
     ),
     _edit(
         "never_backwards",
         "F2",
         "A negative speed drives the robot forwards.",
-        (_CONTROLLER, "return Command(v=self._speed)", "return Command(v=abs(self._speed))"),
+        (_DRIVER, "return Command(v=self._speed)", "return Command(v=abs(self._speed))"),
         says=("after set_speed -",),
     ),
     _edit(
         "ignores_the_limit",
         "F3 I6",
         "set_speed takes any finite speed.",
-        (_MOTION, "if abs(speed) > limit * (1.0 + FLOAT32_SLACK):", "if abs(speed) > 1000.0:"),
-        (_CONTROLLER, "self._speed = clamp(request.speed, -limit, limit)", "self._speed = request.speed"),
+        (_SPEED_SERVER, "if abs(speed) > limit * (1.0 + FLOAT32_SLACK):", "if abs(speed) > 1000.0:"),
+        (_SPEED_SERVER, "self._speed = clamp(request.speed, -limit, limit)", "self._speed = request.speed"),
         says=("success = True", "compare abs(speed) with the limit"),
         why="overriding max_linear_speed has no effect either (I6)",
     ),
@@ -146,14 +146,14 @@ _EDITS = (
         "takes_nan_for_a_speed",
         "F3",
         "The test for NaN is left out, and NaN passes every comparison.",
-        (_MOTION, "    if not math.isfinite(speed):\n", "    if math.isinf(speed):\n"),
+        (_SPEED_SERVER, "    if not math.isfinite(speed):\n", "    if math.isinf(speed):\n"),
         says=("speed nan answered success = True",),
     ),
     _edit(
         "refuses_without_the_limit",
         "F3",
         "A refusal does not say which limit holds.",
-        (_MOTION, "is beyond the limit of {limit:.3g} m/s'", "is too fast'"),
+        (_SPEED_SERVER, "is beyond the limit of {limit:.3g} m/s'", "is too fast'"),
         says=("say in the message which limit holds",),
     ),
     # -- F4, F5 ---------------------------------------------------------------------------------------------------
@@ -170,7 +170,7 @@ _EDITS = (
         "stops_late",
         "F4",
         "The obstacle stop goes by a scan that is half a second old.",
-        (_CONTROLLER, "        self._near = measure_proximity(scan)\n",
+        (_DRIVER, "        self._near = measure_proximity(scan)\n",
          "        self._past = [*getattr(self, '_past', []), measure_proximity(scan)][-6:]\n"
          "        self._near = self._past[0]\n"),
         says=("after the first scan below 0.5 m",),
@@ -179,7 +179,7 @@ _EDITS = (
         "never_forgets_an_obstacle",
         "F5 F11",
         "Once there was an obstacle, there is one for ever.",
-        (_CONTROLLER, "        self._near = measure_proximity(scan)\n",
+        (_DRIVER, "        self._near = measure_proximity(scan)\n",
          "        near = measure_proximity(scan)\n"
          "        self._near = min(near, self._near, key=lambda seen: seen.ahead)\n"),
         says=("who clears the obstacle flag",),
@@ -205,7 +205,7 @@ _EDITS = (
         "dies_of_an_empty_scan",
         "F6",
         "The controller looks at the first reading of every scan.",
-        (_CONTROLLER, "        self._near = measure_proximity(scan)\n",
+        (_DRIVER, "        self._near = measure_proximity(scan)\n",
          "        self._first = scan.ranges[0]\n        self._near = measure_proximity(scan)\n"),
         says=("IndexError",),
     ),
@@ -214,14 +214,14 @@ _EDITS = (
         "status_is_ok",
         "F7",
         "The status is OK instead of ACTIVE.",
-        (_CONTROLLER, "else 'ACTIVE'", "else 'OK'"),
+        (_SPEED_SERVER, "else 'ACTIVE'", "else 'OK'"),
         says=("status 'OK'",),
     ),
     _edit(
         "pose_is_never_told",
         "F7",
         "get_status answers with a pose of zeros.",
-        (_CONTROLLER, "        response.pose = self._pose\n", ""),
+        (_SPEED_SERVER, "        response.pose = self._pose\n", ""),
         says=("pose (0.00, 0.00)",),
     ),
     # -- F8 -------------------------------------------------------------------------------------------------------
@@ -229,14 +229,14 @@ _EDITS = (
         "stops_short",
         "F8",
         "The goal counts as reached 0.3 m before it.",
-        (_MOTION, "    return distance <= min(ARRIVAL_M, ARRIVAL_SHARE * tolerance)", "    return distance <= 0.3"),
+        (_STEERING, "    return distance <= min(ARRIVAL_M, ARRIVAL_SHARE * tolerance)", "    return distance <= 0.3"),
         says=("the tolerance was",),
     ),
     _edit(
         "rolls_on_after_arrival",
         "F8 F10",
         "After a goal the robot goes on slowly.",
-        (_CONTROLLER, "            self._speed = 0.0  # or", "            self._speed = 0.05  # or"),
+        (_NAVIGATOR, "            self._speed = 0.0  # or", "            self._speed = 0.05  # or"),
         says=("after the result",),
         why="the same line ends a cancelled goal (F10)",
     ),
@@ -244,7 +244,7 @@ _EDITS = (
         "goals_are_relative",
         "F8 F11",
         "The target is taken to be relative to the robot's heading.",
-        (_MOTION, "    error = normalize_angle(math.atan2(y - place.y, x - place.x) - place.yaw)\n",
+        (_STEERING, "    error = normalize_angle(math.atan2(y - place.y, x - place.x) - place.yaw)\n",
          "    error = normalize_angle(math.atan2(y, x))\n"),
         says=("no result within 40 s",),
         why="it never drives where F11 blocks the way",
@@ -254,18 +254,15 @@ _EDITS = (
         "feedback_too_rarely",
         "F9",
         "Feedback comes once a second.",
-        (_CONTROLLER, "        self._feedback_timer = self.create_timer(self._period('fusion_rate'),\n"
-         "                                                 self._give_feedback)\n        self.add_post",
-         "        self._feedback_timer = self.create_timer(20.0 * self._period('fusion_rate'),\n"
-         "                                                 self._give_feedback)\n        self.add_post"),
+        (_NAVIGATOR, "self.create_timer(self._period(", "self.create_timer(20.0 * self._period("),
         says=("feedback messages in",),
     ),
     _edit(
         "feedback_along_x",
         "F9",
         "The distance is measured along x alone.",
-        (_CONTROLLER, "        distance = motion.distance_to(self._place, self._goal.x, self._goal.y)\n        self._goal.handle",
-         "        distance = abs(self._goal.x - self._place.x)\n        self._goal.handle"),
+        (_NAVIGATOR, "distance_remaining=self._distance_to(goal)",
+         "distance_remaining=abs(goal.x - self._pose.position.x)"),
         says=("the true distance was",),
     ),
     # -- F10 ------------------------------------------------------------------------------------------------------
@@ -273,14 +270,14 @@ _EDITS = (
         "refuses_to_cancel",
         "F10",
         "A cancel is refused, as rclpy does by default.",
-        (_CONTROLLER, "return CancelResponse.ACCEPT", "return CancelResponse.REJECT"),
+        (_NAVIGATOR, "return CancelResponse.ACCEPT", "return CancelResponse.REJECT"),
         says=("the node refused",),
     ),
     _edit(
         "a_cancel_counts_as_success",
         "F10",
         "A cancelled goal's result says success.",
-        (_CONTROLLER, "success=ending is Ending.ARRIVED,", "success=ending is not Ending.REPLACED,"),
+        (_NAVIGATOR, "success=ending is Ending.ARRIVED,", "success=ending is not Ending.REPLACED,"),
         says=("success = True",),
     ),
     # -- F11 ------------------------------------------------------------------------------------------------------
@@ -288,7 +285,7 @@ _EDITS = (
         "gives_up_when_blocked",
         "F11",
         "A goal is aborted as soon as something stands in the way.",
-        (_CONTROLLER, "        if goal.handle.is_cancel_requested:\n",
+        (_NAVIGATOR, "        if goal.handle.is_cancel_requested:\n",
          "        if self._obstacle_in_way():\n            self._end_goal(Ending.REPLACED)\n"
          "        elif goal.handle.is_cancel_requested:\n"),
         says=("ended as aborted",),
@@ -297,8 +294,8 @@ _EDITS = (
         "jumps_to_the_speed",
         "F11",
         "Commands go to the wanted speed at once.",
-        (_CONTROLLER, "self._publish(motion.speed_up_gently(self._last_command, wanted, dt, limits))",
-         "self._publish(wanted)"),
+        (_DRIVER, "self._publish(motion.speed_up_gently(self._last_command, safe, dt, limits))",
+         "self._publish(safe)"),
         says=("v rose by",),
     ),
     _edit(
@@ -368,7 +365,7 @@ _EDITS = (
         "misnames_set_speed",
         "F2 F3 F4 F5 F6 F7 F11 I3 I4 I6",
         "The service is called set_velocity.",
-        (_CONTROLLER, "SetSpeed, 'set_speed'", "SetSpeed, 'set_velocity'"),
+        (_SPEED_SERVER, "SetSpeed, 'set_speed'", "SetSpeed, 'set_velocity'"),
         says=("expected service set_speed (SetSpeed); found set_velocity (",),
         why="without the service nobody can make the robot drive",
     ),
@@ -392,7 +389,7 @@ _EDITS = (
         "deaf_to_best_effort",
         "I4",
         "The scan is subscribed reliably.",
-        (_CONTROLLER, "self.create_subscription(LaserScan, 'scan', self._on_scan, qos_profile_sensor_data)",
+        (_DRIVER, "self.create_subscription(LaserScan, 'scan', self._on_scan, qos_profile_sensor_data)",
          "self.create_subscription(LaserScan, 'scan', self._on_scan, 10)"),
         says=("ask for reliable publishers",),
     ),
@@ -443,12 +440,10 @@ _EDITS = (
         "goes_by_wall_time",
         "I7",
         "The control timer goes by a steady clock.",
-        (_CONTROLLER, "        self._control_timer = self.create_timer(self._period('laser_processing_rate'),\n"
-         "                                                self._control)\n        self._feedback_timer",
-         "        from rclpy.clock import Clock, ClockType\n"
-         "        self._control_timer = self.create_timer(\n"
-         "            self._period('laser_processing_rate'), self._control,\n"
-         "            clock=Clock(clock_type=ClockType.STEADY_TIME))\n        self._feedback_timer"),
+        (_DRIVER, "                                                self._control)\n",
+         "                                                self._control, clock=STEADY)\n"),
+        (_DRIVER, "NEVER = -math.inf", "from rclpy.clock import Clock, ClockType\n\n"
+         "STEADY = Clock(clock_type=ClockType.STEADY_TIME)\nNEVER = -math.inf"),
         says=("while the clock stood still",),
     ),
     _edit(
@@ -478,7 +473,7 @@ _EDITS = (
         "dies_in_mid_trial",
         "F2 F3 F4 F5 F6 F7 F11 I6 I7 I8",
         "The controller kills itself as soon as it is asked to drive.",
-        (_CONTROLLER, "            self._speed = clamp(request.speed, -limit, limit)\n",
+        (_SPEED_SERVER, "            self._speed = clamp(request.speed, -limit, limit)\n",
          "            import os\n            os.kill(os.getpid(), 9)\n"),
         says=("the node ended at", "exit status -9"),
         why="every trial that drives by set_speed meets its end",

@@ -56,17 +56,34 @@ def make(variant: Variant, folder: Path) -> Path:
 _CONTROLLER = f"{_PACKAGE}/robot_controller.py"
 _PROCESSOR = f"{_PACKAGE}/sensor_processor.py"
 _INTERFACES = f"{_PACKAGE}_interfaces"
+# The reference's layers below its robot_controller.py; a variant's own does all of their work.
+_SPEED_SERVER = f"{_PACKAGE}/speed_server.py"
+_NAVIGATOR = f"{_PACKAGE}/navigator.py"
+_LAYERS = (f"{_PACKAGE}/driver.py", _SPEED_SERVER, _NAVIGATOR)
 
 VARIANTS = {
     variant.name: variant
     for variant in (
-        Variant("multithreaded", "Many threads; the action's own loops at a Rate of the node's clock."),
-        Variant("wall_sleeping_action", "Many threads; the action's own loops with time.sleep and drives by itself."),
-        Variant("own_thread", "A thread that sleeps on the node's clock drives; rclpy spins in the main thread."),
+        Variant(
+            "multithreaded",
+            "Many threads; the action's own loops at a Rate of the node's clock.",
+            without=_LAYERS,
+        ),
+        Variant(
+            "wall_sleeping_action",
+            "Many threads; the action's own loops with time.sleep and drives by itself.",
+            without=_LAYERS,
+        ),
+        Variant(
+            "own_thread",
+            "A thread that sleeps on the node's clock drives; rclpy spins in the main thread.",
+            without=_LAYERS,
+        ),
         Variant(
             "wall_feedback",
             "A timer on the clock drives; the action's loop, which steers and gives feedback, sleeps 0.4 s of wall time.",
             base="multithreaded",
+            without=_LAYERS,
             changes=(
                 (_CONTROLLER, "import threading\n", "import threading\nimport time\n"),
                 (_CONTROLLER, "            self._rate.sleep()\n", "            time.sleep(0.4)\n"),
@@ -79,6 +96,7 @@ VARIANTS = {
             "The threads sleep by wall time, whatever /clock says.",
             loses={"I7": 1.0},
             base="own_thread",
+            without=_LAYERS,
             changes=(
                 (_CONTROLLER, "clock.sleep_for(Duration(seconds=1.0 / self.p('laser_processing_rate')))",
                  "time.sleep(1.0 / self.p('laser_processing_rate'))"),
@@ -95,14 +113,18 @@ VARIANTS = {
             without=("CMakeLists.txt",),
             moved={"msg": f"{_INTERFACES}/msg", "srv": f"{_INTERFACES}/srv", "action": f"{_INTERFACES}/action"},
             changes=(
-                (_CONTROLLER, "ros2_robot_controller.action import", "ros2_robot_controller_interfaces.action import"),
-                (_CONTROLLER, "ros2_robot_controller.srv import", "ros2_robot_controller_interfaces.srv import"),
+                (_NAVIGATOR, "ros2_robot_controller.action import", "ros2_robot_controller_interfaces.action import"),
+                (_SPEED_SERVER, "ros2_robot_controller.srv import", "ros2_robot_controller_interfaces.srv import"),
                 (_PROCESSOR, "ros2_robot_controller.msg import", "ros2_robot_controller_interfaces.msg import"),
                 ("scripts/demo.py", "ros2_robot_controller.action import",
                  "ros2_robot_controller_interfaces.action import"),
                 ("scripts/demo.py", "ros2_robot_controller.srv import", "ros2_robot_controller_interfaces.srv import"),
             ),
         ),
-        Variant("events", "An events executor, lambdas and partials, async timers, settings read once, own QoS."),
+        Variant(
+            "events",
+            "An events executor, lambdas and partials, async timers, settings read once, own QoS.",
+            without=_LAYERS,
+        ),
     )
 }  # fmt: skip

@@ -17,7 +17,7 @@ from grader.score import RequirementScore
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]
 
 ROOT = Path(__file__).parents[3]
-QUICK = ("test_conversions.py", "test_motion.py", "test_scans.py")
+QUICK = ("test_conversions.py", "test_motion.py", "test_scans.py", "test_steering.py")
 Grade = Callable[[Callable[[Path], object]], dict[str, RequirementScore]]
 
 
@@ -91,7 +91,7 @@ def test_generated_stubs_are_no_tests(grade: Grade):
 def test_tests_that_assert_nothing_cover_and_notice_nothing(grade: Grade):
     silent = """
         import pytest
-        from ros2_robot_controller import robot_controller, sensor_processor
+        from ros2_robot_controller import robot_controller, sensor_processor, speed_server
         from ros2_robot_controller.utils import conversions, motion
 
 
@@ -99,9 +99,9 @@ def test_tests_that_assert_nothing_cover_and_notice_nothing(grade: Grade):
             conversions.clamp(1.0, 0.0, 2.0)
             conversions.normalize_angle(7.0)
             motion.ramp(0.0, 1.0, 0.1)
-            motion.speed_refusal(0.1, 0.5)
+            speed_server.speed_refusal(0.1, 0.5)
             sensor_processor.battery_percent(0.5, 100.0)
-            robot_controller.Ending.ARRIVED
+            robot_controller.RobotController
     """
     scores = grade(lambda package: only(package, {"test/test_all.py": silent}))
     assert points(scores)["T1"] == 0
@@ -119,7 +119,7 @@ def test_tests_that_fail_on_any_change_of_the_source_get_no_points_for_noticing(
             KNOWN = {known!r}
             USE = {{
                 conversions: lambda: (conversions.clamp(1.0, 0.0, 2.0), conversions.normalize_angle(7.0)),
-                motion: lambda: (motion.ramp(0.0, 1.0, 0.1), motion.speed_refusal(0.1, 0.5)),
+                motion: lambda: (motion.ramp(0.0, 1.0, 0.1), motion.clearance(scans.Proximity(), 0.5)),
                 scans: lambda: scans.Proximity(),
             }}
 
@@ -155,7 +155,7 @@ def test_a_conftest_that_rewrites_reports_earns_neither_passing_nor_coverage(gra
 
 
         def test_both():
-            assert robot_controller.STALE_S == sensor_processor.FULL_PERCENT
+            assert robot_controller.main == sensor_processor.FULL_PERCENT
     """
     scores = grade(lambda package: only(package, {"test/conftest.py": tamper, "test/test_both.py": failing}))
     assert points(scores) == {"T1": 2, "T2": 0, "T3": 0}, words(scores)

@@ -16,6 +16,8 @@ from grader.quality import manifest, modules, read, reader, sources
 
 REFERENCE = Path(__file__).parents[3] / "solution_pkg" / "ros2_robot_controller"
 CONTROLLER = "ros2_robot_controller/robot_controller.py"
+DRIVER = "ros2_robot_controller/driver.py"
+NAVIGATOR = "ros2_robot_controller/navigator.py"
 PROCESSOR = "ros2_robot_controller/sensor_processor.py"
 CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
 MOTION = "ros2_robot_controller/utils/motion.py"

@@ -6,7 +6,7 @@ import ast
 from pathlib import Path
 
 import pytest
-from quality_examples import CONTROLLER, MOTION, REFERENCE, facts, judged, reference, untouched, with_pep257, written
+from quality_examples import DRIVER, MOTION, REFERENCE, facts, judged, reference, untouched, with_pep257, written
 
 from grader.checks.test_quality import test_docstrings_keep_ament_pep257 as rules
 from grader.checks.test_quality import test_public_functions_are_annotated as annotations
@@ -77,7 +77,7 @@ def test_no_docstring_anywhere(tmp_path: Path):
 
 def test_two_modules_without_docstrings(tmp_path: Path):
     """Subtle: linear below 90 %."""
-    files = {path: without_docstrings(path) for path in (CONTROLLER, MOTION)}
+    files = {path: without_docstrings(path) for path in (DRIVER, MOTION)}
     quality = facts(reference(tmp_path, files=files))
     documented = sum(thing.documented for thing in quality.definitions)
     result = judged(coverage, quality)
@@ -158,7 +158,7 @@ def test_every_docstring_without_its_period(tmp_path: Path):
 
 def test_one_docstring_that_describes_instead_of_ordering(tmp_path: Path):
     """Subtle: one of many loses its share and no more."""
-    text = (REFERENCE / MOTION).read_text().replace('"""Return why `speed` may not', '"""Returns why `speed` may not')
+    text = (REFERENCE / MOTION).read_text().replace('"""Return whether something', '"""Returns whether something')
     quality = with_pep257(written(tmp_path, {MOTION: text}))
     result = judged(rules, quality)
     assert result.share == pytest.approx(1 - 1 / len(quality.definitions))
@@ -203,7 +203,7 @@ def without_annotations(path: str) -> str:
 
 def test_no_annotations_in_the_helpers(tmp_path: Path):
     """Blatant."""
-    names = ("motion", "scans", "settings", "conversions", "running")
+    names = ("motion", "steering", "scans", "settings", "conversions", "running")
     files = {
         f"ros2_robot_controller/utils/{name}.py": without_annotations(f"ros2_robot_controller/utils/{name}.py")
         for name in names
@@ -216,7 +216,7 @@ def test_no_annotations_in_the_helpers(tmp_path: Path):
 def test_one_parameter_without_a_type(tmp_path: Path):
     """Subtle."""
     result = judged(
-        annotations, facts(reference(tmp_path, (MOTION, "def speed_refusal(speed: float,", "def speed_refusal(speed,")))
+        annotations, facts(reference(tmp_path, (MOTION, "def speed_cap(distance: float,", "def speed_cap(distance,")))
     )
     assert 0.9 < result.share < 1
-    assert "speed_refusal: speed" in result.seen
+    assert "speed_cap: distance" in result.seen

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from quality_examples import CONTROLLER, MOTION, PROCESSOR, REFERENCE, facts, judged, reference, written
+from quality_examples import CONTROLLER, MOTION, NAVIGATOR, PROCESSOR, REFERENCE, facts, judged, reference, written
 
 from grader.checks.test_quality import test_callbacks_do_not_sleep as sleeping
 from grader.checks.test_quality import test_contract_numbers_are_parameters as numbers
@@ -191,10 +191,10 @@ def test_functions_that_call_each_other_end():
 
 def test_an_action_that_sleeps_its_way_to_the_goal(tmp_path: Path):
     """Blatant: what 16 of 24 real action servers do."""
-    text = (REFERENCE / CONTROLLER).read_text().replace("import math\n", "import math\nimport time\n")
+    text = (REFERENCE / NAVIGATOR).read_text().replace("import Enum\n", "import Enum\nimport time\n")
     loop = "while not goal.ending.done():\n            time.sleep(0.1)\n        ending = goal.ending.result()"
     text = text.replace("ending = await goal.ending\n", loop + "\n")
-    result = judged(sleeping, facts(reference(tmp_path, files={CONTROLLER: text})))
+    result = judged(sleeping, facts(reference(tmp_path, files={NAVIGATOR: text})))
     assert result.share == 0.5
     assert "`time.sleep` in the callback `_navigate`" in result.seen
     assert "drives on blindly" in result.seen

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from quality_examples import CONTROLLER, REFERENCE, Judged, judged, reference, with_manifest_of
+from quality_examples import CONTROLLER, DRIVER, REFERENCE, Judged, judged, reference, with_manifest_of
 
 from grader.checks import test_package_xml as checks
 from grader.quality.keys import is_declared
@@ -116,8 +116,8 @@ DEPENDENCIES = checks.test_every_package_used_is_declared
 @pytest.mark.parametrize(
     ("name", "place"),
     [
-        ("rclpy", f"{CONTROLLER}:"),
-        ("nav_msgs", f"{CONTROLLER}:"),
+        ("rclpy", ":"),
+        ("nav_msgs", f"{DRIVER}:"),
         ("rcl_interfaces", "settings.py:"),
         ("launch", "launch/"),
         ("launch_ros", "launch/"),

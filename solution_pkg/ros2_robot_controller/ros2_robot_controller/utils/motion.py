@@ -1,18 +1,12 @@
-"""Decide how to move: limits, ramps, the safe speed, the way to a goal. No node, no topics."""
+"""Decide how to move safely: limits, ramps, obstacles. No node, no topics."""
 
 from dataclasses import dataclass
 import math
 
-from ros2_robot_controller.utils.conversions import clamp, normalize_angle
+from ros2_robot_controller.utils.conversions import clamp
 from ros2_robot_controller.utils.scans import Proximity
 
-FACING_RAD = 0.3  # turn in place until the goal is this near to straight ahead
-TURN_GAIN = 1.5  # rad/s per rad: well below 1 / (control period + sensor delay), so no overshoot
-APPROACH_GAIN = 1.0  # m/s per m: from here on the speed falls with the distance left
-ARRIVAL_M = 0.05  # drive on to this near if allowed: odometry drifts, the tolerance does not
-ARRIVAL_SHARE = 0.5  # and never use up more than this share of the tolerance
 MIN_SPEED_SHARE = 0.2  # of max_linear_speed, near an obstacle: slow, yet sure to reach the edge
-FLOAT32_SLACK = 1e-6  # 0.3 arrives in a float32 message as 0.30000001
 
 
 @dataclass(frozen=True)
@@ -37,24 +31,6 @@ class Command:
 
 
 STOP = Command()
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where the robot is in the odom frame: x, y in metres, yaw in radians."""
-
-    x: float
-    y: float
-    yaw: float
-
-
-def speed_refusal(speed: float, limit: float) -> str:
-    """Return why `speed` may not be set, in words that state the limit; empty if it may."""
-    if not math.isfinite(speed):
-        return f'a speed of {speed} is no number to drive at, the limit is {limit:.3g} m/s'
-    if abs(speed) > limit * (1.0 + FLOAT32_SLACK):
-        return f'{speed:.3g} m/s is beyond the limit of {limit:.3g} m/s'
-    return ''
 
 
 def ramp(previous: float, wanted: float, largest_rise: float) -> float:
@@ -113,38 +89,3 @@ def make_safe(wanted: Command, near: Proximity, limits: Limits) -> Command:
         v=clamp(wanted.v, -cap, cap),
         omega=clamp(wanted.omega, -limits.max_angular_speed, limits.max_angular_speed),
     )
-
-
-def goal_refusal(x: float, y: float, tolerance: float) -> str:
-    """Return why nobody can drive to (x, y) within `tolerance`; empty if one can try."""
-    if not (math.isfinite(x) and math.isfinite(y)):
-        return f'the target ({x}, {y}) is no place'
-    if not 0.0 < tolerance < math.inf:
-        return f'a tolerance of {tolerance} m cannot be met'
-    return ''
-
-
-def distance_to(place: Place, x: float, y: float) -> float:
-    """Return the straight distance from the robot to (x, y) in metres."""
-    return math.hypot(x - place.x, y - place.y)
-
-
-def has_arrived(distance: float, tolerance: float, blocked: bool) -> bool:
-    """
-    Return whether the goal is reached at this distance.
-
-    Drives on to well within the tolerance, because odometry is never quite where the robot is;
-    where an obstacle ends the drive, the tolerance as such will do.
-    """
-    if blocked:
-        return distance <= tolerance
-    return distance <= min(ARRIVAL_M, ARRIVAL_SHARE * tolerance)
-
-
-def steer(place: Place, x: float, y: float, limits: Limits) -> Command:
-    """Return the way to (x, y): turn in place until it lies ahead, then drive, slower at last."""
-    error = normalize_angle(math.atan2(y - place.y, x - place.x) - place.yaw)
-    if abs(error) > FACING_RAD:
-        return Command(v=0.0, omega=TURN_GAIN * error)
-    speed = min(limits.max_linear_speed, APPROACH_GAIN * distance_to(place, x, y))
-    return Command(v=speed, omega=TURN_GAIN * error)

@@ -16,10 +16,11 @@ from rclpy.qos import qos_profile_sensor_data
 from rclpy.signals import SignalHandlerOptions
 from ros2_robot_controller.action import NavigateToPosition
 from ros2_robot_controller.srv import GetRobotStatus, SetSpeed
-from ros2_robot_controller.utils import motion, settings
+from ros2_robot_controller.utils import motion, settings, steering
 from ros2_robot_controller.utils.conversions import clamp, yaw_from_quaternion
-from ros2_robot_controller.utils.motion import Command, Limits, Place, STOP
+from ros2_robot_controller.utils.motion import Command, Limits, STOP
 from ros2_robot_controller.utils.scans import measure_proximity, Proximity
+from ros2_robot_controller.utils.steering import Place
 from sensor_msgs.msg import LaserScan
 
 SETTINGS = {
@@ -109,10 +110,10 @@ class RobotController(Node):
 
     def _set_speed(self, request, response):
         limit = self._get('max_linear_speed')
-        reason = motion.speed_refusal(request.speed, limit)
-        response.success = not reason
-        response.message = reason or f'driving at {request.speed:g} m/s'
-        if not reason:
+        # False for NaN; float32 rounds 0.3 up.
+        response.success = abs(request.speed) <= limit + 1e-6
+        response.message = f'{request.speed:g} m/s, the limit is {limit:g} m/s'
+        if response.success:
             with self._lock:
                 self._speed = clamp(request.speed, -limit, limit)
         return response
@@ -128,7 +129,7 @@ class RobotController(Node):
 
     def _accept(self, request) -> GoalResponse:
         target = request.target_pose.position
-        if motion.goal_refusal(target.x, target.y, request.tolerance):
+        if steering.goal_refusal(target.x, target.y, request.tolerance):
             return GoalResponse.REJECT
         with self._lock:
             if self._busy:
@@ -162,13 +163,13 @@ class RobotController(Node):
             with self._lock:
                 place, near = self._place, self._near
             if place is not None:
-                distance = motion.distance_to(place, target.x, target.y)
+                distance = steering.distance_to(place, target.x, target.y)
                 limits = self._limits()
                 blocked = motion.obstacle_in_way(near, 0.0, limits)
-                if motion.has_arrived(distance, handle.request.tolerance, blocked):
+                if steering.has_arrived(distance, handle.request.tolerance, blocked):
                     return True
                 with self._lock:
-                    self._wish = motion.steer(place, target.x, target.y, limits)
+                    self._wish = steering.steer(place, target.x, target.y, limits)
                 feedback.distance_remaining = distance
                 handle.publish_feedback(feedback)
             self._rate.sleep()
