@@ -1,0 +1,572 @@
+# ---
+# jupyter:
+#   jupytext:
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # 00 First drive
+#
+# ![A robot's way through three offices, and the graph of the nodes and topics of the finished package](pictures/00.png)
+#
+# By the end of this course you have written what stands in blue: two programs that drive this robot safely through these offices.
+# Today you only get to know it.
+# You drive it by hand, look through its eyes, and listen to what its parts say to each other.
+#
+# **You will be able to**
+#
+# - drive a robot by sending it messages, from Python and from a terminal;
+# - say what a node, a topic and a message are, and find them in a running system with the `ros2` command;
+# - read a laser scan: which beam looks where, and what `inf` means;
+# - explain why a program that never spins hears nothing.
+#
+# **Time:** about 40 minutes.
+#
+# **Your package so far:** nothing.
+# The first cell makes the folder in which it will grow.
+#
+# Run the cells from top to bottom, with Shift+Enter.
+# Some ask *What will it be?* first.
+# Say your answer aloud or write it down before you run the cell: a guess that fails teaches more than one that was never made.
+
+# %%
+from grader.notebook import begin
+
+begin("00")
+
+# %% [markdown]
+# ## A robot that drives
+#
+# The robot is a simulated TurtleBot 4: a round robot, 34 cm across, on two driven wheels, with a lidar on top.
+# Here it stands in a corridor with three offices.
+
+# %%
+import sim
+from sim.live import Live
+
+tour = Live(sim.Simulator(sim.load_world("office")))
+tour
+
+# %% [markdown]
+# It drives by itself, to each of the stars in turn: a driver that comes with the simulator does that.
+# The orange points are what the lidar sees.
+#
+# Now play with it.
+#
+# - **Click** anywhere on the map: the robot goes there.
+# - **Drag** a desk into a doorway, and send the robot through that door.
+# - Press **Space** on the map to pause it, and set the speed to 4× to have less patience.
+#
+# The next cell lets 20 simulated seconds pass, and then pauses.
+
+# %%
+tour.run(20.0)
+
+# %% [markdown]
+# **Look** at the orange points behind the desks: there are none.
+# The lidar sees surfaces, and only the first one in each direction.
+# What lies behind is not empty; it is *unknown*.
+
+# %%
+tour.stop()
+
+# %% [markdown]
+# ## Two numbers move it
+#
+# A robot on two wheels cannot go sideways.
+# All that it can do is said by two numbers:
+#
+# | | | unit | positive is |
+# |---|---|---|---|
+# | v | how fast it drives | m/s | forward |
+# | ω (omega) | how fast it turns | rad/s | to the left, counter-clockwise |
+#
+# Together they make a circle of radius v / ω.
+# By hand: with v = 0.2 m/s and ω = 0.4 rad/s the radius is 0.2 / 0.4 = 0.5 m.
+# Once around is 2π rad, which takes 2π / 0.4 ≈ 15.7 s.
+#
+# A driver is a function: it gets what the robot has seen and returns the two numbers.
+# This one does not even look.
+#
+# **What will it be?** The robot starts at (0, 0) and looks along x. Where is the circle's centre?
+
+# %%
+from sim.views import map_view
+
+
+def in_a_circle(seen):
+    return sim.Twist(v=0.2, omega=0.4)
+
+
+empty = sim.Simulator(sim.World("nothing anywhere"))
+map_view(sim.drive(empty, in_a_circle, 15.7))
+
+# %% [markdown]
+# At (0, 0.5): to the robot's left, one radius away.
+#
+# **Change one thing.** Set `omega` to -0.4, and to 0.
+# Then find a pair that makes a circle of radius 1 m in the same time.
+#
+# ## What it sees
+#
+# A lidar is a spinning laser that measures distances.
+# This one takes 360 of them, ten times a second.
+# We switch its noise off for a moment, so that the numbers are round.
+
+# %%
+simulator = sim.Simulator(sim.load_world("office"), noise=False)
+scan = simulator.scan()
+print(len(scan.ranges), "ranges in metres")
+print("the first beam looks to", scan.angle_min, "rad, each next one", scan.angle_increment, "rad further left")
+
+# %% [markdown]
+# Beam number i looks to `angle_min + i * angle_increment`, and 0 rad is straight ahead.
+# So beam 0 looks to -π, straight *back*; and each beam is 1° further left.
+#
+# **What will it be?** The robot stands at x = 0.6, y = 0.7 and looks along x.
+# Read four distances off the map at the top: back, right, ahead and left.
+# Which beam is which?
+
+# %%
+for beam in (0, 90, 180, 270):
+    angle = scan.angle_min + beam * scan.angle_increment
+    print(f"beam {beam:3}: {angle:5.2f} rad, {scan.ranges[beam]:.2f} m")
+
+# %% [markdown]
+# Back 0.60 m to the outer wall, right 0.70 m, ahead 9.40 m down the corridor, and left 0.75 m: the wall at y = 1.5 is 10 cm thick.
+#
+# A distance and an angle make a point.
+# That is how the orange points are drawn:
+
+# %%
+import matplotlib.pyplot as plt
+import numpy as np
+
+x = scan.ranges * np.cos(scan.angles)
+y = scan.ranges * np.sin(scan.angles)
+
+plt.figure(figsize=(9, 4))
+plt.plot(x, y, ".", markersize=3)
+plt.plot(0, 0, "o", label="the lidar")
+plt.axis("equal")
+plt.xlabel("x, ahead of the robot (m)")
+plt.ylabel("y, to its left (m)")
+plt.legend();
+
+# %% [markdown]
+# Now put a box 40 cm wide into its way, with its front 0.9 m ahead.
+#
+# **What will it be?** How many of the 360 beams does it catch?
+# By hand: from the robot, half the box covers atan(0.2 / 0.9) = 12.5°.
+
+# %%
+before = scan.ranges
+simulator.add_obstacle(sim.Box(center=(1.6, 0.7), size=(0.2, 0.4)))
+after = simulator.scan().ranges
+print((after < before).sum(), "beams became shorter; straight ahead now", after[180], "m")
+
+# %% [markdown]
+# 12 to each side and the one in the middle: 25.
+# A chair's leg, 3 cm thick and 2 m away, covers less than one degree.
+# It can stand *between* two beams.
+#
+# And where there is nothing at all?
+
+# %%
+nowhere = sim.Simulator(sim.load_world("open_field"))
+print(nowhere.scan().ranges[:5])
+
+# %% [markdown]
+# `inf`: no echo within the lidar's 12 m.
+# Not 12, not 0, not an error: a number that is larger than every limit.
+# Keep it in mind; in notebook 04 other odd numbers join it, and one of them makes a wall invisible.
+#
+# ## The robot on a graph
+#
+# So far you have called functions of a simulator.
+# No real robot works like that: there, one program reads the lidar, one drives the motors, one plans the way, perhaps on different computers.
+# **ROS 2** lets such programs find each other and talk.
+#
+# | word | meaning |
+# |---|---|
+# | **node** | one program's place in the system, with a name |
+# | **message** | a piece of data with a type, such as a scan |
+# | **topic** | a name under which messages travel; whoever publishes there is heard by all who subscribe |
+#
+# Look at the picture at the top again.
+# Nodes are ovals, topics are boxes, and no node knows another one: each knows only topics.
+# That is why you can replace the robot by a simulated one, and nobody notices.
+#
+# Let's bring ours onto such a graph.
+# `Bridge` does what a real robot's drivers do: it publishes what the sensors read, and obeys the commands that it hears.
+# (Run this cell once. To begin anew, choose *Restart Kernel and Clear Outputs of All Cells* in the Kernel menu.)
+
+# %%
+import os
+
+from sim.bridge import CONTROLLER, Bridge
+
+simulator = sim.Simulator(sim.load_world("office"))
+bridge = Bridge(simulator, CONTROLLER, "robot_controller", domain_id=int(os.environ["ROS_DOMAIN_ID"]))
+robot = Live(simulator, step=bridge.tick).start()
+robot
+
+# %% [markdown]
+# It stands still: nobody tells it anything.
+# But it talks, and the `ros2` command lets you listen.
+# A line that begins with `!` is one for the shell, as you would type it in a terminal.
+
+# %%
+# !ros2 node list
+
+# %%
+# !ros2 topic list -t
+
+# %% [markdown]
+# One node, and its topics, each with the type of its messages in brackets.
+# `/clock` is the simulated time; `/parameter_events` and `/rosout` belong to ROS itself: changed settings, and log lines.
+#
+# Two of them interest you most: `/scan`, which the robot publishes, and `/cmd_vel`, the *commanded velocity*.
+# Who is at their ends?
+
+# %%
+# !ros2 topic info /scan
+# !ros2 topic info /cmd_vel
+
+# %% [markdown]
+# The scan has a publisher and no subscriber: it talks, and nobody listens.
+# `/cmd_vel` has a subscriber and no publisher: it listens, and nobody talks.
+# Neither waits for the other, and neither minds.
+#
+# `echo` prints what passes.
+# Here is one odometry message, or rather a part of it: where the wheels say that the robot is.
+
+# %%
+# !ros2 topic echo --once --field pose.pose.position /odom
+
+# %% [markdown]
+# And one scan, without the 360 numbers:
+
+# %% tags=["nbval-ignore-output"]
+# !ros2 topic echo --once --no-arr /scan
+# The stamp is the moment at which the scan was taken; it differs each time.
+
+# %% [markdown]
+# These are the fields that you used above, under the same names.
+# The ranges travel as 32-bit numbers, which is why `range_min` is no longer exactly 0.15.
+# More about that in notebook 02.
+#
+# **Break it.** Open a terminal in JupyterLab (*File, New, Terminal*) and you can watch while you drag a desk towards the robot.
+# This cell prints the line to type there, for the terminal does not know your workspace yet:
+
+# %% tags=["nbval-ignore-output"]
+print(f"export PATH={os.environ['PATH'].split(':')[0]}:$PATH ROS_DOMAIN_ID={os.environ['ROS_DOMAIN_ID']}")
+print("ros2 topic echo --field ranges /scan")
+
+# %% [markdown]
+# `ROS_DOMAIN_ID` keeps apart the systems on one network: nodes with different numbers never hear each other.
+# `begin` has chosen a number for your workspace.
+#
+# ## Three lines to drive it
+#
+# A node of your own takes three lines: switch ROS on, make a node, and let it publish.
+
+# %%
+import rclpy
+from geometry_msgs.msg import Twist
+
+if not rclpy.ok():  # so that you can run this cell twice
+    rclpy.init()
+node = rclpy.create_node("my_first_node")
+hand = node.create_publisher(Twist, "cmd_vel", 10)
+
+# %% [markdown]
+# `Twist` is the type of the message, `cmd_vel` the topic.
+# The 10 is the length of the queue; you will meet it in a moment.
+#
+# Nobody gave your node an address.
+# The two find each other by themselves, which takes a tenth of a second or so, and **a message that is sent before that is lost**.
+# So wait until somebody listens:
+
+# %%
+import time
+
+deadline = time.monotonic() + 10
+while hand.get_subscription_count() == 0 and time.monotonic() < deadline:
+    time.sleep(0.01)
+print(hand.get_subscription_count(), "subscriber")
+
+# %% [markdown]
+# This is a `Twist` message:
+
+# %%
+# !ros2 interface show geometry_msgs/msg/Twist
+
+# %% [markdown]
+# Six numbers, for drones and submarines too.
+# Your robot uses two of them: `linear.x` is v, `angular.z` is ω.
+#
+# **What will it be?** You send *one* message with v = 0.2 m/s.
+# How far has the robot come after 5 s?
+
+# %%
+robot.pause()
+command = Twist()
+command.linear.x = 0.2
+hand.publish(command)
+
+robot.run(5.0)
+print(f"{simulator.pose.x - simulator.world.start.x:.1f} m")
+
+# %% [markdown]
+# One metre: it drives on and on.
+# This robot keeps the last command until another one comes.
+# So what happens if your program crashes now?
+
+# %%
+robot.set_rate(8.0)
+robot.run(60.0, until=lambda: simulator.contacts)
+for contact in simulator.contacts:
+    print(f"touched {contact.obstacle!r} at {contact.time:.0f} s, at {contact.speed:.1f} m/s")
+
+# %% [markdown]
+# Nobody stopped it.
+# Two lessons that come back: a safe program says *zero* before it ends (notebook 05), and it looks at the scan before it drives.
+#
+# Reset the robot, and drive it from the shell.
+# The text in braces is the message; fields that you leave out are zero.
+
+# %% tags=["nbval-ignore-output"]
+robot.reset()
+robot.set_rate(1.0)
+# !ros2 topic pub --once /cmd_vel geometry_msgs/msg/Twist "{linear: {x: 0.1}, angular: {z: 0.4}}"
+# How often it says that it waits for a subscriber depends on the machine.
+
+# %%
+robot.run(15.7)
+print(f"x = {simulator.pose.x:.1f} m, y = {simulator.pose.y:.1f} m")
+
+# %% [markdown]
+# A circle again, once around, of radius 0.25 m.
+# The robot cannot tell whether a message comes from Python, from a shell or from a planner on another computer.
+#
+# ## Three lines to listen
+#
+# The other direction: subscribe to the odometry, and let a function be called with every message.
+# The function here is a list's `append`.
+
+# %%
+from nav_msgs.msg import Odometry
+
+heard = []
+listener = node.create_subscription(Odometry, "odom", heard.append, 10)
+
+deadline = time.monotonic() + 10
+while listener.get_publisher_count() == 0 and time.monotonic() < deadline:
+    time.sleep(0.01)
+
+# %% [markdown]
+# Odometry comes 20 times a second.
+#
+# **What will it be?** After 5 s, how many messages are in the list?
+
+# %%
+robot.run(5.0)
+len(heard)
+
+# %% [markdown]
+# None.
+# They have all arrived, but your function has not been called.
+# ROS calls your functions only while you let it, and that is called **spinning**.
+# `spin_once` lets it call one function.
+#
+# **What will it be now?** 100 messages came while you were not spinning.
+
+# %%
+for _ in range(200):
+    rclpy.spin_once(node, timeout_sec=0)
+len(heard)
+
+# %% [markdown]
+# Ten: the length of the queue that you chose.
+# When it is full, the oldest message goes, and nobody is told.
+# A node that is busy with something else does not slow the others down; it misses things.
+#
+# So spin *while* it drives.
+# A real node does nothing else.
+
+# %%
+def listen(seconds):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.05)
+
+
+heard.clear()
+robot.reset()
+robot.start()
+listen(1.0)
+hand.publish(command)
+listen(2.0)
+hand.publish(Twist())
+listen(1.0)
+robot.pause()
+
+# %% [markdown]
+# `command` still holds 0.2 m/s, and a new `Twist()` is zero everywhere.
+
+# %%
+t = [message.header.stamp.sec + message.header.stamp.nanosec / 1e9 for message in heard]
+v = [message.twist.twist.linear.x for message in heard]
+
+plt.figure(figsize=(8, 3))
+plt.plot(t, v, ".-")
+plt.xlabel("simulated time on /clock (s)")
+plt.ylabel("v by odometry (m/s)");
+
+# %% [markdown]
+# You commanded, the wheels turned, the odometry told you, all through messages.
+# Everything that you write in this course is made of this: hear something, decide, say something.
+#
+# ## Your turn: out of the corridor
+#
+# Drive the robot into the first office, through the door between x = 1.1 m and x = 2.1 m.
+# Write your way as a list of (v, ω, seconds), and mind the walls.
+
+# %%
+route = [
+    (0.2, 0.0, 2.0),  # TODO: only two seconds straight on; where to from there?
+]
+
+robot.reset()
+robot.set_rate(4.0)
+for v, omega, seconds in route:
+    command.linear.x, command.angular.z = v, omega
+    hand.publish(command)
+    robot.run(seconds)
+hand.publish(Twist())
+
+here = simulator.pose
+if simulator.contacts:
+    print(f"not yet: it touched {simulator.contacts[0].obstacle!r} at {simulator.contacts[0].time:.1f} s")
+elif here.y < 1.8:
+    print(f"not yet: it is at x = {here.x:.1f} m, y = {here.y:.1f} m; the office begins behind y = 1.8 m")
+else:
+    print(f"you are in: x = {here.x:.1f} m, y = {here.y:.1f} m")
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The door's middle is at x = 1.6 m, and the robot starts at x = 0.6 m.
+# Three pieces are enough: drive, turn, drive.
+#
+# </details>
+#
+# <details><summary>Hint 2: the formula</summary>
+#
+# distance = v · seconds, and angle = ω · seconds.
+# A quarter turn to the left is π/2 ≈ 1.57 rad.
+# All numbers must be written with a point: `2.0`, not `2`.
+#
+# </details>
+#
+# <details><summary>Hint 3: all but the last piece</summary>
+#
+# `(0.25, 0.0, 4.0)` drives one metre, `(0.0, 0.785, 2.0)` turns to the left.
+# From y = 0.7 m it is still more than a metre.
+#
+# </details>
+
+# %%
+robot.stop()
+bridge.close()
+node.destroy_node()
+rclpy.try_shutdown()
+
+# %% [markdown]
+# ## What you will build
+#
+# You have just driven blindly, by counting seconds.
+# The package `ros2_robot_controller` does better.
+# It has two nodes:
+#
+# | node | hears | says | can be asked |
+# |---|---|---|---|
+# | `robot_controller` | `scan`, `odom` | `cmd_vel` | `set_speed`, `get_status`, `navigate_to_position` |
+# | `sensor_processor` | `raw_scan`, `imu/data`, `battery/state` | `sensor_fusion_data`, `obstacle_distance` | |
+#
+# It drives at a set speed, stops before whatever is in its way, goes to the places that it is given, and can be interrupted at any time.
+# Each notebook adds a file or an ability:
+#
+# | notebook | what comes |
+# |---|---|
+# | 01 Anatomy | a package that builds and does nothing, well |
+# | 02 Interfaces | the types of its messages, services and action |
+# | 03 Numbers of motion | headings, quaternions, angles that wrap |
+# | 04 Seeing | the node that fuses the sensors |
+# | 05 Moving safely | the node that drives, and stops |
+# | 06 Services | set a speed, be refused, ask for the status |
+# | 07 Going there | drive to a place, tell how far it is, cancel |
+# | 08 Settings and launch | parameters; everything with one command |
+# | 09 Tests that notice | tests, and faults that test the tests |
+# | 10 Show and hand in | the demonstration, the README, the hand-in |
+#
+# It grows in a **workspace**, a folder of which only `src` is written by hand.
+# `begin` has made it beside the notebooks, and changed into the package's folder:
+
+# %%
+# !cd ../.. && find . -type d -not -path "*/.*" -not -path "./log*" | sort
+
+# %% [markdown]
+# > **On a real TurtleBot 4**
+# >
+# > - Its base listens on `cmd_vel` for `TwistStamped`, a `Twist` with a time. A plain `Twist` is ignored, silently. (A launch argument or a parameter of some packages chooses between the two; always ask `ros2 topic info`.)
+# > - It stops by itself half a second after the last command. So a program must command again and again, and yours will: ten times a second.
+# > - It drives at most 0.306 m/s until its safety limits are lifted; ours does 0.5 m/s.
+# > - Its lidar is mounted turned by 90°, so the beam at 0 rad does not look ahead. Always ask the robot where its sensor sits.
+# > - Its sensors publish *best effort*: what gets lost on the network is not sent again. Notebook 04 shows what that means for you.
+#
+# ## Go further
+#
+# `ros2 bag record -o drive /odom /scan` in a terminal writes what passes into a file, `ros2 bag play drive` plays it to whoever listens.
+# Record yourself driving, restart the kernel, and play it back: a robot that is not there.
+#
+# ## Do you remember?
+#
+# <details><summary>A beam reads <code>inf</code>. What do you know?</summary>
+#
+# That nothing sent an echo within `range_max` in that direction. It is a measurement, not a fault.
+#
+# </details>
+#
+# <details><summary>Beam 270 of this lidar looks where?</summary>
+#
+# At -π + 270 · 1° = +90°: to the left.
+#
+# </details>
+#
+# <details><summary>You publish one command directly after you have made the publisher, and nothing happens. Why?</summary>
+#
+# Publisher and subscriber had not found each other yet. What is published before that is lost.
+#
+# </details>
+#
+# <details><summary>You subscribe to a topic with 20 messages a second, compute for 5 s, and then spin with a queue of 10. What do you get?</summary>
+#
+# The newest 10. The 90 before them are gone.
+#
+# </details>
+#
+# <details><summary>Which node must be changed so that a second program can listen to <code>/scan</code> too?</summary>
+#
+# None. Publishers do not know who listens.
+#
+# </details>
+#
+# **Next:** [01 Anatomy of a package](01_anatomy.ipynb). Two lines in the wrong file, and ROS does not find your program; you write the right ones.
