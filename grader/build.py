@@ -22,7 +22,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from grader import evidence, sandbox, toolchain
+from grader import evidence, leavings, sandbox, toolchain, type_hashes
 from grader.errors import GraderError
 
 PACKAGE = "ros2_robot_controller"
@@ -126,15 +126,18 @@ def _build(packages: Sequence[Path], folder: Path, ccache: Path, seconds: float,
         if tree is not None and tree.is_dir():
             shutil.copytree(tree, work / "build", symlinks=True, dirs_exist_ok=True)
         result = _colcon(work, ccache, seconds, trusted)
+        removed = [] if trusted else leavings.tidy(work / "install", _INSTALL)
         facts = _facts(result, work / "install", main)
+        if not trusted:
+            facts = _checked(facts, work, removed, folder.parent.parent)
         if tree is not None and facts.ok and not tree.is_dir():
             tree.parent.mkdir(parents=True, exist_ok=True)
             with contextlib.suppress(OSError):  # another grading has put it there meanwhile
                 (work / "build").rename(tree)
         shutil.rmtree(work / "build", ignore_errors=True)
         (work / "build.json").write_text(evidence.to_json(facts))
-        if result.timed_out:
-            # A build that ran out of time may fare better on a quieter day: keep it out of the cache.
+        if result.timed_out or result.stopped:
+            # A build that ran out of time or memory may fare better on a quieter day: keep it out of the cache.
             folder = folder.with_name(work.name + ".timeout")
         elif folder.exists():
             shutil.rmtree(folder)
@@ -228,11 +231,40 @@ def _facts(result: sandbox.RunResult, install: Path, package: str) -> evidence.B
         exit_code=result.exit_code,
         timed_out=result.timed_out,
         log_tail=_readable(result.output)[-_LOG_TAIL:],
+        stopped=result.stopped,
         executables=sorted(p.name for p in _files(install / "lib" / PACKAGE) if p.stat().st_mode & 0o111),
         shared_files=sorted(str(p.relative_to(share / PACKAGE)) for p in _files(share / PACKAGE)),
         type_hashes={name: found for name in INTERFACES if (found := _type_hash(share, name))},
         interface_texts={name: text for name in INTERFACES if (text := _interface_text(share, name))},
     )
+
+
+def _checked(facts: evidence.Build, work: Path, removed: list[evidence.Flag], cache: Path) -> evidence.Build:
+    """Return the facts with type hashes that hold against the interfaces' text, and with what looks like tampering.
+
+    The hashes beside the installed interfaces were written by the submission's build. Where the text says otherwise
+    the hash is neither one nor the other, so that it never passes for the contract's.
+    """
+    share = work / "install" / "share"
+    package = types_package(work / "install")
+    handed_in = type_hashes.texts_in(work / "src")
+    installed = {f"{name}.{name.partition('/')[0]}": text for name, text in facts.interface_texts.items()}
+    # A definition that CMake generates stands nowhere in the source; then the one that it installed counts.
+    texts = {**installed, **handed_in}
+    computed = type_hashes.of(texts, package, cache) if facts.ok else {}
+    hashes, flags = {}, []
+    for name in INTERFACES:
+        found = _type_hash(share, name)
+        if found and found == computed.get(name):
+            hashes[name] = found
+        elif found:
+            hashes[name] = "the installed hash is not that of the text"
+            flags.append(
+                evidence.Flag(
+                    "forged type", f"the hash installed for {name} is not that of its text", where=f"{name}.json"
+                )
+            )
+    return replace(facts, type_hashes=hashes, flags=[*removed, *flags, *leavings.suspicious(work / "install")])
 
 
 def _readable(log: str) -> str:
@@ -284,7 +316,8 @@ def _read_json(path: Path) -> Any:
 def _key(packages: Sequence[Path]) -> str:
     """Return a hash of everything that decides a build's result."""
     digest = hashlib.sha256()
-    for part in (_toolchain_id(), toolchain.CMAKE_HOOK.read_text(), Path(__file__).read_text()):
+    ours = (toolchain.CMAKE_HOOK, Path(__file__), Path(leavings.__file__), Path(type_hashes.__file__))
+    for part in (_toolchain_id(), *(path.read_text() for path in ours)):
         digest.update(part.encode() + b"\0")
     for package in packages:
         for path in sorted(_sources(package)):

@@ -66,6 +66,10 @@ class Build:
     interface_texts: dict[str, str] = field(default_factory=dict)
     contract_hashes: dict[str, str] = field(default_factory=dict)
     contract_texts: dict[str, str] = field(default_factory=dict)
+    stopped: str = ""
+    """The limit of the whole wall that the build met: "memory", "processes", "disk" or ""."""
+    flags: list[Flag] = field(default_factory=list)
+    """What the build left behind that an instructor should look at."""
 
 
 @dataclass(frozen=True)

@@ -93,7 +93,7 @@ def _build_and_try(submission: Submission, room: Path, settings: Settings) -> ev
     facts = replace(
         built.facts, contract_hashes=contract.facts.type_hashes, contract_texts=contract.facts.interface_texts
     )
-    found = evidence.Evidence(intake=submission.intake, build=facts, flags=list(submission.flags))
+    found = evidence.Evidence(intake=submission.intake, build=facts, flags=[*submission.flags, *facts.flags])
     if not facts.ok:
         return found
     if any(requirement.id == "F14" for requirement in settings.wanted):
