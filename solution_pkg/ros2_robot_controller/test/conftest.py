@@ -1,6 +1,7 @@
 """A bench for one node: its clock is set by hand, what it publishes and logs is written down."""
 
 from collections import defaultdict
+import itertools
 import os
 import signal
 import time
@@ -16,6 +17,7 @@ from rclpy.time import Time
 
 NAMESPACE = f'/bench{os.getpid()}'  # no other test run answers in ours
 TICK_NS = 50_000_000  # how a simulator's clock moves on
+DOMAINS = itertools.count(os.getpid())
 DEADLINE_S = 10.0  # wall time; only ever reached by a fault
 
 
@@ -126,8 +128,9 @@ def logged(monkeypatch):
 @pytest.fixture
 def make_bench(published):
     """Return a function from node class and parameters to a bench."""
-    # Away from a robot or a simulator that may be running on this machine.
-    rclpy.init(domain_id=1 + os.getpid() % 100)
+    # Away from a robot or a simulator that may run on this machine, and from the test before: what
+    # an action leaves behind is on the network until Python collects its garbage.
+    rclpy.init(domain_id=1 + next(DOMAINS) % 100)
     benches = []
 
     def make(node_class, **parameters):
