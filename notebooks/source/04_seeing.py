@@ -558,7 +558,7 @@ print(each_crossing, "warnings with: if percent < 20 and not previous < 20")
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/utils/settings.py
-"""Declare parameters. What makes sense is not checked yet."""
+"""Declare parameters. So far every value is taken; what makes no sense is refused later."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -568,7 +568,7 @@ from rclpy.node import Node
 
 @dataclass(frozen=True)
 class Setting:
-    """A parameter with its default."""
+    """A parameter's default."""
 
     default: Any
 
@@ -599,7 +599,7 @@ def name(default: str) -> Setting:
 
 
 def declare(node: Node, settings: dict[str, Setting]) -> None:
-    """Declare the parameters on the node; `node.get_parameter(name).value` reads one."""
+    """Declare the parameters on the node."""
     for parameter, setting in settings.items():
         node.declare_parameter(parameter, setting.default)
 
