@@ -14,13 +14,19 @@ STATUS :=
 PYTEST = $(BIN)/python -m pytest $(ARGS) $(if $(STATUS),; echo $$? >"$(STATUS)")
 
 .DEFAULT_GOAL := help
-.PHONY: help setup grade test test-all faults lint format lock doctor clean clean-all
+.PHONY: help setup jupyter notebooks grade test test-all faults lint format lock doctor clean clean-all
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 18
 
 setup:  ## Set up what is missing (.venv, bubblewrap); `make setup PYTHON=python3.12` picks the interpreter
 	@PYTHON="$(PYTHON)" .ci/setup
+
+jupyter: setup  ## Open the course in JupyterLab
+	@$(BIN)/jupyter lab --notebook-dir=. notebooks/00_first_drive.ipynb
+
+notebooks: setup  ## Make the notebooks from notebooks/source, run and stored; NN="04 05" makes just those
+	@$(BIN)/python -m grader.course.book build $(NN)
 
 grade: setup  ## Grade the reference package; the report lies in out/reference
 	@$(BIN)/grader grade $(REFERENCE) --out out/reference

@@ -77,6 +77,31 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
     check.set_defaults(run=_check)
 
+    submit = verbs.add_parser(
+        "submit",
+        help="pack a package for handing in, and say what the grader will see",
+        description="Pack the package as one zip, run the public checks on it, and say what the grader will see.",
+        epilog="Example:  grader submit --package ws/src/ros2_robot_controller --out team07.zip",
+    )
+    submit.add_argument("--package", type=Path, help="the package's folder (default: this one, or the workspace's)")
+    submit.add_argument("--out", type=Path, help="the zip (default: in the workspace, above src)")
+    submit.add_argument("--no-check", action="store_true", help="pack and describe only; checking takes some minutes")
+    submit.set_defaults(run=_submit)
+
+    if (_KIT / "grader" / "course" / "release.py").exists():  # a released kit has none to release
+        release = verbs.add_parser(
+            "release",
+            help="write the kit for students",
+            description="Write what students get as one zip: notebooks, simulator, grader with the public checks, "
+            "rubric and handout; not the reference package.",
+            epilog="Example:  grader release --out kit.zip",
+        )
+        release.add_argument("--out", type=Path, required=True, help="the zip")
+        release.add_argument(
+            "--without-stages", action="store_true", help="leave out what `start_at` lays out: the solutions, packed"
+        )
+        release.set_defaults(run=_release)
+
     handout = verbs.add_parser("handout", help="write what students are asked to do, from the rubric, as Markdown")
     handout.add_argument("--out", type=Path, help="the file (default: standard output)")
     handout.add_argument("--rubric", type=Path, help="another rubric than the kit's own")
@@ -141,6 +166,32 @@ def _check(options: argparse.Namespace) -> int:
     colour = console.wants_colour(sys.stdout, os.environ)
     print(console.render_checks(grading, colour=colour, encoding=sys.stdout.encoding or "utf-8"))
     return EXIT_GRADED
+
+
+def _submit(options: argparse.Namespace) -> int:
+    from grader.course import handin
+
+    progress = _Progress()
+    found = handin.submit(options.package, options.out, check=not options.no_check, progress=progress.say)
+    progress.done()
+    print(found)
+    print(f"Hand in: {_shown(found.archive)}")
+    return EXIT_GRADED
+
+
+def _release(options: argparse.Namespace) -> int:
+    from grader.course.release import release
+
+    written = release(options.out, stages=not options.without_stages)
+    print(f"{len(written.files)} files, {written.bytes / 1e6:.1f} MB; {written.words}")
+    print(f"Kit: {options.out}")
+    return EXIT_GRADED
+
+
+def _shown(path: Path) -> str:
+    """Return a path as short as it can be said from here."""
+    near = os.path.relpath(path)
+    return near if near.count("..") <= 3 else str(path)
 
 
 def _handout(options: argparse.Namespace) -> int:

@@ -81,11 +81,21 @@ def play(notebook: NotebookNode, workspace: Path) -> Performance:
         try:
             client.execute(env=environment(workspace))
         except CellExecutionError as error:
-            played.error = str(error)
+            played.error = _words(played, error)
         except (TimeoutError, RuntimeError) as error:  # a cell that hangs, a kernel that dies
             played.error = f"{type(error).__name__}: {error}"
         played.seconds = time.monotonic() - started
     return played
+
+
+def _words(played: Performance, error: Exception) -> str:
+    """Return which cell failed and how, without the colours that are meant for a notebook."""
+    failed = next((cell["id"] for cell in played.notebook.cells if _raised(cell)), "?")
+    return f"cell {failed}:\n" + re.sub(r"\x1b\[[0-9;]*m", "", str(error))
+
+
+def _raised(cell: NotebookNode) -> bool:
+    return any(output.output_type == "error" for output in cell.get("outputs", []))
 
 
 def environment(workspace: Path) -> dict[str, str]:
@@ -110,7 +120,7 @@ def solved(name: str, notebook: NotebookNode, solutions: Solutions) -> NotebookN
 
 def solve(name: str, notebook: NotebookNode) -> Performance:
     """Run the notebook solved, in a workspace that holds what the notebooks before it leave."""
-    from grader.course import stages
+    from grader.course.stages import exercise
 
     with tempfile.TemporaryDirectory(prefix="book-") as scratch:
         workspace = Path(scratch) / "ws"
@@ -120,7 +130,7 @@ def solve(name: str, notebook: NotebookNode) -> Performance:
         )  # fmt: skip
         if ran.returncode:
             raise GraderError(f"The course could not be laid out before {name}:\n{ran.stderr[-2000:]}")
-        played = play(solved(name, notebook, stages.exercise), workspace)
+        played = play(solved(name, notebook, exercise), workspace)
     if played.error is None and (missing := unpassed(played.notebook)):
         played.error = f"{name}: solved, but not passed: {', '.join(missing)}"
     return played
