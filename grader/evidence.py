@@ -89,6 +89,8 @@ class TestModule:
     errors: int = 0
     timed_out: bool = False
     failures: list[str] = field(default_factory=list)
+    unsteady: list[str] = field(default_factory=list)
+    """The tests that failed, and passed when the module was run again: they count as passed."""
     output_tail: str = ""
 
 
@@ -468,6 +470,12 @@ class Trial:
     wall_seconds: float = 0.0
     others: dict[str, ProcessEnd] = field(default_factory=dict)
     """Other processes of the submission that ran beside the node, by name."""
+    foreign: list[str] = field(default_factory=list)
+    """Publishers of what the simulator alone publishes, such as /clock: "topic by node"."""
+    dropped: int = 0
+    """How many messages came beyond those that were kept."""
+    stopped: str = ""
+    """The limit of the whole wall that the node met: "memory", "processes" or ""."""
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import random
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -68,10 +69,16 @@ def run_modules(
     chance = random.Random(f"canaries {seed}")
     doubts: list[str] = []
     runs: dict[str, Ran] = {}
+    passed_then: dict[str, set[str]] = {}
     with benches(package, install, 1, seconds=60.0 + 3 * seconds * len(wanted)) as (bench,):
         for module in wanted:
             runs[module.path], doubt = _measure(bench, module, chance, seconds)
             doubts += [f"{module.path}: {doubt}"] if doubt else []
+            if _failures(runs[module.path]) and not runs[module.path].late:
+                # Nodes that do not find each other in time are not the fault of who wrote the test.
+                second, doubt = _measure(bench, module, chance, seconds)
+                doubts += [f"{module.path}: {doubt}"] if doubt else []
+                passed_then[module.path] = {test.id for test in second.tests if test.outcome == "passed"}
             progress(module.path)
         covered = _coverage(install, bench)
         texts = _probeable(package, install)
@@ -79,7 +86,9 @@ def run_modules(
             found = _doubts(bench, package, module, runs[module.path], texts, chance, seconds)
             doubts += [f"{module.path}: {doubt}" for doubt in found]
     tests = OwnTests(
-        modules=[_results(m, runs[m.path]) if m.path in runs else m for m in modules], coverage=covered, doubts=doubts
+        modules=[_results(m, runs[m.path], passed_then.get(m.path, set())) if m.path in runs else m for m in modules],
+        coverage=covered,
+        doubts=doubts,
     )
     refused = {hook for ran in runs.values() for hook in ran.refused}
     return OwnRun(tests, [_reach(m, runs[m.path]) for m in wanted], _flags(doubts, refused))
@@ -139,15 +148,23 @@ def _flags(doubts: Sequence[str], refused: set[tuple[str, str]]) -> list[Flag]:
     return flags
 
 
-def _results(module: TestModule, ran: Ran) -> TestModule:
-    """Return the module with what a run reported. A test that was begun or collected and has no result is an error."""
-    counts = {
-        kind: sum(test.outcome == kind for test in ran.tests) for kind in ("passed", "failed", "error", "skipped")
-    }
+def _failures(ran: Ran) -> list[Test]:
+    return [test for test in ran.tests if test.outcome in ("failed", "error")]
+
+
+def _results(module: TestModule, ran: Ran, passed_then: set[str]) -> TestModule:
+    """Return the module with what a run reported. A test that was begun or collected and has no result is an error.
+
+    A test that failed and is in `passed_then` counts as passed: it did when the whole module was run again.
+    """
+    unsteady = [test for test in _failures(ran) if test.id in passed_then]
+    counts = Counter(test.outcome for test in ran.tests)
+    counts.subtract(test.outcome for test in unsteady)
+    counts["passed"] += len(unsteady)
     failures = [
         f"{test.id.rpartition('::')[2][:100]}: {' '.join(test.message.split())[:200]}"
-        for test in ran.tests
-        if test.outcome in ("failed", "error")
+        for test in _failures(ran)
+        if test.id not in passed_then
     ]
     missing = max(0, (len(ran.collected) or module.tests) - len(ran.tests))
     if ran.late:
@@ -165,7 +182,8 @@ def _results(module: TestModule, ran: Ran) -> TestModule:
         missing = 0
     return replace(
         module, passed=counts["passed"], failed=counts["failed"], errors=counts["error"] + missing,
-        skipped=counts["skipped"], timed_out=bool(ran.late), failures=failures[:20], output_tail=ran.output_tail,
+        skipped=counts["skipped"], timed_out=bool(ran.late), failures=failures[:20],
+        unsteady=[test.id.rpartition("::")[2][:100] for test in unsteady][:20], output_tail=ran.output_tail,
     )  # fmt: skip
 
 
