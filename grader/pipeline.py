@@ -10,7 +10,7 @@ import platform
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from importlib import metadata
@@ -109,10 +109,26 @@ def _build_and_try(submission: Submission, room: Path, settings: Settings) -> ev
             seed=settings.seed, progress=lambda name: settings.progress(f"trial {name}: {plans[name].sentence}"),
         )  # fmt: skip
         tested = own.result()
+    found = replace(found, flags=[*found.flags, *oddities(tried)])
     if tested is None:
         return replace(found, trials=tried)
     found = replace(found, trials=tried, tests=tested.tests, flags=[*found.flags, *tested.flags])
     return replace(found, mutation=_mutation(submission, built, tested, settings))
+
+
+def oddities(tried: Mapping[str, evidence.Trial]) -> list[evidence.Flag]:
+    """Return what nodes did in trials that an instructor should look at, each once with the trials it was seen in."""
+    seen: dict[tuple[str, str], list[str]] = {}
+    for name, trial in tried.items():
+        for publisher in trial.foreign:
+            what = f"the simulator alone publishes this, and somebody else did: {publisher}"
+            seen.setdefault(("foreign publisher", what), []).append(name)
+        if trial.dropped:
+            words = "the node sent more messages than could be kept"
+            seen.setdefault(("flood", words), []).append(name)
+        if trial.stopped:
+            seen.setdefault(("limit", f"the node went beyond its limit of {trial.stopped}"), []).append(name)
+    return [evidence.Flag(kind, what, where=", ".join(names[:5])) for (kind, what), names in seen.items()]
 
 
 def store(found: evidence.Evidence, out: Path) -> Path:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import importlib
 import json
 import os
 import shutil
@@ -89,9 +90,8 @@ def main() -> None:
 
 
 def _hashes(package: str, texts: Mapping[str, str]) -> dict[str, str] | None:
-    from rosidl_adapter import convert_to_idl
-    from rosidl_generator_type_description import generate_type_hash
-
+    convert_to_idl = importlib.import_module("rosidl_adapter").convert_to_idl
+    generate_type_hash = importlib.import_module("rosidl_generator_type_description").generate_type_hash
     room = Path(tempfile.mkdtemp())
     try:
         idl = room / "idl"

@@ -178,7 +178,10 @@ class Bridge:
 
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain_id)
-        self.node: Node = rclpy.create_node(own_name, context=self._context, enable_rosout=False)
+        # Without parameter services: a node under trial could set our use_sim_time, or keep us busy with questions.
+        self.node: Node = rclpy.create_node(
+            own_name, context=self._context, enable_rosout=False, start_parameter_services=False
+        )
         # Several times as quick as the usual executor, which puts its list of what to wait for together each time.
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self.node)

@@ -19,6 +19,7 @@ _STATUS = {
     GoalStatus.STATUS_ABORTED: "aborted",
 }
 _SILENT_S = 0.6
+_FEEDBACK_KEPT = 20_000  # a flood must not fill our memory
 
 
 class GoalRun:
@@ -111,4 +112,6 @@ class GoalRun:
         pose = self._stage.simulator.pose
         true = math.hypot(self._x - pose.x, self._y - pose.y)
         self._stage.bridge.note_feedback()
+        if len(self._feedback) >= _FEEDBACK_KEPT:
+            return
         self._feedback.append([self._stage.t, float(message.feedback.distance_remaining), true])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from rclpy.action.graph import get_action_server_names_and_types_by_node
 from rclpy.node import Node
 from rclpy.qos import QoSReliabilityPolicy
@@ -40,6 +42,22 @@ def look(observer: Node, node_name: str) -> Graph:
         },
         actions={action.lstrip("/"): list(types) for action, types in actions.items()},
     )
+
+
+def foreign_publishers(observer: Node, topics: Sequence[str]) -> list[str]:
+    """Return who else publishes `topics`, of which the observer's own node is the only rightful publisher."""
+    found = []
+    for topic in topics:
+        own = 0
+        for info in observer.get_publishers_info_by_topic(topic)[:_MOST]:
+            # One that bears our name is no more welcome: there is one of ours for each topic.
+            own += info.node_name == observer.get_name()
+            if info.node_name != observer.get_name() or own > 1:
+                found.append(f"{topic} by {info.node_name}"[:200])
+    return found[:_MOST]
+
+
+_MOST = 20
 
 
 def _endpoints(observer: Node, node_name: str) -> list[Endpoint]:

@@ -37,6 +37,8 @@ T = TypeVar("T")
 _ANSWER_WITHIN_S = 2.0  # simulated, for a service or a goal's acceptance
 _ANSWER_WALL_S = 3.0  # the clock stands still so long for an answer before time goes on
 _ENDING_ROUNDS = 8
+# Of each kind. An honest trial has a thousand at most; a node that floods its observer must not fill our memory.
+_KEPT = 20_000
 TOPICS: dict[str, tuple[Any, int]] = {
     "sensor_fusion_data": (SensorFusionData, 10),
     "obstacle_distance": (Float32, 10),
@@ -94,6 +96,7 @@ class Stage:
         self.parameters: list[evidence.ParameterAnswer] = []
         self.graph: evidence.Graph | None = None
         self.other_graph: evidence.Graph | None = None
+        self._dropped = 0
         self._odometry = simulator.odometry()
         self._started = time.monotonic()
         self._wall_limit = 120.0
@@ -182,7 +185,8 @@ class Stage:
         message_type, depth = TOPICS[topic]
 
         def take(message: Any) -> None:
-            self.messages.append(evidence.Message(self.t, topic, plain(message)))
+            if self._has_room(self.messages):
+                self.messages.append(evidence.Message(self.t, topic, plain(message)))
 
         self.bridge.node.create_subscription(message_type, topic, take, depth)
 
@@ -223,7 +227,10 @@ class Stage:
         self._await(future.done)
         if not future.done() or future.result() is None:
             return self._note_parameter(name, value, None, f"no answer within {_ANSWER_WITHIN_S:g} s", self.plan.node)
-        result = future.result().results[0]
+        answers = future.result().results
+        if not answers:
+            return self._note_parameter(name, value, None, "an answer without a result", self.plan.node)
+        result = answers[0]
         return self._note_parameter(name, value, bool(result.successful), str(result.reason)[:300], self.plan.node)
 
     def put_ahead(self, distance: float, bearing: float = 0.0, radius: float = 0.15) -> str:
@@ -257,6 +264,8 @@ class Stage:
         def take(message: Any) -> None:
             for status in message.status_list[:20]:
                 goal = bytes(status.goal_info.goal_id.uuid).hex()
+                if not self._has_room(self.messages):
+                    return
                 self.messages.append(evidence.Message(self.t, topic, {"goal": goal, "status": status.status}))
 
         self.bridge.node.create_subscription(GoalStatusArray, topic, take, qos_profile_action_status_default)
@@ -333,7 +342,21 @@ class Stage:
             process=evidence.ProcessEnd(by, code, round(self.process.wall_seconds, 2), self.process.output[-4000:]),
             wall_seconds=round(time.monotonic() - self._started, 2),
             others={name: _end(process) for name, process in self.others.items()},
+            foreign=graph.foreign_publishers(self.bridge.node, ["/clock", *self._own_topics()]),
+            dropped=self._dropped,
+            stopped=self.process.stopped(),
         )
+
+    def _has_room(self, kept: list[Any]) -> bool:
+        """Return whether one more may be kept; count it if not."""
+        full = len(kept) >= _KEPT
+        self._dropped += full
+        return not full
+
+    def _own_topics(self) -> list[str]:
+        """Return the sensors' topics: nobody but the simulator publishes them."""
+        topics = self.bridge.topics
+        return [f"/{name}" for name in (topics.scan, topics.odom, topics.imu, topics.battery) if name]
 
     def close(self) -> None:
         """Leave the graph."""
@@ -384,6 +407,8 @@ class Stage:
         return f"no node {self.plan.node} came up within 20 s; the graph shows {others}"
 
     def _take_command(self, t: float, message: Any) -> None:
+        if not self._has_room(self.commands):
+            return
         others = (message.linear.y, message.linear.z, message.angular.x, message.angular.y)
         other = max((abs(value) for value in others), default=0.0)
         self.commands.append(evidence.Command(t, message.linear.x, message.angular.z, other))
@@ -414,7 +439,8 @@ class Stage:
         self._await(future.done)
         value = None
         if future.done() and future.result() is not None and future.result().values:
-            value = parameter_value_to_python(future.result().values[0])
+            # A byte array, or ten million numbers, are not what was asked for; they are told as far as they fit.
+            value = _tellable(parameter_value_to_python(future.result().values[0]))
         self.parameters.append(evidence.ParameterAnswer(self.t, name, wanted, accepted, value, reason, node))
         return self.parameters[-1]
 
@@ -445,6 +471,13 @@ class _Distorted:
 
     def __call__(self, scan: ScanReading) -> ScanReading:
         return replace(scan, ranges=self.change(np.array(scan.ranges, dtype=float)))
+
+
+def _tellable(value: Any) -> Any:
+    """Return a parameter's value as the evidence can hold it."""
+    if value is None or isinstance(value, bool | int | float):
+        return value
+    return plain(list(value) if isinstance(value, tuple) else value)
 
 
 def _stands(command: evidence.Command) -> bool:
