@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from grader.course import feedback, stages
 from grader.course.feedback import Checked
 from grader.course.workspace import find, open_workspace
 
@@ -20,11 +21,13 @@ def begin(notebook: str) -> None:
 
     Makes `ws/src/ros2_robot_controller` beside the notebooks where it is missing, changes into it, and sets the
     environment so that `!ros2`, `!colcon build` and `!python3` work in cells. Can be run again at any time.
+
+    Raises:
+        ValueError: the course has no such notebook.
     """
-    workspace = open_workspace()
-    files = sorted(p for p in workspace.package.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
-    what = f"{len(files)} files" if files else "empty so far"
-    print(f"Notebook {notebook}. Your package: {workspace.shown(workspace.package)} ({what}).")
+    key = stages.number(notebook)
+    workspace = open_workspace(key)
+    print(feedback.welcome(key, workspace))
 
 
 def check(*requirements: str) -> Checked:
@@ -69,6 +72,4 @@ def run_node(
 
 def start_at(notebook: str) -> None:
     """Lay out the package as the notebooks before `notebook` ("05") leave it; what is there goes into a backup."""
-    from grader.course import stages
-
     print(stages.start_at(find(), notebook))

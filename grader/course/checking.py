@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 import threading
 from collections.abc import Sequence
@@ -10,7 +11,7 @@ from pathlib import Path
 from grader import build, evidence, pipeline, rubric, sandbox
 from grader.course import needs
 from grader.course.feedback import Answer, Checked, Note, Picture, Progress
-from grader.course.workspace import Workspace
+from grader.course.workspace import NOTEBOOK, Workspace
 from grader.errors import GraderError, SubmissionError
 from grader.quality import read as read_quality
 from grader.report.grading import Grading, losses, place, points
@@ -36,7 +37,8 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
     """
     whole = rubric.load(RUBRIC)
     wanted = [_requirement(whole, name) for name in requirements]
-    gaps = {r.id: needs.first_gap(workspace.package, r.id) for r in wanted}
+    notebook = os.environ.get(NOTEBOOK, "")
+    gaps = {r.id: needs.first_gap(workspace.package, r.id, notebook) for r in wanted}
     possible = [r.id for r in wanted if gaps[r.id] is None]
     answers = {r.id: _impossible(r, gap) for r in wanted if (gap := gaps[r.id]) is not None}
     pictures: list[Picture] = []

@@ -10,6 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from grader.course import stages
+from grader.course.workspace import Workspace
+
 WIDTH = 100
 
 # Middle tones: readable on a light page and on a dark one, so that no theme has to be guessed.
@@ -139,6 +142,24 @@ def _code(text: str) -> str:
     """Return text as HTML, all of it escaped, what stands between backticks as code."""
     parts = re.split(r"`([^`\n]+)`", text)
     return "".join(f"<code>{html.escape(p)}</code>" if i % 2 else html.escape(p) for i, p in enumerate(parts))
+
+
+def welcome(notebook: str, workspace: Workspace) -> str:
+    """Return what `begin` says: what is in the package, and what earlier notebooks should have left."""
+    package = workspace.package
+    there = {str(path.relative_to(package)) for path in package.rglob("*") if path.is_file()}
+    there = {path for path in there if "__pycache__" not in path and not path.startswith(".")}
+    missing = [path for path in stages.paths_before(notebook) if path not in there]
+    lines = [f"Your package, {workspace.shown(package)}, holds {_files(len(there))}. Cells now work in that folder."]
+    if missing:
+        shown = ", ".join(missing[:4]) + (", ..." if len(missing) > 4 else "")
+        lines.append(f"From the notebooks before this one {_files(len(missing))} are missing: {shown}")
+        lines.append(f'Work through them first, or let the course lay them out: start_at("{notebook}")')
+    return "\n".join(lines)
+
+
+def _files(count: int) -> str:
+    return "1 file" if count == 1 else f"{count or 'no'} files"
 
 
 class Progress:

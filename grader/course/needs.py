@@ -5,10 +5,13 @@ from __future__ import annotations
 import ast
 import itertools
 import re
+import warnings
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from grader.build import PACKAGE
+from grader.course import stages
 from grader.evidence import Build
 
 _CONTROLLER = f"{PACKAGE}/robot_controller.py"
@@ -39,22 +42,6 @@ _FILES: dict[str, tuple[str, ...]] = {
 }
 """Files of the contract's layout without which a requirement is evidently out of reach."""
 
-_WRITTEN_IN = {
-    "package.xml": "01",
-    "CMakeLists.txt": "01",
-    f"{PACKAGE}/__init__.py": "01",
-    _CONTROLLER: "01",
-    _PROCESSOR: "01",
-    "msg/SensorFusionData.msg": "02",
-    f"{PACKAGE}/utils/conversions.py": "03",
-    "launch/robot_controller_launch.py": "08",
-    "launch/sensor_processor_launch.py": "08",
-    "test/test_robot_controller.py": "09",
-    "test/test_sensor_processor.py": "09",
-    "README.md": "10",
-    "scripts/demo.py": "10",
-}
-
 
 @dataclass(frozen=True)
 class Gap:
@@ -65,14 +52,23 @@ class Gap:
     try_: str
 
 
-def first_gap(package: Path, requirement: str) -> Gap | None:
-    """Return what makes the requirement evidently impossible for the package as it is, None if it can be tried."""
-    if not package.is_dir() or not any(package.iterdir()):
-        return Gap("the package is empty", _expected("package.xml"), _where("package.xml"))
-    for name in _FILES.get(requirement, _BUILT):
+def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None:
+    """Return what makes the requirement evidently impossible for the package as it is, None if it can be tried.
+
+    `notebook` is the one at work in ("05"), for the advice.
+    """
+    wanted = _FILES.get(requirement, _BUILT)
+    if not package.is_dir() or not any(_is_written(path) for path in package.iterdir()):
+        return Gap("your package is empty", _expected("package.xml"), _where("package.xml", notebook))
+    for name in wanted:
         if not (package / name).is_file():
-            return Gap(f"there is no {name}", _expected(name), _where(name))
-    return _syntax_error(package, requirement)
+            return Gap(f"there is no {name}", _expected(name), _where(name, notebook))
+    modules = [name for name in wanted if name.startswith(f"{PACKAGE}/") and name.endswith(".py")]
+    return _broken_module(package, modules, notebook)
+
+
+def _is_written(path: Path) -> bool:
+    return not path.name.startswith(".") and path.name != "__pycache__"
 
 
 def first_error(found: Build) -> str:
@@ -91,41 +87,78 @@ def first_error(found: Build) -> str:
 
 def advice(because: str) -> str:
     """Return what to do about something that stood in a check's way."""
-    named = re.search(r"\((F|I|T|Q)\d+\)", because)
-    if named:
-        return f'mend {named.group(0).strip("()")} first: `check("{named.group(0).strip("()")}")` says more'
+    if named := re.search(r"\(([FITQ]\d+)\)", because):
+        return f'mend {named.group(1)} first: `check("{named.group(1)}")` says more'
     if "there is no executable" in because:
         return 'install(PROGRAMS ...) in CMakeLists.txt puts it there; `check("I1")` says more'
     if "there is no service" in because or "there is no action" in because:
-        return "write the notebook's exercise that offers it, and run the cell"
+        return "write the exercise that offers it, and run its cell"
     if "last words" in because:
-        return "the node ended by itself: its last words name the line"
-    return "write the file that does it, then run this cell again"
+        return "the node ended by itself; its last words say where"
+    return "look at what the node does and prints: `run_node()`, then `run.output`"
 
 
 def _expected(name: str) -> str:
     return f"{name} in the package's folder"
 
 
-def _where(name: str) -> str:
-    notebook = _WRITTEN_IN.get(name)
-    return f"notebook {notebook} writes it: run that cell, with your solution in it" if notebook else "write it"
+def _where(name: str, notebook: str) -> str:
+    """Return what to do about a missing file: which notebook writes it, and how to get it otherwise."""
+    writer = stages.written_in(name)
+    if not writer:
+        return "write it; the contract's layout is in the handout"
+    if writer == notebook:
+        return "write it in this notebook's exercise, and run that cell"
+    if writer < notebook:
+        return f'notebook {writer} writes it; `start_at("{notebook}")` lays out what the earlier notebooks leave'
+    return f"notebook {writer} writes it"
 
 
-def _syntax_error(package: Path, requirement: str) -> Gap | None:
-    """Return the first file that the requirement's node needs and that is no Python."""
-    wanted = [package / name for name in _FILES.get(requirement, ()) if name.endswith(".py")]
-    if not wanted:
-        return None
-    module = package / PACKAGE
-    helpers = [module / "__init__.py", *sorted((module / "utils").glob("*.py"))]
-    for path in [*wanted, *(helper for helper in helpers if helper.is_file())]:
-        try:
-            ast.parse(path.read_bytes(), filename=path.name)
-        except (SyntaxError, ValueError) as error:
-            line = getattr(error, "lineno", None)
-            where = f"{path.relative_to(package)}{f', line {line}' if line else ''}"
-            text = (getattr(error, "text", "") or "").strip()
-            said = f"{where}: Python cannot read it: {getattr(error, 'msg', error)}"
-            return Gap(said + (f": `{text}`" if text else ""), "a file that Python can read", "look at that line")
+def _broken_module(package: Path, names: Sequence[str], notebook: str) -> Gap | None:
+    """Return the first module that is no Python or not there, of `names` and of what they import of the package."""
+    todo, seen = [*names], set(names)
+    while todo:
+        name = todo.pop(0)
+        tree = _parsed(package, name)
+        if isinstance(tree, Gap):
+            return tree
+        for module in _own_imports(tree):
+            path = f"{module.replace('.', '/')}.py"
+            if path in seen or (package / path.removesuffix(".py")).is_dir():
+                continue
+            if not (package / path).is_file():
+                seen_words = f"{name} imports {module}, and there is no {path}"
+                return Gap(seen_words, _expected(path), _where(path, notebook))
+            seen.add(path)
+            todo.append(path)
     return None
+
+
+def _parsed(package: Path, name: str) -> ast.Module | Gap:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # an invalid escape is for the linter to tell
+            return ast.parse((package / name).read_bytes(), filename=name)
+    except (SyntaxError, ValueError) as error:
+        line = getattr(error, "lineno", None)
+        text = (getattr(error, "text", "") or "").strip()
+        where = f"{name}, line {line}" if line else name
+        said = f"{where}: {getattr(error, 'msg', error)}" + (f": `{text}`" if text else "")
+        return Gap(said, "a file that Python can read", "look at that line, and at the end of the one before it")
+
+
+def _own_imports(tree: ast.Module) -> Iterator[str]:
+    """Yield the package's own modules that a module imports when it is loaded; not the generated interfaces."""
+    for node in tree.body:
+        found: list[str] = []
+        if isinstance(node, ast.Import):
+            found = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            # `from package.utils import motion` names a module by its last part, `from package.driver import Driver`
+            # does not: where the first is a folder, the parts are modules or names of its __init__.
+            folder = node.module in (PACKAGE, f"{PACKAGE}.utils")
+            found = [f"{node.module}.{alias.name}" for alias in node.names] if folder else [node.module]
+        for module in found:
+            parts = module.split(".")
+            if parts[0] == PACKAGE and len(parts) > 1 and parts[1] not in ("msg", "srv", "action"):
+                yield module

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from grader import build, toolchain
 from grader.course import needs
-from grader.course.workspace import Workspace
+from grader.course.workspace import NOTEBOOK, Workspace
 from grader.errors import GraderError, SubmissionError
 from grader.trials.catalog import TrialPlan
 from sim import PROFILES, Recorder, Recording, Simulator, World, load_world
@@ -264,7 +264,7 @@ class Run:
     def _install(self) -> Path | None:
         """Build the package and return where it is installed; say what is missing and return None if it cannot be."""
         requirement = "F1" if self.node == "robot_controller" else "F13"
-        gap = needs.first_gap(self._workspace.package, requirement)
+        gap = needs.first_gap(self._workspace.package, requirement, os.environ.get(NOTEBOOK, ""))
         if gap is not None:
             self._give_up(gap.seen)
             return None

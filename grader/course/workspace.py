@@ -17,6 +17,8 @@ from grader.errors import GraderError
 
 PACKAGE = build.PACKAGE
 VARIABLE = "ROS2_COURSE_WS"
+NOTEBOOK = "ROS2_COURSE_NOTEBOOK"
+"""Where `begin` notes the notebook at work ("05")."""
 
 
 @dataclass(frozen=True)
@@ -67,9 +69,10 @@ def find(here: Path | None = None) -> Workspace:
     )
 
 
-def open_workspace() -> Workspace:
+def open_workspace(notebook: str) -> Workspace:
     """Make the workspace where it is missing, change into the package's folder, and prepare the environment."""
     found = find()
+    os.environ[NOTEBOOK] = notebook
     found.package.mkdir(parents=True, exist_ok=True)
     os.chdir(found.package)
     _write_colcon_defaults(found)
@@ -86,14 +89,14 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
     overlays = [workspace.install] if (workspace.install / "share").is_dir() else []
     wanted = toolchain.environment(*overlays, home=Path.home())
     wanted |= {
-        "PATH": _first_on(environment.get("PATH", ""), toolchain.PREFIX / "bin"),
+        "PATH": _in_front(environment.get("PATH", ""), toolchain.PREFIX / "bin"),
+        "PYTHONPATH": _in_front(environment.get("PYTHONPATH", ""), *(o / toolchain.SITE_IN_PREFIX for o in overlays)),
         "ROS_DOMAIN_ID": str(workspace.domain_id),
         "ROS_LOG_DIR": str(workspace.root / "log" / "ros"),
         # A plain `colcon build` then does what docs/ros-from-wheels.md describes.
         "COLCON_DEFAULTS_FILE": str(_defaults_file(workspace)),
         "COLCON_LOG_LEVEL": "error",  # it would warn of the wheels' prefix, which has no setup files
         "CMAKE_GENERATOR": "Ninja",
-        "MPLBACKEND": environment.get("MPLBACKEND", ""),
     }
     if shutil.which("ccache"):
         wanted |= {
@@ -106,17 +109,17 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
             "CCACHE_BASEDIR": str(workspace.root),
             "CCACHE_NOSTATS": "1",
         }
-    for name in ("HOME", "LANG", "MPLBACKEND"):
+    for name in ("HOME", "LANG"):
         wanted.pop(name, None)
     for name, value in wanted.items():
         if environment.get(name) != value:
             environment[name] = value
 
 
-def _first_on(path: str, folder: Path) -> str:
-    """Return PATH with `folder` in front, once."""
-    others = [part for part in path.split(os.pathsep) if part and part != str(folder)]
-    return os.pathsep.join([str(folder), *others])
+def _in_front(path: str, *folders: Path) -> str:
+    """Return a search path with `folders` in front, each once."""
+    first = [str(folder) for folder in folders]
+    return os.pathsep.join([*first, *(part for part in path.split(os.pathsep) if part and part not in first)])
 
 
 def _defaults_file(workspace: Workspace) -> Path:
