@@ -39,8 +39,8 @@ class Calls:
         self.imports: dict[str, Imports] = {module.path: imports(module) for module in self.modules}
         self.nodes = [node for module in self.modules for node in _functions(module)]
         self._outside = {(node.module.name, node.tree.name): node for node in self.nodes if not node.owner}
-        self._bases = {
-            class_.name: [last_name(base) for base in class_.bases]
+        self.classes = {
+            class_.name: (module, class_)
             for module in self.modules
             for class_ in ast.walk(module.tree)
             if isinstance(class_, ast.ClassDef)
@@ -88,11 +88,11 @@ class Calls:
     def _named(self, node: Node, name: ast.AST) -> Iterator[Node]:
         """Yield the functions that `name` may stand for, seen from inside `node`."""
         if isinstance(name, ast.Attribute) and isinstance(name.value, ast.Name) and name.value.id in ("self", "cls"):
-            family = self._family(node.owner)
+            family = self.made_of(node.owner) | self._made_from(node.owner)
             yield from (other for other in self.nodes if other.owner in family and other.tree.name == name.attr)
         elif isinstance(name, ast.Attribute) and isinstance(name.value, ast.Call):
             if last_name(name.value.func) == "super":
-                family = self._family(node.owner) - {node.owner}
+                family = self.made_of(node.owner) - {node.owner}
                 yield from (other for other in self.nodes if other.owner in family and other.tree.name == name.attr)
         elif isinstance(name, ast.Name):
             yield from (
@@ -104,15 +104,21 @@ class Calls:
         if (where, what) in self._outside:
             yield self._outside[where, what]
 
-    def _family(self, owner: str) -> set[str]:
-        """Return a class with the classes of the package that it is made of."""
-        family, todo = set(), [owner] if owner else []
+    def made_of(self, owner: str) -> set[str]:
+        """Return the names of a class and of all that it inherits from; the empty set for ""."""
+        family: set[str] = set()
+        todo = [owner] if owner else []
         while todo:
             name = todo.pop()
             if name not in family:
                 family.add(name)
-                todo += self._bases.get(name, [])
+                _, class_ = self.classes.get(name, (None, None))
+                todo += [last_name(base) for base in class_.bases] if class_ else []
         return family
+
+    def _made_from(self, owner: str) -> set[str]:
+        """Return the names of the classes that inherit from a class: `self` in its methods may be one of them."""
+        return {name for name in self.classes if owner in self.made_of(name)} if owner else set()
 
 
 def own_body(function: ast.AST) -> Iterator[ast.AST]:

@@ -6,16 +6,26 @@ import ast
 from collections.abc import Iterator
 
 from grader.evidence import CodeInterface
-from grader.quality.modules import NODES, Module, argument, last_name, text
+from grader.quality.calls import Calls
+from grader.quality.modules import NODES, argument, last_name, text
 
 _CREATE = {"create_publisher": "publisher", "create_subscription": "subscription", "create_service": "service"}
 
 
-def interfaces(module: Module) -> Iterator[CodeInterface]:
-    """Yield what a node's module creates, in order."""
-    if module.stem not in NODES or module.role != "module":
-        return
-    for node in ast.walk(module.tree):
+def interfaces(calls: Calls) -> Iterator[CodeInterface]:
+    """Yield what the nodes' modules create, and the classes elsewhere in the package that theirs inherit from."""
+    for module in calls.modules:
+        if module.stem in NODES:
+            yield from _created(module.stem, module.tree)
+            own = [name for name, (home, _) in calls.classes.items() if home is module]
+            for name in sorted(set().union(*map(calls.made_of, own))):
+                home, class_ = calls.classes.get(name, (module, None))
+                if class_ is not None and home is not module:
+                    yield from _created(module.stem, class_)
+
+
+def _created(node_name: str, tree: ast.AST) -> Iterator[CodeInterface]:
+    for node in ast.walk(tree):
         if not isinstance(node, ast.Call):
             continue
         called = last_name(node.func)
@@ -28,4 +38,4 @@ def interfaces(module: Module) -> Iterator[CodeInterface]:
         else:
             continue
         if text(name) and type_ is not None:
-            yield CodeInterface(module.stem, kind, text(name).lstrip("/"), last_name(type_))
+            yield CodeInterface(node_name, kind, text(name).lstrip("/"), last_name(type_))

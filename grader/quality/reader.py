@@ -46,7 +46,7 @@ def read(package: Path, beside: Path | None, sources: list[tuple[str, str]]) -> 
         habits=habits.habits(modules, calls)[:_MOST],
         conversions=conversions(calls),
         parameters=parameters.parameters(modules),
-        interfaces=[item for module in modules for item in interfaces(module)][:200],
+        interfaces=list(interfaces(calls))[:200],
         readme=read_readme(package, paths),
         report=read_report(package, paths),
         tests=sorted(set(tests_of(modules)))[:_MOST],

@@ -200,6 +200,18 @@ def test_an_action_that_sleeps_its_way_to_the_goal(tmp_path: Path):
     assert "drives on blindly" in result.seen
 
 
+def test_a_pause_in_what_a_layer_above_puts_into_the_control_loop(tmp_path: Path):
+    """Subtle: the timer is registered in one class, and the method that it leads to is overridden in another."""
+    head = "        if not self._is_fresh(self._odom_time):\n            return STOP\n"
+    changes = (
+        (NAVIGATOR, "import Enum\n", "import Enum\nimport time\n"),
+        (NAVIGATOR, head, head.replace("return STOP", "time.sleep(0.1)\n            return STOP")),
+    )
+    result = judged(sleeping, facts(reference(tmp_path, *changes)))
+    assert result.share == 0.5
+    assert "`time.sleep` in `_wanted`" in result.seen
+
+
 def test_a_pause_in_a_helper_of_the_control_loop(tmp_path: Path):
     """Subtle: two calls away from the timer, in a helper."""
     head = "def ramp(previous: float, wanted: float, largest_rise: float) -> float:\n"
