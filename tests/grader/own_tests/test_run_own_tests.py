@@ -79,19 +79,6 @@ CASES = {
         def test_error(broken):
             assert 1
     """,
-    "unsteady/test_it.py": """
-        import tempfile
-        from pathlib import Path
-
-        def test_second_time_lucky():
-            marker = Path(tempfile.gettempdir()) / "tried"
-            tried = marker.exists()
-            marker.touch()
-            assert tried
-
-        def test_never():
-            assert 1 + 1 == 3
-    """,
     "unreadable/test_it.py": "import robot_that_is_not_there\n\n\ndef test_it():\n    assert 1 + 1 == 2\n",
     "hangs/test_it.py": """
         import time
@@ -238,14 +225,6 @@ def doubts(ran: OwnRun):
 
 def counts(module: evidence.TestModule) -> tuple[int, int, int, int]:
     return module.passed, module.failed, module.errors, module.skipped
-
-
-def test_a_test_that_passes_when_run_again_has_passed_and_is_named(module):
-    """Two nodes that did not find each other in time cost the reference a hundredth of a point now and then."""
-    tests = module("unsteady")
-    assert (tests.passed, tests.failed) == (1, 1)
-    assert tests.unsteady == ["test_second_time_lucky"]
-    assert [failure.partition(":")[0] for failure in tests.failures] == ["test_never"]
 
 
 def test_honest_tests_are_counted_and_believed(module, doubts):
