@@ -1,0 +1,798 @@
+# ---
+# jupyter:
+#   jupytext:
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # 08 Settings and launch
+#
+# ![One launch file starts four nodes in two namespaces; two robots with different settings drive through the slalom](pictures/08.png)
+#
+# Your robot drives, sees, answers and arrives.
+# Three things still annoy whoever has to use it.
+# Its numbers stand in your code.
+# It takes two terminals to start.
+# And when a second robot comes into the room, both listen to the same `cmd_vel`.
+# Today all three go away.
+#
+# **You will be able to**
+#
+# - read and change a running node's parameters from outside, and say where a value came from;
+# - write a parameter file that reaches its node, and notice one that does not;
+# - refuse values that make no sense, at the start and later;
+# - make a changed value take effect, also where something was made from the old one;
+# - start both nodes with one command, and two robots with another.
+#
+# **Time:** about 60 minutes.
+#
+# **Your package so far**, and what comes today:
+#
+#     ros2_robot_controller/
+#     ├── CMakeLists.txt  package.xml  setup.py  setup.cfg
+#     ├── msg/  srv/  action/  scripts/
+#     ├── config/
+#     │   ├── robot_params.yaml                    ← today
+#     │   └── sensor_params.yaml                   ← today
+#     ├── launch/
+#     │   ├── robot_controller_launch.py           ← today
+#     │   └── sensor_processor_launch.py           ← today
+#     └── ros2_robot_controller/
+#         ├── driver.py  speed_server.py  navigator.py
+#         ├── robot_controller.py                  ← today, the last layer
+#         ├── sensor_processor.py
+#         └── utils/
+#             ├── conversions.py  motion.py  running.py  scans.py  steering.py
+#             └── settings.py                      ← today, it learns to refuse
+
+# %%
+from grader.notebook import begin, check, run_node, start_at
+
+begin("08")
+# !mkdir -p config launch ros2_robot_controller/utils
+
+# %% [markdown]
+# The last line makes the folders for today; those that are there stay as they are.
+# If the lines above say that files are missing, and you would rather start here than go back, run `start_at("08")` in a cell of its own.
+#
+# ## Ask a running node
+#
+# To look at parameters you need a node that is easy to see through.
+# Here is one: a cart that can do nothing but say how fast it would like to go.
+# Its file lies in the workspace, beside `src/`; it is no part of your package.
+
+# %%
+# %%writefile ../../cart.py
+from geometry_msgs.msg import Twist, Vector3
+import rclpy
+from rclpy.node import Node
+
+
+class Cart(Node):
+    def __init__(self, **options):
+        super().__init__('cart', **options)
+        self.declare_parameter('max_linear_speed', 0.5)
+        self.declare_parameter('rate', 10.0)
+        self.publisher = self.create_publisher(Twist, 'cmd_vel', 10)
+        self.timer = self.create_timer(1.0 / self.get_parameter('rate').value, self.go)
+
+# %% [markdown]
+# `-a` adds to the file: what the timer does, and what makes a process of it.
+
+# %%
+# %%writefile -a ../../cart.py
+
+    def go(self):
+        speed = self.get_parameter('max_linear_speed').value
+        self.publisher.publish(Twist(linear=Vector3(x=speed)))
+
+
+if __name__ == '__main__':
+    rclpy.init()
+    try:
+        rclpy.spin(Cart())
+    except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
+        pass
+
+# %% [markdown]
+# `declare_parameter` gives a parameter its name, its default and, through the default, its type.
+# Start the cart as a process of its own, as a second terminal would, and ask what can be set.
+#
+# **What will it list?** The code declares two.
+
+# %%
+import subprocess
+
+cart = subprocess.Popen(["python3", "../../cart.py"])
+# !ros2 param list /cart
+
+# %% [markdown]
+# Four: every node has `use_sim_time`, which you know from notebook 04, and `start_type_description_service`, which you may forget.
+#
+# Now change the speed while it runs, and look at what it publishes.
+
+# %%
+# !ros2 param set /cart max_linear_speed 0.25
+# !ros2 topic echo --once --field linear.x /cmd_vel
+# !ros2 param dump /cart
+
+# %% [markdown]
+# No line of code was touched, nothing was started again.
+# `dump` prints the settings as a YAML file that a node can be started with; remember its shape.
+#
+# **What will happen** with a speed of -1.0?
+# And with `1`, a whole number?
+
+# %%
+# !ros2 param set /cart max_linear_speed -1.0
+# !ros2 param set /cart max_linear_speed 1
+# !ros2 param get /cart max_linear_speed
+cart.terminate()
+
+# %% [markdown]
+# The whole number is refused: a parameter keeps its type, and `1` is an integer.
+# The *senseless* one is accepted.
+# ROS knows types, and only you know what makes sense.
+#
+# ## Four places a value comes from
+#
+# A parameter can get its value in four places.
+# You have seen the first and the last: the default in the code, and `ros2 param set`.
+# In between are the parameter file and the command line, both read when the node starts.
+#
+# Starting a process for each try is slow, so make carts right here in the notebook; `cli_args` are the words of the command line.
+
+# %%
+import rclpy
+from rclpy.parameter import Parameter
+
+# %run -n ../../cart.py
+if not rclpy.ok():
+    rclpy.init()
+
+
+
+def speed_of_cart(*words, namespace=""):
+    """Return the max_linear_speed of a cart that is started with these words on its command line."""
+    cart = Cart(namespace=namespace, cli_args=["--ros-args", *words])
+    value = cart.get_parameter("max_linear_speed").value
+    cart.destroy_node()
+    return value
+
+# %% [markdown]
+# **Who wins**, the file with 0.3 or `-p` with 0.2?
+
+# %%
+from pathlib import Path
+
+
+def write_settings(key, line="max_linear_speed: 0.3"):
+    """Write the parameter file cart.yaml beside cart.py."""
+    Path("../../cart.yaml").write_text(f"{key}:\n  ros__parameters:\n    {line}\n")
+
+
+write_settings("cart")
+file, word = ["--params-file", "../../cart.yaml"], ["-p", "max_linear_speed:=0.2"]
+print("nothing        ", speed_of_cart())
+print("file           ", speed_of_cart(*file))
+print("file, then -p  ", speed_of_cart(*file, *word))
+print("-p, then file  ", speed_of_cart(*word, *file))
+
+# %% [markdown]
+# Neither as such: **the last one wins**.
+# A launch file uses this: first the file with all settings, then the one thing that is different today.
+#
+# ## A file that nobody reads
+#
+# Look at a parameter file again:
+#
+#     cart:
+#       ros__parameters:
+#         max_linear_speed: 0.3
+#
+# The first line is a key, and it says *which node* is meant.
+# Somebody writes `kart`.
+#
+# **What will the node say?**
+
+# %%
+write_settings("kart")
+print(speed_of_cart(*file))
+
+# %% [markdown]
+# Nothing at all, and 0.5 is the default.
+# One file may hold the settings of many nodes, so a key that matches nobody is no error.
+# This is the most common reason for "my parameter does not work".
+#
+# It gets better.
+# Robots come in namespaces: `/left/cart` is the cart of the robot called `left`.
+# **Which of these keys reach which of the three carts?**
+# Fill in the table by hand before you run the cell.
+
+# %%
+print(f"{'key':12}  /cart  /left/cart  /left/front/cart")
+for key in ("cart", "/left/cart", "/left/**", "/**/cart", "/**"):
+    write_settings(key)
+    reached = [speed_of_cart(*file, namespace=space) == 0.3 for space in ("", "left", "left/front")]
+    print(f"{key:12}" + "".join(f"{'yes' if hit else 'no':>10}" for hit in reached))
+
+# %% [markdown]
+# The plain name reaches the node only outside every namespace.
+# `**` stands for any number of namespaces, also for none, so `/**/cart` means "a cart, wherever it is", and `/**` "everybody".
+# The first of them is the one to write into a package: whoever uses it chooses the namespace, and you cannot know which.
+#
+# Two more mistakes, one of which is loud.
+# **Which one?**
+
+# %%
+for line in ("max_linear_sped: 0.3", "max_linear_speed: 1"):
+    write_settings("/**/cart", line)
+    try:
+        print(f"{line:22} ->  {speed_of_cart(*file)}")
+    except Exception as error:
+        print(f"{line:22} ->  {type(error).__name__}: {error}")
+
+# %% [markdown]
+# A misspelt name is silent too: parameters that nobody declares are left aside.
+# A whole number for a float ends the node.
+# Write `1.0`, and after every change ask the running node: `ros2 param get`, or `dump`.
+#
+# **Change one thing:** give the table above a key of your own, such as `/*/cart`, and run it again.
+#
+# ## Parameters that take effect
+#
+# What is a setting worth?
+# Below a robot drives at a wall with one number changed, the distance at which it stops.
+# No ROS here, just a driver with a parameter.
+
+# %%
+import matplotlib.pyplot as plt
+import numpy as np
+
+from sim import Simulator, Twist, drive, load_world
+
+
+def approach(threshold):
+    """Return the recording of a robot that stops when something is nearer than `threshold` metres."""
+    robot = Simulator(load_world("wall_ahead"))
+    return drive(robot, lambda seen: Twist(0.4 if np.nanmin(seen.scan.ranges) > threshold else 0.0), 6.0)
+
+
+# %%
+figure, axes = plt.subplots(figsize=(8, 3), layout="constrained")
+for threshold in (0.3, 0.5, 1.0):
+    run = approach(threshold)
+    axes.plot(run.t, 2.0 - run.x, label=f"threshold {threshold} m")
+axes.axhline(0.171, color="0.5", linestyle=":")
+axes.annotate("the hull touches the wall", (0.1, 0.2), color="0.4", fontsize=9)
+axes.set(xlabel="simulated time (s)", ylabel="distance to the wall (m)", ylim=(0, 2.1))
+axes.grid(alpha=0.3)
+axes.legend();
+
+# %% [markdown]
+# One number, three robots.
+# So somebody *will* change it, and it has to work whenever they do.
+# There are two ways to get that wrong.
+#
+# ### Made once, kept for ever
+#
+# The cart reads `max_linear_speed` each time it publishes.
+# Its `rate` it read once, to make the timer.
+#
+# **What is the timer's period after the rate was set to 50 Hz?**
+
+# %%
+cart = Cart()
+cart.set_parameters([Parameter("rate", value=50.0)])
+print("rate        ", cart.get_parameter("rate").value, "Hz")
+print("timer every ", cart.timer.timer_period_ns / 1e6, "ms")
+cart.destroy_node()
+
+# %% [markdown]
+# The parameter says 50, the timer does 10, and `ros2 param get` will tell everybody 50.
+# A timer keeps the period it was made with.
+# The same holds for every value that you copied: `self.limit = self.get_parameter(...).value` in a constructor is a photograph.
+#
+# Two cures:
+#
+# - **Read it where you use it.** It costs about a microsecond. Your `driver.py` does so with `_limits()`.
+# - **Be told.** `add_post_set_parameters_callback(f)` calls `f(parameters)` after a change was accepted. There you make the timer anew.
+#
+# ### Refused too late
+#
+# `add_on_set_parameters_callback` asks *before* a change, and its answer decides.
+# Here are two carts with the same callback.
+# One line stands in another place.
+
+# %%
+from rcl_interfaces.msg import SetParametersResult
+
+
+def refuse_negative(parameters):
+    """Accept the change unless a number in it is below zero."""
+    bad = [p.name for p in parameters if isinstance(p.value, float) and p.value < 0.0]
+    return SetParametersResult(successful=not bad, reason=f"{', '.join(bad)} must not be negative" if bad else "")
+
+# %%
+class LateCart(Node):
+    def __init__(self, **options):
+        super().__init__("cart", **options)
+        self.declare_parameter("max_linear_speed", 0.5)
+        self.add_on_set_parameters_callback(refuse_negative)
+
+
+class EarlyCart(Node):
+    def __init__(self, **options):
+        super().__init__("cart", **options)
+        self.add_on_set_parameters_callback(refuse_negative)
+        self.declare_parameter("max_linear_speed", 0.5)
+
+# %%
+late = LateCart()
+[answer] = late.set_parameters([Parameter("max_linear_speed", value=-1.0)])
+print("set while it runs:", answer.successful, "-", answer.reason)
+late.destroy_node()
+
+# %% [markdown]
+# At run time the callback does its work.
+# Now give -1.0 *at the start*, as a parameter file would.
+# **What will each of the two do?**
+
+# %%
+senseless = ["--ros-args", "-p", "max_linear_speed:=-1.0"]
+for kind in (LateCart, EarlyCart):
+    try:
+        cart = kind(cli_args=senseless)
+        print(f"{kind.__name__:10} drives at {cart.get_parameter('max_linear_speed').value} m/s at most")
+        cart.destroy_node()
+    except Exception as error:
+        print(f"{kind.__name__:10} {type(error).__name__}: {error}")
+
+# %% [markdown]
+# The late one lets it through.
+# Values from files and from the command line are set *while* a parameter is declared, so a callback that is registered afterwards never sees them.
+# Register first, declare then.
+#
+# And there is a hole in `refuse_negative` that you know from notebook 03.
+# **What does it say to NaN?**
+
+# %%
+print(refuse_negative([Parameter("max_linear_speed", value=float("nan"))]).successful)
+
+# %% [markdown]
+# `nan < 0.0` is False, so it is "not bad", and accepted.
+# Ask "is it good?", never "is it bad?".
+#
+# ### Your settings
+#
+# In notebook 04 you were given `utils/settings.py`: it declares, and refuses nothing.
+# Now it becomes yours.
+# What the rest of your package uses stays as it is: `at_least_zero`, `above_zero`, `rate`, `percentage`, `name`, and `declare(node, settings)`.
+#
+# | made by | must be | why |
+# |---|---|---|
+# | `at_least_zero` | finite, not negative | a robot with a limit of 0 m/s stands still, and that is a wish one may have |
+# | `above_zero` | finite, above 0 | with an acceleration of 0 it would never start |
+# | `rate` | above 0, at most 1000 Hz | one divided by it is a period |
+# | `percentage` | 0 to 100 | |
+# | `name` | some text | |
+
+# %% tags=["exercise"]
+# %%writefile ros2_robot_controller/utils/settings.py
+"""Declare parameters that refuse values which make no sense."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A parameter: its default, and what its values must be, as a test and in words."""
+
+    default: Any
+    is_sensible: Callable[[Any], bool]
+    must_be: str
+
+
+# TODO 1: five tests that are True for good values only. What does yours say to NaN and to inf?
+
+
+def at_least_zero(default: float) -> Setting:
+    """Return a setting for a size that may be zero: a distance, a speed limit."""
+    return Setting(default, lambda value: True, 'anything')
+
+
+def above_zero(default: float) -> Setting:
+    """Return a setting for a size that must not be zero: an acceleration."""
+    return Setting(default, lambda value: True, 'anything')
+
+
+def rate(default: float) -> Setting:
+    """Return a setting for a rate in Hz."""
+    return Setting(default, lambda value: True, 'anything')
+
+
+def percentage(default: float) -> Setting:
+    """Return a setting for a share in percent."""
+    return Setting(default, lambda value: True, 'anything')
+
+
+def name(default: str) -> Setting:
+    """Return a setting for a name."""
+    return Setting(default, lambda value: True, 'anything')
+
+
+def first_refusal(settings: dict[str, Setting], parameters: list[Parameter]) -> str:
+    """Return why these values are not accepted, empty if they are; others' parameters pass."""
+    # TODO 2: find the first parameter whose value is not sensible: which, what it must be, what
+    # it is. `use_sim_time` comes by here too, and is in nobody's settings.
+    return ''
+
+
+def declare(node: Node, settings: dict[str, Setting]) -> None:
+    """Declare the parameters on the node, and refuse senseless values from then on."""
+    # TODO 3: a callback that answers SetParametersResult(successful=..., reason=...). Where?
+    for parameter, setting in settings.items():
+        node.declare_parameter(parameter, setting.default)
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# Everything is in the two sections above: `refuse_negative` for the callback, `EarlyCart` for its place.
+# The callback only turns what `first_refusal` says into a `SetParametersResult`.
+# </details>
+#
+# <details><summary>Hint 2: the API</summary>
+#
+# `0.0 <= value < math.inf` is False for NaN, for infinity and for negative numbers, all at once.
+# `settings.get(parameter.name)` gives None for somebody else's parameter.
+# A function inside `declare` can use `settings` without further ado.
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# def declare(node, settings):
+#     def check(parameters):
+#         reason = first_refusal(settings, parameters)
+#         return SetParametersResult(successful=not reason, reason=reason)
+#
+#     node.add_on_set_parameters_callback(check)
+#     ...                       # and now, not before
+# ```
+# </details>
+#
+# ### The last layer
+#
+# `robot_controller.py` has been a few lines so far, a `main` over the newest layer.
+# It becomes the last layer itself.
+# Two things in your node were made from a parameter once: the control timer from `laser_processing_rate`, the feedback timer from `fusion_rate`.
+# A third was *checked* once: the speed in force was within `max_linear_speed` when somebody set it.
+
+# %% tags=["exercise"]
+# %%writefile ros2_robot_controller/robot_controller.py
+"""The node that drives the robot, whole: driver, speed server, navigator, and changing settings."""
+
+from typing import Any, Optional
+
+from ros2_robot_controller.navigator import Navigator
+from ros2_robot_controller.utils.running import run
+
+
+class RobotController(Navigator):
+    """
+    Drive at a set speed or to a goal, and never into anything.
+
+    Parameters: all of them may change while the node runs.
+    """
+
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__(**node_options)
+        # TODO 1: be told after parameters have changed.
+        # TODO 2: log that the robot is ready, under its name.
+
+    # TODO 3: the callback. Which timer was made from which parameter? Leave the other one alone:
+    # a timer made anew begins its period anew.
+    # TODO 4: what if the speed in force is above the new limit?
+
+
+def main(args: Optional[list[str]] = None) -> int:
+    """Run the node until Ctrl-C; return the exit code."""
+    return run(RobotController, args)
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# Timers: how did `driver.py` and `navigator.py` make theirs, and under which names do they keep them?
+# Speed: `clamp`, from notebook 03.
+# </details>
+#
+# <details><summary>Hint 2: the API</summary>
+#
+# `self.add_post_set_parameters_callback(f)` in the constructor; `f` is given the list of changed parameters, each with `.name` and `.value`.
+# `self.destroy_timer(timer)` ends a timer, `self.create_timer(period, callback)` makes the next one.
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# def _on_parameters_changed(self, parameters: list[Parameter]) -> None:
+#     changed = {parameter.name for parameter in parameters}
+#     limit = self._value('max_linear_speed')
+#     self._speed = clamp(self._speed, -limit, limit)
+#     if 'laser_processing_rate' in changed:
+#         self.destroy_timer(self._control_timer)
+#         self._control_timer = ...
+#     ...                       # the same for the other timer
+# ```
+# </details>
+#
+# Watch your own robot obey.
+# It drives at 0.4 m/s; after two seconds the limit falls to 0.2, then somebody asks for -1.
+
+# %%
+with run_node(world="open_field") as run:
+    run.drive(0.5)
+    run.set_speed(0.4)
+    run.drive(2.0)
+    print("limit 0.2: ", run.set_parameter("max_linear_speed", 0.2))
+    run.drive(2.0)
+    print("limit -1.0:", run.set_parameter("max_linear_speed", -1.0))
+    recording = run.drive(1.0)
+
+# %%
+figure, axes = plt.subplots(figsize=(8, 2.6), layout="constrained")
+axes.plot(recording.t, recording.v)
+axes.axvline(2.5, color="0.5", linestyle=":")
+axes.set(xlabel="simulated time (s)", ylabel="v (m/s)", ylim=(-0.05, 0.5), title="the limit falls to 0.2 m/s at 2.5 s")
+axes.grid(alpha=0.3)
+
+# %% tags=["check"]
+check("I6")
+
+# %% [markdown]
+# ## Start it all with one command
+#
+# A launch file is a Python function that returns a list of what to start.
+# Look at one for the cart: a robot called `left` and a robot called `right`.
+#
+# **Which speed will each have**, when `cart.yaml` says 0.3 and nobody gives an argument?
+
+# %%
+# %%writefile ../../two_carts_launch.py
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+
+def generate_launch_description():
+    cart = {'executable': 'python3', 'arguments': ['cart.py']}
+    return LaunchDescription([
+        DeclareLaunchArgument('speed', default_value='0.2', description='of the right cart, m/s'),
+        Node(**cart, namespace='left', parameters=['cart.yaml']),
+        Node(**cart, namespace='right', remappings=[('cmd_vel', 'wheels/cmd_vel')],
+             parameters=['cart.yaml', {'max_linear_speed': LaunchConfiguration('speed')}])])
+
+# %% [markdown]
+# `ros2 launch -s` shows what a launch file can be told, and starts nothing.
+
+# %%
+write_settings("/**/cart")
+# !cd ../.. && ros2 launch -s two_carts_launch.py
+
+# %% [markdown]
+# Now start it, in the background, and look at the graph.
+# In a terminal you would type `ros2 launch two_carts_launch.py speed:=0.1` and see a line for each process; Ctrl-C ends them all.
+
+# %%
+import signal
+
+command = ["ros2", "launch", "two_carts_launch.py", "speed:=0.1"]
+launch = subprocess.Popen(command, cwd="../..", stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+# !ros2 topic echo --once --field linear.x /left/cmd_vel
+# !ros2 topic echo --once --field linear.x /right/wheels/cmd_vel
+# !ros2 node list
+# !ros2 topic list
+launch.send_signal(signal.SIGINT)
+
+# %% [markdown]
+# Read the result line by line.
+#
+# - The **namespace** went before every name of a node: `/left/cart`, `/left/cmd_vel`. Same code, two robots.
+# - The **file** reached both, because its key is `/**/cart`: 0.3 for the left one.
+# - The **argument** came after the file in the list and won: 0.1 for the right one.
+# - The **remapping** renamed a single topic: `/right/wheels/cmd_vel`.
+#
+# A `LaunchConfiguration` is a placeholder.
+# When your function runs, nobody knows yet what will be typed; so it returns a description, and the values are put in when the node is started.
+# That is why `f'speed is {LaunchConfiguration("speed")}'` does not do what it looks like.
+#
+# ### Names that cannot be moved
+#
+# All of this works because the cart says `cmd_vel` and not `/cmd_vel`.
+# **What becomes of each of these names** in the namespace `left`?
+
+# %%
+from std_msgs.msg import String
+
+node = rclpy.create_node("cart", namespace="left", enable_rosout=False)
+for name in ("cmd_vel", "/cmd_vel", "~/cmd_vel"):
+    print(f"{name:10} -> ", node.create_publisher(String, name, 10).topic_name)
+node.destroy_node()
+
+# %% [markdown]
+# A leading `/` makes a name **absolute**: no namespace moves it.
+# Two robots with `/cmd_vel` are one robot with two heads.
+# A leading `~` puts the node's own name before it, for things that belong to that node alone.
+# In a package for others, use relative names.
+#
+# ### The parameter files
+#
+# Two files now, each with every parameter of its node, its unit in a comment.
+# They hold the defaults; that looks useless and is the contrary: this is the page on which somebody looks for what can be set.
+
+# %% tags=["exercise"]
+# %%writefile config/robot_params.yaml
+# Parameters of robot_controller, in SI units (REP 103).
+# TODO 1: a key that reaches the node in any namespace. Whom does this one reach?
+# TODO 2: all ten parameters of the contract, with units.
+robot:
+  ros__parameters:
+    robot_name: turtlebot4
+
+# %% tags=["exercise"]
+# %%writefile config/sensor_params.yaml
+# Parameters of sensor_processor.
+# TODO: the key, and the three parameters of the contract.
+sensors:
+  ros__parameters:
+    fusion_frequency: 20.0
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The table of keys above; `SETTINGS` in `driver.py` and `sensor_processor.py` for names and defaults.
+# </details>
+#
+# <details><summary>Hint 2: the form</summary>
+#
+# The key is `/**/` and the name that the node gives itself. A file is allowed to repeat the defaults.
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```yaml
+# /**/sensor_processor:
+#   ros__parameters:
+#     fusion_frequency: 20.0            # Hz
+#     battery_low_threshold: 20.0       # percent, a warning below
+#     ...
+# ```
+# </details>
+#
+# ### The launch files
+#
+# The contract wants two.
+# `robot_controller_launch.py` starts both nodes, `sensor_processor_launch.py` the second alone.
+# Each declares the argument `use_sim_time` and hands it to its nodes, and each takes the parameters from the *installed* file.
+# Where that lies, only the machine knows; a launch file asks: `FindPackageShare('ros2_robot_controller')`.
+
+# %% tags=["exercise"]
+# %%writefile launch/robot_controller_launch.py
+"""Start the whole robot: robot_controller and sensor_processor."""
+
+from launch import LaunchDescription
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return both nodes with their parameter files, on one clock."""
+    # TODO 1: the argument use_sim_time, 'false' by default.
+    # TODO 2: the two nodes, each with its executable and its name.
+    # TODO 3: to each its parameter file from the package's share folder, and use_sim_time.
+    return LaunchDescription([])
+
+# %% tags=["exercise"]
+# %%writefile launch/sensor_processor_launch.py
+"""Start sensor_processor alone."""
+
+from launch import LaunchDescription
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the node with its parameter file."""
+    # TODO: as above, with one node.
+    return LaunchDescription([])
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# `two_carts_launch.py` has everything but the place of the parameter file.
+# `package=` is the package's name and `executable=` what you installed into `lib/` in notebook 01.
+# </details>
+#
+# <details><summary>Hint 2: the API</summary>
+#
+# From `launch_ros.substitutions`: `FindPackageShare('ros2_robot_controller')`.
+# From `launch.substitutions`: `PathJoinSubstitution([share, 'config', 'robot_params.yaml'])`.
+# Both are placeholders, so `os.path.join` cannot take them.
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# Node(
+#     package='ros2_robot_controller',
+#     executable='robot_controller',
+#     name='robot_controller',
+#     output='screen',
+#     parameters=[
+#         PathJoinSubstitution([FindPackageShare('ros2_robot_controller'), 'config', 'robot_params.yaml']),
+#         ...                   # use_sim_time, as a dictionary
+#     ],
+# ),
+# ```
+# </details>
+#
+# New folders have to be installed, too, or nobody finds them after `colcon build`.
+# That is the third point of I1; your `CMakeLists.txt` from notebook 02 may do it already.
+
+# %% tags=["check"]
+check("I1", "I5")
+
+# %% [markdown]
+# Passed?
+# Then take the last step in a terminal, or here: two of *your* robots, each in a namespace.
+# Write a launch file like `two_carts_launch.py` with `package='ros2_robot_controller'`, and count the nodes.
+#
+# > **On a real TurtleBot 4**
+# >
+# > - The base is a node with parameters like yours. `ros2 param set /motion_control safety_override full` lifts its speed limit from 0.306 to 0.46 m/s, and takes away its cliff sensors' say in it.
+# > - `turtlebot4-setup` gives a robot a namespace; everything on it moves there, and the launch files of its packages take `namespace:=/robot1`. Relative names are what makes your package go along.
+# > - `use_sim_time:=true` on a real robot looks like a dead one: no `/clock`, so no timer ever fires. It is the first thing to ask when nothing happens.
+# > - The robot's lidar publishes `scan`. Your second node wants `raw_scan`: that is a job for a remapping, not for another version of the code.
+#
+# ## Go further
+#
+# Not needed for the next notebook.
+#
+# - Give the launch files an argument `raw_scan` and use it in a remapping of `sensor_processor`. Then a real robot needs `raw_scan:=scan` and nothing else.
+# - A parameter can describe itself: `ParameterDescriptor` with a `FloatingPointRange`, as the second argument after the default. `ros2 param describe` shows it, and values outside are refused before your callback is asked. What does it make of NaN?
+# - `ros2 param load /robot_controller file.yaml` sets a whole file at run time. Which of its lines are refused, and are the others set?
+#
+# ## Recall
+#
+# <details><summary>Your parameter file has no effect, and there is no message. Name two reasons.</summary>
+#
+# Its key matches no node (another name, or a namespace), or a parameter's name is misspelt.
+# A third: it was changed in `src/` and not installed since, so the launch file reads the old one.
+# </details>
+#
+# <details><summary>Where must the callback that refuses values be registered, and why?</summary>
+#
+# Before the first `declare_parameter`.
+# Values from files and the command line are set while a parameter is declared.
+# </details>
+#
+# <details><summary><code>ros2 param get</code> says 5 Hz, <code>ros2 topic hz</code> says 10. What happened?</summary>
+#
+# The timer was made with the old rate, and nobody made it anew.
+# </details>
+#
+# <details><summary>Why is <code>/scan</code> in a node's code a fault, though it works?</summary>
+#
+# It works for one robot.
+# An absolute name stays where it is when the node is put into a namespace, so the second robot would use the first one's lidar.
+# </details>
+#
+# **Next:** [09 Tests that notice](09_tests_that_notice.ipynb). You will change a number back and forth for years. Who tells you when that breaks something?
