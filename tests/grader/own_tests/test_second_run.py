@@ -8,16 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from grader.evidence import TestModule
-from grader.own_tests import run
-from grader.own_tests.bench import Ran, Request, Test
+from grader import evidence
+from grader.own_tests import bench, run
 
-MODULE = TestModule("test/test_it.py", stub=False, tests=2, asserting=2, subjects=["robot_controller"])
+MODULE = evidence.TestModule("test/test_it.py", stub=False, tests=2, asserting=2, subjects=["robot_controller"])
 
 
-def ran(**outcomes: str) -> Ran:
-    tests = tuple(Test(f"{MODULE.path}::{name}", outcome, "assert False") for name, outcome in outcomes.items())
-    return Ran(
+def ran(**outcomes: str) -> bench.Ran:
+    tests = tuple(bench.Test(f"{MODULE.path}::{name}", outcome, "assert False") for name, outcome in outcomes.items())
+    return bench.Ran(
         tests, tuple(test.id for test in tests), broken="", ended=True, status=0, late="", seconds=1.0,
         quiet_seconds=1.0, shared=False, refused=(), output_tail="", reach={},
     )  # fmt: skip
@@ -26,10 +25,10 @@ def ran(**outcomes: str) -> Ran:
 class Bench:
     """Answers each request with the next of the runs it was given."""
 
-    def __init__(self, runs: Sequence[Ran]) -> None:
+    def __init__(self, runs: Sequence[bench.Ran]) -> None:
         self.runs = iter(runs)
 
-    def run(self, _request: Request) -> Ran:
+    def run(self, _request: bench.Request) -> bench.Ran:
         return next(self.runs)
 
 
@@ -40,16 +39,16 @@ def own_tests(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     monkeypatch.setattr(run, "_doubts", lambda *_: [])
     monkeypatch.setattr(run, "_coverage", lambda *_: [])
 
-    def results(*runs: Ran) -> tuple[TestModule, int]:
-        bench = Bench(runs)
+    def results(*runs: bench.Ran) -> tuple[evidence.TestModule, int]:
+        scripted = Bench(runs)
 
         @contextmanager
         def benches(*_: object, **__: object) -> Iterator[tuple[Bench]]:
-            yield (bench,)
+            yield (scripted,)
 
         monkeypatch.setattr(run, "benches", benches)
         (module,) = run.run_modules(tmp_path, tmp_path, [MODULE]).tests.modules
-        return module, len(list(bench.runs))
+        return module, len(list(scripted.runs))
 
     return results
 
