@@ -28,8 +28,18 @@ def grader(*arguments: object, **options: Any) -> subprocess.CompletedProcess[st
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=600, **options)
 
 
-# Graded on everything that trials judge: one fault in the build, one at the start, one name, one in the behaviour.
-THOROUGHLY = ("does_not_compile", "crashes_at_start", "drives_into_the_wall", "ignores_the_limit", "misnames_set_speed")
+# Graded on everything that trials judge: one fault in the build, one at the start, one name; the others are slow.
+THOROUGHLY = ("does_not_compile", "crashes_at_start", "misnames_set_speed")
+SLOWLY = ("drives_into_the_wall", "ignores_the_limit")
+
+
+@pytest.fixture(scope="session")
+def whole(reference: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    """The reference graded by the command, as an instructor grades: what it printed, and the report's folder."""
+    out = tmp_path_factory.mktemp("whole") / "out"
+    done = grader("grade", reference, "--out", out)
+    assert done.returncode == 0, done.stderr
+    return done.stdout, out
 
 
 @pytest.fixture(scope="session")
@@ -38,14 +48,28 @@ def by_trial(settings: pipeline.Settings) -> tuple[str, ...]:
     return judged_by_trial(settings.rubric)
 
 
-def test_the_reference_loses_nothing(graded: Grade, by_trial: tuple[str, ...]):
-    report = graded("", by_trial)
+def test_the_reference_gets_every_point(whole: tuple[str, Path]):
+    printed, out = whole
+    report = json.loads((out / "report.json").read_text())
     assert lost(report) == set(), words(report)
     assert report["complete"]
-    assert report["total"] == report["max"] > 50
+    assert report["total"] == report["max"] == 100
+    assert "100 of 100" in printed
+    assert printed.strip().endswith(f"Report: {out / 'report.html'}")
+    assert (out / "evidence" / "trials" / "idle.json").is_file()
+    assert "<img" in (out / "report.html").read_text()
 
 
-@pytest.mark.parametrize("name", THOROUGHLY)
+@pytest.mark.slow
+def test_a_second_grading_builds_nothing_and_says_the_same(whole: tuple[str, Path], reference: Path, tmp_path: Path):
+    done = grader("grade", reference, "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+    one, two = (json.loads((folder / "report.json").read_text()) for folder in (whole[1], tmp_path))
+    assert one["requirements"] == two["requirements"]
+    assert json.loads((tmp_path / "evidence" / "build.json").read_text())["cached"] is True
+
+
+@pytest.mark.parametrize("name", [*THOROUGHLY, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOWLY)])
 def test_a_fault_costs_its_own_points_and_no_others(graded: Grade, by_trial: tuple[str, ...], name: str):
     report = graded(name, by_trial)
     assert report["complete"], words(report)
@@ -55,7 +79,7 @@ def test_a_fault_costs_its_own_points_and_no_others(graded: Grade, by_trial: tup
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted(set(EDITS) - set(THOROUGHLY)))
+@pytest.mark.parametrize("name", sorted(set(EDITS) - {*THOROUGHLY, *SLOWLY}))
 def test_a_fault_is_found_where_it_should_be(graded: Grade, by_trial: tuple[str, ...], name: str):
     """That it costs nothing elsewhere is shown by `make faults`, which takes half an hour."""
     wanted = tuple(requirement for requirement in by_trial if requirement in EDITS[name].costs)
@@ -105,20 +129,6 @@ def test_a_check_of_nothing_is_wrong_usage(reference: Path):
     done = grader("check", "F99", "--package", reference)
     assert done.returncode == 2
     assert "there is no requirement F99; there are F1 to F14" in done.stderr
-
-
-def test_a_second_grading_builds_nothing_and_says_the_same(reference: Path, tmp_path: Path):
-    """By the command, as an instructor grades: console, report.json, report.html, evidence."""
-    first = grader("grade", reference, "--out", tmp_path / "a")
-    second = grader("grade", reference, "--out", tmp_path / "b")
-    assert first.returncode == second.returncode == 0, first.stderr + second.stderr
-    assert second.stdout.strip().endswith(f"Report: {tmp_path / 'b' / 'report.html'}")
-    one, two = (json.loads((tmp_path / name / "report.json").read_text()) for name in "ab")
-    assert one["requirements"] == two["requirements"]
-    assert one["total"] == one["max"], words(one)
-    assert json.loads((tmp_path / "b" / "evidence" / "build.json").read_text())["cached"] is True
-    assert (tmp_path / "b" / "evidence" / "trials" / "idle.json").is_file()
-    assert "<img" in (tmp_path / "b" / "report.html").read_text()
 
 
 def test_a_zip_with_one_folder_too_many_is_graded(reference: Path, tmp_path: Path, settings):
