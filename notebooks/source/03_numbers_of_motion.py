@@ -67,7 +67,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from sim import Pose, Simulator, Tourist, Twist, World, drive, load_world
-from sim.views import COLORS, map_view
+from sim.views import map_view
 
 simulator = Simulator(load_world("office"))
 recording = drive(simulator, Tourist(simulator), 8.0)
@@ -129,14 +129,19 @@ for degrees in (0, 90, 180, -90, 270):
 # Draw it: at the left the arrow on the map, at the right the point (w, z).
 
 # %%
+def draw_arrow(axes, degrees, color, length=1.0):
+    """Draw a heading as an arrow from the origin."""
+    x, y = length * math.cos(math.radians(degrees)), length * math.sin(math.radians(degrees))
+    axes.quiver(0, 0, x, y, color=color, angles="xy", scale_units="xy", scale=1)
+    axes.annotate(f"{degrees:g}°", (1.15 * x, 1.15 * y), color=color, ha="center", va="center")
+
+
 figure, (arrows, points) = plt.subplots(1, 2, figsize=(9, 4.3), layout="constrained")
 for number, degrees in enumerate((0, 45, 90, 135, 180, -90, 270)):
-    yaw, color = math.radians(degrees), f"C{number}"
-    length = 0.7 if degrees == 270 else 1.0  # shorter, or it would hide the arrow of -90°
-    arrows.quiver(0, 0, length * math.cos(yaw), length * math.sin(yaw), color=color, angles="xy", scale_units="xy", scale=1)
-    arrows.annotate(f"{degrees}°", (1.15 * length * math.cos(yaw), 1.15 * length * math.sin(yaw)), color=color, ha="center")
-    points.plot(math.cos(yaw / 2), math.sin(yaw / 2), "o", color=color, markersize=9)
-    points.annotate(f"{degrees}°", (1.2 * math.cos(yaw / 2), 1.2 * math.sin(yaw / 2)), color=color, ha="center")
+    draw_arrow(arrows, degrees, f"C{number}", 0.6 if degrees == 270 else 1.0)  # shorter, to see it beside -90°
+    w, z = math.cos(math.radians(degrees) / 2), math.sin(math.radians(degrees) / 2)
+    points.plot(w, z, "o", color=f"C{number}", markersize=9)
+    points.annotate(f"{degrees}°", (1.2 * w, 1.2 * z), color=f"C{number}", ha="center", va="center")
 arrows.set(title="the arrow on the map", xlabel="x (m)", ylabel="y (m)")
 points.set(title="its quaternion", xlabel="w", ylabel="z")
 for axes in (arrows, points):
@@ -179,12 +184,11 @@ print("mean:", readings.mean(), "°")
 # The two arrows are 2° apart, and their "mean" points the other way.
 
 # %%
-figure, axes = plt.subplots(figsize=(4.6, 4.0), layout="constrained")
-for degrees, color, label in ((179.0, "C0", "179°"), (-179.0, "C1", "-179°"), (readings.mean(), "C3", "their mean, 0°")):
-    yaw = math.radians(degrees)
-    axes.quiver(0, 0, math.cos(yaw), math.sin(yaw), color=color, angles="xy", scale_units="xy", scale=1, label=label)
-axes.set(xlim=(-1.2, 1.2), ylim=(-0.6, 0.9), aspect="equal", xlabel="x (m)", ylabel="y (m)")
-axes.legend(loc="upper center", ncols=3, fontsize=8)
+figure, axes = plt.subplots(figsize=(5.5, 2.6), layout="constrained")
+draw_arrow(axes, readings.mean(), "C3")
+draw_arrow(axes, 179, "C0")
+draw_arrow(axes, -179, "C1", 0.7)
+axes.set(xlim=(-1.4, 1.4), ylim=(-0.6, 0.6), aspect="equal", xlabel="x (m)", ylabel="y (m)")
 axes.grid(alpha=0.3)
 
 # %% [markdown]
@@ -331,6 +335,10 @@ print("max(low, min(high, nan)) =", max(low, min(high, nan)))
 #
 # Write into the cell below and run it: `%%writefile` saves it as a file of your package.
 # The `TODO`s that ask for docstrings can wait for the next section.
+# (`%%writefile` makes no folders; the first line is for those who begin here.)
+
+# %%
+# !mkdir -p ros2_robot_controller/utils
 
 # %% tags=["exercise"]
 # %%writefile ros2_robot_controller/utils/conversions.py

@@ -63,7 +63,7 @@ import math
 import matplotlib.pyplot as plt
 import numpy as np
 
-from sim import TB4, Pose, Recorder, Simulator, Tourist, Twist, drive, load_world
+from sim import TB4, Simulator, Tourist, Twist, drive, load_world
 from sim.bridge import to_message
 from sim.views import COLORS, map_view, run_view
 
@@ -116,7 +116,7 @@ map_view(simulator)
 # What does the message's own definition say about the readings?
 
 # %%
-# !ros2 interface show sensor_msgs/msg/LaserScan | tail -6
+# !ros2 interface show sensor_msgs/msg/LaserScan | tail -5
 
 # %% [markdown]
 # "Should be discarded": by you.
@@ -249,6 +249,9 @@ print("heard:", heard)
 #
 # A small trap: drivers that start at angle 0 call the right-hand side 270°, not -90°.
 # You have a function for that since notebook 03: `from ros2_robot_controller.utils.conversions import normalize_angle`.
+
+# %%
+# !mkdir -p ros2_robot_controller/utils
 
 # %% tags=["exercise"]
 # %%writefile ros2_robot_controller/utils/scans.py
