@@ -63,10 +63,10 @@ tour
 # - **Drag** a desk into a doorway, and send the robot through that door.
 # - Press **Space** on the map to pause it, and set the speed to 4× to have less patience.
 #
-# The next cell lets 20 simulated seconds pass, and then pauses.
+# The next cell lets 12 simulated seconds pass, and then pauses.
 
 # %%
-tour.run(20.0)
+tour.run(12.0)
 
 # %% [markdown]
 # **Look** at the orange points behind the desks: there are none.
@@ -266,6 +266,7 @@ robot
 # This cell prints the line to type there, for the terminal does not know your workspace yet:
 
 # %% tags=["nbval-ignore-output"]
+# Where the kit lies, and which number you have, differs from machine to machine.
 print(f"export PATH={os.environ['PATH'].split(':')[0]}:$PATH ROS_DOMAIN_ID={os.environ['ROS_DOMAIN_ID']}")
 print("ros2 topic echo --field ranges /scan")
 
@@ -333,7 +334,7 @@ print(f"{simulator.pose.x - simulator.world.start.x:.1f} m")
 robot.set_rate(8.0)
 robot.run(60.0, until=lambda: simulator.contacts)
 for contact in simulator.contacts:
-    print(f"touched {contact.obstacle!r} at {contact.time:.0f} s, at {contact.speed:.1f} m/s")
+    print(f"touched the {contact.obstacle} at x = {contact.point[0]:.1f} m, at {contact.speed:.1f} m/s")
 
 # %% [markdown]
 # Nobody stopped it.
@@ -408,6 +409,11 @@ def listen(seconds):
         rclpy.spin_once(node, timeout_sec=0.05)
 
 
+# %% [markdown]
+# Stand for a second, drive for two, stand for one.
+# `command` still holds 0.2 m/s, and a new `Twist()` is zero everywhere.
+
+# %%
 heard.clear()
 robot.reset()
 robot.start()
@@ -417,9 +423,6 @@ listen(2.0)
 hand.publish(Twist())
 listen(1.0)
 robot.pause()
-
-# %% [markdown]
-# `command` still holds 0.2 m/s, and a new `Twist()` is zero everywhere.
 
 # %%
 t = [message.header.stamp.sec + message.header.stamp.nanosec / 1e9 for message in heard]
@@ -451,10 +454,12 @@ for v, omega, seconds in route:
     hand.publish(command)
     robot.run(seconds)
 hand.publish(Twist())
+robot.picture()
 
+# %%
 here = simulator.pose
 if simulator.contacts:
-    print(f"not yet: it touched {simulator.contacts[0].obstacle!r} at {simulator.contacts[0].time:.1f} s")
+    print(f"not yet: it touched the {simulator.contacts[0].obstacle}")
 elif here.y < 1.8:
     print(f"not yet: it is at x = {here.x:.1f} m, y = {here.y:.1f} m; the office begins behind y = 1.8 m")
 else:
@@ -537,7 +542,7 @@ rclpy.try_shutdown()
 # `ros2 bag record -o drive /odom /scan` in a terminal writes what passes into a file, `ros2 bag play drive` plays it to whoever listens.
 # Record yourself driving, restart the kernel, and play it back: a robot that is not there.
 #
-# ## Do you remember?
+# ## Recall
 #
 # <details><summary>A beam reads <code>inf</code>. What do you know?</summary>
 #

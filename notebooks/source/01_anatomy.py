@@ -1,0 +1,610 @@
+# ---
+# jupyter:
+#   jupytext:
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # 01 Anatomy of a package
+#
+# ![The files of the source folder at the left, and where the build puts each of them at the right](pictures/01.png)
+#
+# A ROS 2 package is a folder, and most of it is not code.
+# Two files say what it is and where its parts go; when one of them is wrong, a perfect program cannot be found, started or even built.
+# Today you make a package that does nothing, and does it well: it builds, it starts, and its papers are in order.
+#
+# **You will be able to**
+#
+# - make a package from scratch, and say what each of its files is for;
+# - write a `package.xml` that tools believe, and know which lie costs what;
+# - write a `CMakeLists.txt` that puts everything where ROS looks for it;
+# - build with `colcon`, find what was built, and run it;
+# - explain why a package with interfaces must be `ament_cmake`.
+#
+# **Time:** about 50 minutes.
+#
+# **Your package so far:** an empty folder.
+# At the end of today:
+#
+#     ros2_robot_controller/
+#     ├── package.xml                      ← you write: what it is
+#     ├── CMakeLists.txt                   ← you write: what is built, and where it goes
+#     ├── setup.py  setup.cfg              given
+#     ├── scripts/
+#     │   ├── robot_controller             ← you write: what `ros2 run` starts
+#     │   └── sensor_processor             given
+#     └── ros2_robot_controller/
+#         ├── __init__.py                  given
+#         ├── robot_controller.py          given: a node that does nothing
+#         ├── sensor_processor.py          given: another one
+#         └── utils/
+#             ├── __init__.py              given
+#             └── running.py               given
+
+# %%
+from grader.notebook import begin, check, run_node, start_at
+
+begin("01")
+
+# %% [markdown]
+# ## What makes a folder a package?
+#
+# Less than you think.
+# ROS has a command that makes a new one; try it in a folder of its own, away from yours.
+# `Path(...)` and `{trial}` only keep the place out of the way: in a terminal you would simply be there.
+
+# %%
+import tempfile
+from pathlib import Path
+
+trial = Path(tempfile.mkdtemp())
+# !cd {trial} && ros2 pkg create greeter --destination-directory src --build-type ament_python --license Apache-2.0 >/dev/null
+# !cd {trial} && find src -type f | sort
+
+# %% [markdown]
+# Eight files.
+# **What will it be?** Copy one of them, alone, into an empty folder, and `colcon`, the build tool, finds a package there. Which one?
+
+# %%
+# !cd {trial} && mkdir -p alone/copy && cp src/greeter/package.xml alone/copy
+# !cd {trial} && colcon list --base-paths src
+# !cd {trial} && colcon list --base-paths alone && rm -r alone
+
+# %% [markdown]
+# `package.xml` makes a folder a package.
+# Its name, where it lies and its build type, `ros.ament_python`: all of that was read from this one file.
+# You write yours in a moment.
+#
+# ## A place for everything
+#
+# The contract for this course says which file lies where, and requirement **Q3** looks after it.
+# The places are not chosen freely: most are conventions by which tools find things.
+#
+# | folder | holds | who looks there |
+# |---|---|---|
+# | `ros2_robot_controller/` | the Python modules | `import ros2_robot_controller` |
+# | `ros2_robot_controller/utils/` | plain functions without ROS | your nodes and your tests |
+# | `scripts/` | what can be started | `ros2 run`, once it is installed |
+# | `msg/  srv/  action/` | interfaces (notebook 02) | rosidl, the generator |
+# | `launch/  config/` | launch and parameter files (08) | `ros2 launch` |
+# | `test/` | tests (09) | pytest, `colcon test` |
+#
+# Package and module folder have the same name, one inside the other.
+# The outer one is the *package*, what ROS builds; the inner one is the *module*, what Python imports.
+#
+# First the folders that you need today:
+
+# %%
+# !mkdir -p ros2_robot_controller/utils scripts
+
+# %% [markdown]
+# Some files are given.
+# `%%writefile` at the top of a cell writes the rest of the cell into a file, below the package's folder.
+# First, two that are for plain Python tools, such as an editor or a linter; ROS itself builds with the `CMakeLists.txt` that you write below.
+
+# %% tags=["given"]
+# %%writefile setup.py
+"""Let plain Python tools find the modules. ROS builds the package with CMakeLists.txt."""
+
+from setuptools import find_packages, setup
+
+setup(
+    name='ros2_robot_controller',
+    version='1.0.0',
+    packages=find_packages(exclude=['test']),
+)
+
+# %% tags=["given"]
+# %%writefile setup.cfg
+[tool:pytest]
+testpaths = test
+
+[flake8]
+max-line-length = 99
+import-order-style = google
+
+# %% [markdown]
+# `setup.cfg` holds settings of tools: where pytest finds the tests, and that lines may have 99 columns, as everywhere in ROS.
+#
+# Next, what makes the inner folder importable.
+# The odd line in the first file pays off tomorrow: ROS generates a part of this very module elsewhere, and the line lets Python look in both places.
+
+# %% tags=["given"]
+# %%writefile ros2_robot_controller/__init__.py
+"""Drive a robot safely with ROS 2."""
+
+# rosidl generates msg, srv and action into a package of this very name. In the source tree they
+# lie elsewhere, so let Python look in every folder of this name on its path.
+__path__ = __import__('pkgutil').extend_path(__path__, __name__)
+
+# %% tags=["given"]
+# %%writefile ros2_robot_controller/utils/__init__.py
+"""The decisions behind the nodes: plain functions that a test can call without a robot."""
+
+# %% [markdown]
+# How every node begins and ends is the same, so it stands in one place.
+# Read it line by line; it is the skeleton of any ROS 2 program in Python:
+# switch ROS on, make the node, *spin* (serve its callbacks, for ever), and switch ROS off again.
+
+# %% tags=["given"]
+# %%writefile ros2_robot_controller/utils/running.py
+"""Run a node from its start to Ctrl-C. Knows no particular node."""
+
+from collections.abc import Callable
+from typing import Optional
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+
+
+def run(make_node: Callable[[], Node], args: Optional[list[str]] = None) -> int:
+    """Spin the node that `make_node` makes until Ctrl-C or SIGTERM; return the exit code."""
+    rclpy.init(args=args)
+    try:
+        rclpy.spin(make_node())
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass  # this is how a node is told to end
+    finally:
+        rclpy.try_shutdown()
+    return 0
+
+# %% [markdown]
+# `try_shutdown` and not `shutdown`: after Ctrl-C, rclpy has already shut down, and a second `shutdown` raises an error.
+# Many programs on the web end with that error.
+#
+# And two nodes.
+# A node is a class that derives from `Node`; it gets its name in `super().__init__`.
+
+# %% tags=["given"]
+# %%writefile ros2_robot_controller/robot_controller.py
+"""The node that drives the robot. So far it has a name and does nothing."""
+
+from typing import Any, Optional
+
+from rclpy.node import Node
+from ros2_robot_controller.utils.running import run
+
+
+class RobotController(Node):
+    """A node that is there, and that is all."""
+
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__('robot_controller', **node_options)
+
+
+def main(args: Optional[list[str]] = None) -> int:
+    """Run the node until Ctrl-C; return the exit code."""
+    return run(RobotController, args)
+
+# %% tags=["given"]
+# %%writefile ros2_robot_controller/sensor_processor.py
+"""The node that fuses the sensors. So far it has a name and does nothing."""
+
+from typing import Any, Optional
+
+from rclpy.node import Node
+from ros2_robot_controller.utils.running import run
+
+
+class SensorProcessor(Node):
+    """A node that is there, and that is all."""
+
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__('sensor_processor', **node_options)
+
+
+def main(args: Optional[list[str]] = None) -> int:
+    """Run the node until Ctrl-C; return the exit code."""
+    return run(SensorProcessor, args)
+
+# %% [markdown]
+# `main` is a function because three parties call it: the script that `ros2 run` starts, your tests, and the coverage tool.
+#
+# Nothing of this needs a build.
+# `__init__` makes the node, and you can look at it from here:
+
+# %%
+import rclpy
+from ros2_robot_controller.robot_controller import RobotController
+
+if not rclpy.ok():  # so that you can run this cell twice
+    rclpy.init()
+node = RobotController()
+print(node.get_name(), "offers", len(node.get_service_names_and_types_by_node(node.get_name(), "/")), "services")
+node.destroy_node()
+rclpy.try_shutdown()
+
+# %% [markdown]
+# A node that does nothing has services already!
+# They are for its parameters: every ROS 2 node lets itself be asked for its settings (notebook 08).
+#
+# `check("Q3")` compares your tree with the contract's. Do that in notebook 10, when the last file is there.
+#
+# ## package.xml, line by line
+#
+# This file is the package's passport, and **I2** reads it.
+# Other tools do, too: `colcon` decides from it how to build and in which order, `rosdep` installs what it names, and a search engine for ROS packages shows it.
+#
+# | line | who reads it | when it is wrong |
+# |---|---|---|
+# | `<package format="3">` | all | format 1 does not know `<depend>` |
+# | `<name>` | colcon, `ros2 run` | the package goes by another name |
+# | `<version>` | release tools | must be three numbers, `1.0.0` |
+# | `<maintainer email=…>` | people | a malformed address stops the build |
+# | `<license>` | lawyers, tools | see below |
+# | `<buildtool_depend>` | colcon, rosdep | needed *to build*: `ament_cmake` |
+# | `<exec_depend>` | rosdep | needed *to run*: `rclpy`. Missing: it works here, and fails on another machine |
+# | `<depend>` | both | needed for both |
+# | `<test_depend>` | rosdep, `colcon test` | needed to test |
+# | `<export><build_type>` | colcon | how to build: `ament_cmake` or `ament_python` |
+#
+# Dependencies that are missing are the commonest fault of all: on your machine everything is installed, so you do not notice.
+#
+# ### A licence tag that no tool accepts
+#
+# The licence has a short official name, from the [SPDX list](https://spdx.org/licenses/).
+# **What will it be?** Which of these does a tool accept?
+
+# %%
+from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
+
+for tag in ("Apache License 2.0", "Apache 2.0", "apache-2.0", "BSD", "BSD-3-Clause", "TODO: License declaration"):
+    try:
+        print(f"{tag:28} is {canonicalize_license_expression(tag)}")
+    except InvalidLicenseExpression:
+        print(f"{tag:28} -")
+
+# %% [markdown]
+# "Apache License 2.0" is what the licence is called, and what many a `package.xml` says, and no tool knows what to do with it.
+# "BSD" is refused because there are several.
+# And the last one is what `ros2 pkg create` writes if you do not give it a licence.
+#
+# ### Your turn
+#
+# Write the passport.
+# Give the package version 1.0.0, *you* as the maintainer, Apache-2.0, and what today's files need:
+# `ament_cmake` to build, `rclpy` to run, `ament_cmake_pytest` and `python3-pytest` to test.
+
+# %% tags=["exercise"]
+# %%writefile package.xml
+<?xml version="1.0"?>
+<?xml-model href="http://download.ros.org/schema/package_format3.xsd" schematypens="http://www.w3.org/2001/XMLSchema"?>
+<package format="3">
+  <name>ros2_robot_controller</name>
+  <version>0.0.0</version>
+  <description>TODO 1: one sentence. What does it do?</description>
+  <maintainer email="todo@todo.todo">TODO 2: you</maintainer>
+  <license>TODO 3: a name that tools know</license>
+
+  <!-- TODO 4: what is needed to build it, to run it, and to test it -->
+
+  <export>
+    <!-- TODO 5: is that so? -->
+    <build_type>ament_python</build_type>
+  </export>
+</package>
+
+# %% [markdown]
+# What does ROS's own reader make of it?
+
+# %%
+from catkin_pkg.package import parse_package
+
+passport = parse_package("package.xml")
+print(passport.name, passport.version, "by", passport.maintainers[0])
+print("licence  ", passport.licenses)
+print("to build ", passport.buildtool_depends + passport.build_depends)
+print("to run   ", passport.exec_depends)
+print("to test  ", passport.test_depends)
+print("type     ", passport.get_build_type())
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# Look at the one that `ros2 pkg create` made: `!cat {trial}/src/greeter/package.xml`.
+# Yours has the same lines, another build type, and more dependencies.
+#
+# </details>
+#
+# <details><summary>Hint 2: the tags</summary>
+#
+# `<buildtool_depend>`, `<exec_depend>` and `<test_depend>`, one line for each package.
+# What `CMakeLists.txt` asks for by `find_package(...)` must be declared, and so must what a module imports.
+# pytest is not a ROS package; its name in rosdep's list is `python3-pytest`.
+#
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```xml
+# <license>Apache-2.0</license>
+#
+# <buildtool_depend>ament_cmake</buildtool_depend>
+# <exec_depend>rclpy</exec_depend>
+# <test_depend>ament_cmake_pytest</test_depend>
+# <test_depend>python3-pytest</test_depend>
+# ```
+#
+# and in `<export>` the build type that the package really has.
+#
+# </details>
+#
+# That was the form.
+# I2 asks for more: it compares what you declare with what your files *use*, and the build type with what there is.
+# So its check comes when there is something to build.
+#
+# ## Build and install
+#
+# Building a Python package?
+# There is nothing to compile yet.
+# But ROS starts programs from an **install** folder, not from your sources, and `colcon build` fills it:
+#
+# | in your sources | after the build, below `install/ros2_robot_controller/` | found by |
+# |---|---|---|
+# | `ros2_robot_controller/*.py` | `lib/python3.x/site-packages/ros2_robot_controller/` | `import` |
+# | `scripts/robot_controller` | `lib/ros2_robot_controller/robot_controller` | `ros2 run` |
+# | `launch/ config/` | `share/ros2_robot_controller/` | `ros2 launch` |
+# | `package.xml` | `share/ros2_robot_controller/package.xml` | everything else |
+#
+# Requirement **I1** looks into these three places.
+# What goes where is written in `CMakeLists.txt`, in a language of its own: a list of commands, arguments separated by spaces.
+#
+# | command | does |
+# |---|---|
+# | `find_package(ament_cmake REQUIRED)` | load ROS's own commands |
+# | `ament_get_python_install_dir(VAR)` | ask where Python modules go |
+# | `install(DIRECTORY a/ DESTINATION b)` | copy what is *in* folder a to b (`a` without the slash copies the folder itself) |
+# | `install(PROGRAMS f DESTINATION b)` | copy file f to b and make it executable |
+# | `ament_package()` | last: install `package.xml`, and note in an index that the package is there |
+#
+# `${PROJECT_NAME}` is the name that you gave to `project(...)`.
+#
+# `launch` and `config` are not there yet.
+# With the word `OPTIONAL` a directory that is missing is passed over; put the line in today, and notebook 08 finds it.
+# I1 has three parts, and two of them hold after today; the third asks for those files.
+
+# %% tags=["exercise"]
+# %%writefile CMakeLists.txt
+cmake_minimum_required(VERSION 3.20)
+project(ros2_robot_controller)
+
+find_package(ament_cmake REQUIRED)
+
+# 1. The interfaces come here, in notebook 02.
+
+# 2. The Python modules.
+# TODO 1: ask ament where modules go, and install what is in the module folder there.
+
+# 3. The executables, where `ros2 run` looks: lib/<package>/<executable>.
+# TODO 2: install the two scripts.
+
+# 4. Launch and parameter files, and the demonstration. None is there yet, so: OPTIONAL.
+# TODO 3: launch and config into the share folder; scripts/demo.py to the executables.
+
+# 5. `colcon test` runs what `pytest` runs. This part is given; the tests come in notebook 09.
+if(BUILD_TESTING AND EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test)
+  find_package(ament_cmake_pytest REQUIRED)
+  ament_add_pytest_test(test test TIMEOUT 120)
+endif()
+
+ament_package()
+
+# %% [markdown]
+# Now what `ros2 run` starts.
+# A script that is installed has no `.py`: its file name is the command's name.
+# One of the two is given.
+
+# %% tags=["given"]
+# %%writefile scripts/sensor_processor
+#!/usr/bin/env python3
+"""Run the sensor_processor node."""
+import sys
+
+from ros2_robot_controller.sensor_processor import main
+
+sys.exit(main())
+
+# %% [markdown]
+# The first line tells the system which program runs the script: `python3`, wherever it is found on the path.
+# `sys.exit(main())` hands the exit code on to whoever started it.
+#
+# Write the other one.
+
+# %% tags=["exercise"]
+# %%writefile scripts/robot_controller
+#!/usr/bin/env python3
+"""Run the robot_controller node."""
+import sys
+
+# TODO: import the node's main(), call it, and hand its exit code on.
+sys.exit('not yet: scripts/robot_controller starts no node')
+
+# %% [markdown]
+# The papers first: does `package.xml` still agree with what there is now?
+
+# %% tags=["check"]
+check("I2")
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The table of commands above, from top to bottom, is the order in the file.
+# For the script: the given one, with another module.
+#
+# </details>
+#
+# <details><summary>Hint 2: the destinations</summary>
+#
+# Modules go to `${PYTHON_INSTALL_DIR}/${PROJECT_NAME}`, if `PYTHON_INSTALL_DIR` is the variable that you let `ament_get_python_install_dir` fill.
+# Executables go to `lib/${PROJECT_NAME}`: without `bin`, and without a version.
+#
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```cmake
+# cmake_minimum_required(VERSION 3.20)
+# project(ros2_robot_controller)
+#
+# find_package(ament_cmake REQUIRED)
+#
+# ament_get_python_install_dir(PYTHON_INSTALL_DIR)
+# install(DIRECTORY ${PROJECT_NAME}/ DESTINATION ${PYTHON_INSTALL_DIR}/${PROJECT_NAME})
+# install(PROGRAMS scripts/robot_controller scripts/sensor_processor DESTINATION lib/${PROJECT_NAME})
+# install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME} OPTIONAL)
+# ```
+#
+# </details>
+#
+# Now build.
+# `colcon` is always called in the **workspace**, the folder that holds `src`; so go there first.
+
+# %% tags=["nbval-ignore-output"]
+# !cd ../.. && colcon build 2>&1
+# How long it takes, and so what it prints, differs each time.
+
+# %% [markdown]
+# When something is wrong, read the *first* error, not the last: the others often follow from it.
+#
+# What came of it?
+
+# %%
+# !cd ../../install/ros2_robot_controller 2>/dev/null && find . -name "*controller*" -not -name "*.sh" -not -name "*.dsv" | sort | head -20
+# !ros2 pkg executables ros2_robot_controller
+
+# %% [markdown]
+# In a terminal a built workspace must be *sourced* first: `source install/setup.bash` puts it on the paths on which ROS looks.
+# Your notebook does that after each build by itself.
+#
+# The executables are there.
+# `ros2 run` starts one, and goes on until Ctrl-C; `timeout -s INT 3` presses Ctrl-C after three seconds.
+
+# %% tags=["nbval-ignore-output"]
+# !timeout -s INT 3 ros2 run ros2_robot_controller robot_controller; echo "exit status $?"
+# What it says depends on whether your package has been built.
+
+# %% [markdown]
+# A node that does nothing prints nothing, and ends without an error.
+# (`timeout` reports 124 when it had to press Ctrl-C.)
+#
+# **Change one thing.** In `CMakeLists.txt` write `bin/${PROJECT_NAME}` instead of `lib/${PROJECT_NAME}`.
+# Build again.
+# The build is "successful".
+# What does `ros2 pkg executables` say?
+#
+# **And another.** Change a word in the docstring of `robot_controller.py`, and start the node again without building: it still runs the *old* file, the installed one.
+# `colcon build --symlink-install` makes links instead of copies, so that Python files need no second build.
+#
+# ## The build that succeeds and does nothing
+#
+# Back to the trial package.
+# You made it with the build type `ament_python`, the one for packages that hold only Python.
+# Most tutorials begin with it, and ours *is* a package of Python nodes.
+# So why not?
+#
+# Give it an interface: a service that takes a name and returns a greeting.
+
+# %% tags=["nbval-ignore-output"]
+(trial / "src/greeter/srv").mkdir()
+(trial / "src/greeter/srv/Greet.srv").write_text("string name\n---\nstring greeting\n")
+# !cd {trial} && colcon build 2>/dev/null
+# The number of seconds in what colcon prints differs each time.
+
+# %% [markdown]
+# One package finished.
+# **What will it be?** `from greeter.srv import Greet`, as you would write it in a node?
+
+# %%
+# !cd {trial} && . install/setup.sh && python3 -c "from greeter.srv import Greet" 2>&1 | tail -1
+# !cd {trial} && echo "files about Greet: $(find install -name '*Greet*' | wc -l)"
+
+# %% [markdown]
+# Nothing was generated, and nobody said a word.
+# An interface becomes Python (and C, and C++) by **rosidl**, and rosidl is a set of *CMake* commands.
+# The `ament_python` build runs `setup.py`, which has never heard of them.
+# It does not even look into `srv/`.
+#
+# So there are two ways:
+#
+# - the interfaces go into a package of their own, of the type `ament_cmake`, and the nodes into another one, of the type `ament_python`. Many projects do that;
+# - one package of the type `ament_cmake` holds both. That is ours: its CMake file generates the interfaces *and* installs the Python modules.
+#
+# > **Look at the handout again.** A package layout with a `CMakeLists.txt` and a `<build_type>ament_python</build_type>` contradicts itself: `colcon` believes the tag, and never opens the `CMakeLists.txt`.
+#
+# > **On a real TurtleBot 4**
+# >
+# > - The robot's computer has ROS 2 installed below `/opt/ros/jazzy`. There, `source /opt/ros/jazzy/setup.bash` comes first, and `rosdep install --from-paths src -y` installs what your `package.xml` names. Here, ROS 2 comes as Python wheels, and `begin` does both.
+# > - You copy `src` to the robot, not `install`: the robot's processor is another one, and what was built for yours does not run there.
+#
+# ## Go further
+#
+# - `!cd ../.. && colcon graph` draws which package needs which. With one package it is short; try it with two in `src`.
+# - `!ros2 pkg xml ros2_robot_controller` prints the installed passport. From where does it take it?
+# - Look into `log/latest_build/` in the workspace: every build leaves what it did and said, file by file.
+
+# %%
+import shutil
+
+shutil.rmtree(trial)
+
+# %% [markdown]
+# ## Recall
+#
+# <details><summary>Which single file makes a folder a package?</summary>
+#
+# `package.xml`.
+#
+# </details>
+#
+# <details><summary>Your node imports <code>nav_msgs</code>. It runs on your machine and fails on the robot. What did you forget?</summary>
+#
+# `<exec_depend>nav_msgs</exec_depend>` (or `<depend>`) in `package.xml`: `rosdep` installs only what is named there.
+#
+# </details>
+#
+# <details><summary><code>ros2 run</code> says that there is no such executable, though the build succeeded. Where do you look?</summary>
+#
+# In `install/PACKAGE/lib/PACKAGE/`: is the script there, and is it executable? If not, the `install(PROGRAMS …)` line is missing or has another destination.
+#
+# </details>
+#
+# <details><summary>You changed a Python file, and the node behaves as before. Why?</summary>
+#
+# It runs the installed copy. Build again, or build once with `--symlink-install`.
+#
+# </details>
+#
+# <details><summary>Why is this package <code>ament_cmake</code> although it holds only Python?</summary>
+#
+# Because it will hold interfaces, and only CMake runs the generator for them.
+#
+# </details>
+#
+# **Next:** [02 Interfaces](02_interfaces.ipynb). Four short files decide what your nodes can say to anyone, and one swapped pair of lines makes them lie.
