@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath
 
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag, Intake
+from grader.intake import laid_out
 from grader.intake.containers import ARCHIVE_SUFFIXES
 from grader.intake.locate import PACKAGE, Candidate, Tree, choose, interfaces_beside, survey
 from grader.intake.names import printable
@@ -88,7 +89,7 @@ def _describe(name: str, tree: Tree, package: Candidate, opened: Unpacked) -> Su
         package_path=package.path,
         files=list(tree.files),
         others=[f"{other.path} ({other.name})" for other in others[:MOST_OTHERS]],
-        notes=[*_notes_on(package, others), *opened.notes],
+        notes=[*_notes_on(tree, package, others), *opened.notes],
         interfaces_package=interfaces.path if interfaces else "",
     )
     return Submission(
@@ -100,13 +101,15 @@ def _describe(name: str, tree: Tree, package: Candidate, opened: Unpacked) -> Su
     )
 
 
-def _notes_on(package: Candidate, others: list[Candidate]) -> Iterator[str]:
+def _notes_on(tree: Tree, package: Candidate, others: list[Candidate]) -> Iterator[str]:
     if package.xml is None:
         yield f"{package.path} has no package.xml; it was taken for the package because of its modules."
     elif package.xml.problem:
         yield f"{package.path}/package.xml {package.xml.problem}.".removeprefix("./")
     elif package.xml.name != PACKAGE:
         yield f"The package is named {printable(package.xml.name) or 'nothing'}, not {PACKAGE}."
+    if laid := laid_out.note(tree.root / package.path):
+        yield laid
     twins = [other.path for other in others if other.name == package.name]
     if twins:
         yield f"The name {package.name} occurs more than once; {package.path} was taken, not {', '.join(twins[:5])}."

@@ -12,7 +12,7 @@ from grader import build, evidence, pipeline, rubric, sandbox
 from grader.course import needs
 from grader.course.feedback import Answer, Checked, Note, Picture, Progress
 from grader.course.workspace import NOTEBOOK, Workspace
-from grader.errors import GraderError, SubmissionError
+from grader.errors import KitError, SubmissionError
 from grader.quality import read as read_quality
 from grader.report.grading import Grading, losses, place, points
 from grader.report.text import one_line
@@ -52,7 +52,7 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
         except SubmissionError as error:
             seen = needs.Gap(str(error), "a package that can be read", "mend what is named here")
             answers |= {r.id: _impossible(r, seen) for r in wanted if r.id in possible}
-        except GraderError as error:
+        except KitError as error:
             answers |= {r.id: _unjudged(r, str(error)) for r in wanted if r.id in possible}
         finally:
             progress.done()
@@ -119,7 +119,7 @@ def _answer(score: RequirementScore, grading: Grading) -> Answer:
         kept = [(name, value) for name, value in rows if value]
         if result.outcome is Outcome.NOT_REACHED:
             kept = _not_reached(result.because, result.expected or result.sentence, grading)
-        notes.append(Note(loss.heading or result.sentence, tuple(kept)))
+        notes.append(Note(loss.heading, tuple(kept)))
     requirement = score.requirement
     return Answer(
         requirement.id, requirement.title, points(score.points), points(requirement.points),

@@ -89,7 +89,7 @@ def _lines(answer: Answer) -> list[str]:
     lines = [answer.words]
     several = len(answer.notes) > 1
     for note in answer.notes:
-        if several:
+        if several and note.heading:
             lines.append(f"  {note.heading}")
         for name, value in note.rows:
             wrapped = [part for line in value.split("\n") for part in textwrap.wrap(line, WIDTH - 14) or [""]]
@@ -113,7 +113,9 @@ def _card(answer: Answer) -> str:
 
 
 def _note(note: Note, several: bool) -> str:
-    heading = f'<div style="margin-top:.4em;font-weight:600">{_code(note.heading)}</div>' if several else ""
+    heading = (
+        f'<div style="margin-top:.4em;font-weight:600">{_code(note.heading)}</div>' if several and note.heading else ""
+    )
     rows = "".join(
         f'<tr style="background:transparent"><td style="{_CELL};color:{SOFT};width:5.5em">{name}</td>'
         f'<td style="{_CELL};white-space:pre-line">{_code(value)}</td></tr>'

@@ -20,10 +20,11 @@ from grader.build import PACKAGE
 from grader.course import given
 from grader.course.workspace import Workspace
 from grader.errors import GraderError
+from grader.intake import laid_out
 
 REFERENCE = Path(__file__).resolve().parents[2] / "solution_pkg" / PACKAGE
 PACKED = Path(__file__).parent / "stages.bin"
-MARKER = ".course.json"
+MARKER = laid_out.MARKER
 """The file in the package that says what was laid out, and is not the student's own work."""
 
 NOTEBOOKS = (
@@ -299,11 +300,22 @@ def start_at(workspace: Workspace, notebook: str) -> str:
         target.write_text(text, encoding="utf-8")
         if text.startswith("#!"):
             target.chmod(0o755)
-    if files:
-        sums = {path: sha256(text.encode()) for path, text in sorted(files.items())}
+    own = _exercises_before(key)
+    if own:
+        # What the course gives to everybody is nobody's own work, and not worth a note.
+        sums = {path: sha256(files[path].encode()) for path in sorted(own)}
         (package / MARKER).write_text(json.dumps({"laid_out_before": key, "sha256": sums}, indent=1) + "\n")
     words = f"Your package holds now what the notebooks before {key} leave: {len(files)} files, laid out by the course."
     return f"{words} What was there is in {workspace.shown(kept)}." if kept else words
+
+
+def _exercises_before(key: str) -> set[str]:
+    """Return the files that are a student's work in the notebooks before this one, and still are at its beginning."""
+    own: set[str] = set()
+    for earlier in (other for other in _TABLE if other < key):
+        texts = _texts(earlier)
+        own = (own | set(texts["exercises"]) | set(texts["made"])) - set(texts["given"])
+    return own
 
 
 def sha256(content: bytes) -> str:
