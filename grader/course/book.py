@@ -151,7 +151,7 @@ def _said(cell: NotebookNode) -> tuple[Any, ...]:
 
 def clean(notebook: NotebookNode, workspace: Path) -> None:
     """Take out of the outputs what another machine or another day would have otherwise, and make pictures small."""
-    notebook.metadata.pop("widgets", None)
+    notebook.metadata = pages.metadata()  # a kernel notes its version, widgets their state
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)
         if cell.cell_type != "code":

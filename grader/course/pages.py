@@ -27,6 +27,7 @@ EXERCISE, GIVEN, CHECK = "exercise", "given", "check"
 _NAME = re.compile(r"\d\d_\w+")
 _WRITES = re.compile(r"%%writefile +(\S+) *\n?")
 _CALL = re.compile(r"\bcheck\(([^)]*)\)")
+_SHIELD = "\N{ZERO WIDTH NO-BREAK SPACE}"
 _MOST = 64  # characters of a cell's id, by the notebook format
 _LINK = re.compile(r"!\[[^\]]*\]\(([^)\s]+)[^)]*\)|<img[^>]*\ssrc=\"([^\"]+)\"")
 
@@ -73,13 +74,10 @@ def read(name: str, rubric: Rubric, notebooks: Path = NOTEBOOKS) -> NotebookNode
     except ModuleNotFoundError as error:
         raise GraderError("Notebooks are made with jupytext, which is missing. Run `make setup`.") from error
     source = notebooks / "source" / f"{name}.py"
-    raw = jupytext.read(source, fmt="py:percent")
+    raw = jupytext.reads(_shielded(source.read_text(encoding="utf-8")), fmt="py:percent")
     notebook = nbformat.v4.new_notebook(
         cells=[_cell(cell) for cell in raw.cells if cell.source.strip()],
-        metadata={
-            "kernelspec": {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"},
-            "language_info": {"name": "python"},
-        },
+        metadata=metadata(),
     )
     _name_cells(notebook)
     _mark_for_nbgrader(name, notebook, rubric)
@@ -90,11 +88,31 @@ def read(name: str, rubric: Rubric, notebooks: Path = NOTEBOOKS) -> NotebookNode
     return notebook
 
 
+def _shielded(text: str) -> str:
+    """Return the source with comments in whole files kept from jupytext, which takes `#!/usr/bin/env` for a magic."""
+    lines, whole_file, first = [], False, False
+    for line in text.splitlines():
+        if re.match(r"# %%(\s|$)", line):
+            whole_file, first = False, True
+        elif first:
+            whole_file, first = line.startswith("# %%writefile"), not line.strip()
+        elif whole_file and re.match(r"# ?[!%]", line):
+            line = _SHIELD + line
+        lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
+def metadata() -> NotebookNode:
+    """Return what each notebook says of itself: the language and the kernel, no version."""
+    kernel = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
+    return nbformat.from_dict({"kernelspec": kernel, "language_info": {"name": "python"}})
+
+
 def _cell(raw: NotebookNode) -> NotebookNode:
     """Return the cell with its tags alone; what else jupytext and editors note is of no use to a reader."""
     tags = {"tags": list(raw.metadata["tags"])} if raw.metadata.get("tags") else {}
     if raw.cell_type == "code":
-        return nbformat.v4.new_code_cell(raw.source, metadata=tags)
+        return nbformat.v4.new_code_cell(raw.source.replace(_SHIELD, ""), metadata=tags)
     return nbformat.v4.new_markdown_cell(raw.source, metadata=tags)
 
 

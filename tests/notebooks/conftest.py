@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -24,13 +25,15 @@ def rubric() -> Rubric:
 @pytest.fixture(scope="session")
 def source_page(rubric: Rubric) -> Callable[[str], Page]:
     """Read a notebook of the course from its source."""
-    return lambda name: Page(name, pages.read(name, rubric), pages.NOTEBOOKS)
+    return functools.cache(lambda name: Page(name, pages.read(name, rubric), pages.NOTEBOOKS))
 
 
 @pytest.fixture(scope="session")
 def stored_page() -> Callable[[str], Page]:
     """Read a notebook of the course with its stored outputs."""
-    return lambda name: Page(name, book.read_stored(pages.NOTEBOOKS / f"{name}.ipynb"), pages.NOTEBOOKS)
+    return functools.cache(
+        lambda name: Page(name, book.read_stored(pages.NOTEBOOKS / f"{name}.ipynb"), pages.NOTEBOOKS)
+    )
 
 
 @pytest.fixture(scope="session")

@@ -173,7 +173,8 @@ def links_lead_somewhere(page: Page) -> Iterator[str]:
             continue
         for target in re.findall(r"(?<!!)\[[^\]]*\]\(([^)\s]+)\)", cell.source):
             path, _, _section = target.partition("#")
-            if path and not re.match(r"\w+:", path) and not (page.folder / path).exists():
+            made = page.folder / "source" / path.replace(".ipynb", ".py")
+            if path and not re.match(r"\w+:", path) and not ((page.folder / path).exists() or made.exists()):
                 yield f"cell {cell['id']} links to {target}, which is not there"
 
 

@@ -1,0 +1,74 @@
+"""The course's notebooks as they lie in the tree: nothing here runs them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import pytest
+from notebook_rules import OF_OUTPUTS, OF_SOURCES, Page, Rule, sections_of_the_rubric_are_there
+
+from grader.course import book, pages, stages
+from grader.rubric import Rubric
+
+NAMES = pages.names()
+BUILT = [name for name in NAMES if (pages.NOTEBOOKS / f"{name}.ipynb").exists()]
+
+
+def said_nothing(problems: Iterable[str]) -> None:
+    """Fail with every problem in sight: an author mends them all at once."""
+    found = list(problems)
+    assert not found, "\n".join(found)
+
+
+def test_the_course_is_whole(rubric: Rubric):
+    taught = {requirement.section.partition("#")[0] for requirement in rubric.requirements}
+    assert list(stages.NOTEBOOKS) == NAMES
+    assert taught <= set(NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_notebook_is_what_its_source_makes(name: str, rubric: Rubric):
+    said_nothing(book.differences(name, rubric))
+
+
+@pytest.mark.parametrize("rule", OF_SOURCES, ids=lambda rule: rule.__name__)
+@pytest.mark.parametrize("name", NAMES)
+def test_source(rule: Rule, name: str, source_page: Callable[[str], Page]):
+    said_nothing(rule(source_page(name)))
+
+
+@pytest.mark.parametrize("rule", OF_OUTPUTS, ids=lambda rule: rule.__name__)
+@pytest.mark.parametrize("name", BUILT)
+def test_stored_output(rule: Rule, name: str, stored_page: Callable[[str], Page]):
+    said_nothing(rule(stored_page(name)))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_requirements_are_taught_where_the_rubric_says(name: str, rubric: Rubric, source_page: Callable[[str], Page]):
+    said_nothing(sections_of_the_rubric_are_there(source_page(name), rubric))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_each_file_of_a_stage_has_one_cell(name: str, source_page: Callable[[str], Page]):
+    stage = stages.stage(name)
+    for tag, files in ((pages.EXERCISE, stage.exercises), (pages.GIVEN, stage.given)):
+        cells = [cell for cell in source_page(name).code() if tag in pages.tags(cell)]
+        assert sorted(filter(None, map(pages.written_file, cells))) == sorted(files), f"cells tagged {tag}"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_a_notebook_gives_is_what_start_at_lays_out(name: str, source_page: Callable[[str], Page]):
+    given = {
+        path: pages.body(cell)
+        for cell in source_page(name).code()
+        if pages.GIVEN in pages.tags(cell) and (path := pages.written_file(cell))
+    }
+    assert given == {path: stages.given_text(name, path) for path in given}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_exercise_ships_its_solution(name: str, source_page: Callable[[str], Page]):
+    for cell in source_page(name).code():
+        path = pages.written_file(cell)
+        if path and pages.EXERCISE in pages.tags(cell):
+            assert pages.body(cell) != stages.exercise(name, path), path
