@@ -54,6 +54,12 @@ def examine(host: Host | None = None) -> list[Finding]:
         return [finding for found in lists for finding in found]
 
 
+def defences(host: Host | None = None) -> list[Finding]:
+    """Return what was found of the walls around submissions alone."""
+    seen = host or Host()
+    return [*_walls(seen), *_cgroups(seen)]
+
+
 def exit_status(findings: list[Finding]) -> int:
     """Return 0 when everything that grading needs is there, else 3."""
     return 3 if any(finding.state is State.BAD for finding in findings) else 0
