@@ -54,7 +54,7 @@ def said(output: NotebookNode) -> str:
     return str(output.get("text") or output.get("data", {}).get("text/plain", ""))
 
 
-def play(notebook: NotebookNode, workspace: Path) -> Performance:
+def play(notebook: NotebookNode, workspace: Path, kit: Path = pages.KIT) -> Performance:
     """Run the notebook in `workspace` (made if it is not there) and return it with its outputs.
 
     The kernel is this Python's; its current folder is an empty one, so that nothing is written into the kit.
@@ -79,7 +79,7 @@ def play(notebook: NotebookNode, workspace: Path) -> Performance:
         )
         started = time.monotonic()
         try:
-            client.execute(env=environment(workspace))
+            client.execute(env=environment(workspace, kit))
         except CellExecutionError as error:
             played.error = _words(played, error)
         except (TimeoutError, RuntimeError) as error:  # a cell that hangs, a kernel that dies
@@ -98,13 +98,13 @@ def _raised(cell: NotebookNode) -> bool:
     return any(output.output_type == "error" for output in cell.get("outputs", []))
 
 
-def environment(workspace: Path) -> dict[str, str]:
-    """Return the environment of a kernel whose package lies in `workspace`."""
+def environment(workspace: Path, kit: Path = pages.KIT) -> dict[str, str]:
+    """Return the environment of a kernel whose package lies in `workspace`, with the `grader` and `sim` of `kit`."""
     workspace.mkdir(parents=True, exist_ok=True)
     path = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     return os.environ | {
         WORKSPACE: str(workspace),
-        "PYTHONPATH": os.pathsep.join([str(pages.KIT), *filter(None, path)]),
+        "PYTHONPATH": os.pathsep.join([str(kit), *filter(None, path)]),
         "IPYTHONDIR": str(workspace.parent / "ipython"),
         "PYDEVD_DISABLE_FILE_VALIDATION": "1",  # else the debugger greets each kernel on a stream of its own
     }

@@ -9,13 +9,15 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import median
 
 from nbformat import NotebookNode
 
 from grader.course import pages, performance
 from grader.rubric import Rubric
 
-LONGEST_CELL = 12  # lines of code; whole files, which exercises and given cells are, may be longer
+# Lines of code; whole files, which exercises and given cells are, may be longer. A plot or a node to break needs some.
+LONGEST_CELL, USUAL_CELL = 20, 8
 MOST_BYTES = 1_500_000  # of a notebook with its pictures: code-hosting sites stop showing larger ones
 HINTS = 3
 RECALL = 3
@@ -96,9 +98,9 @@ def begins_the_session(page: Page) -> Iterator[str]:
 
 
 def asks_recall_questions(page: Page) -> Iterator[str]:
-    titles = [title for title in pages.sections(page.notebook) if "recall" in title.lower()]
+    titles = [t for t in pages.sections(page.notebook) if re.search("recall|remember", t, re.IGNORECASE)]
     if not titles:
-        yield 'has no section whose title has "recall" in it'
+        yield 'has no section whose title has "recall" or "remember" in it'
         return
     text = "\n".join(cell.source for cell in pages.sections(page.notebook)[titles[-1]])
     if (found := text.count("<details")) < RECALL:
@@ -152,10 +154,13 @@ def tags_fit_the_cells(page: Page) -> Iterator[str]:
 
 
 def cells_are_short(page: Page) -> Iterator[str]:
-    for cell in page.code():
-        lines = [line for line in cell.source.splitlines() if line.strip()]
-        if not {pages.EXERCISE, pages.GIVEN} & set(pages.tags(cell)) and len(lines) > LONGEST_CELL:
-            yield f"cell {cell['id']} has {len(lines)} lines, more than {LONGEST_CELL}: split it, with prose between"
+    cells = [cell for cell in page.code() if not {pages.EXERCISE, pages.GIVEN} & set(pages.tags(cell))]
+    lines = {cell["id"]: len([line for line in cell.source.splitlines() if line.strip()]) for cell in cells}
+    for name, count in lines.items():
+        if count > LONGEST_CELL:
+            yield f"cell {name} has {count} lines, more than {LONGEST_CELL}: split it, with prose between"
+    if lines and (usual := median(lines.values())) > USUAL_CELL:
+        yield f"half of its code cells have {usual:g} lines or more, expected {USUAL_CELL} at most"
 
 
 def pictures_are_ours(page: Page) -> Iterator[str]:
