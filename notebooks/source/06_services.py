@@ -1,0 +1,510 @@
+# ---
+# jupyter:
+#   jupytext:
+#     formats: ipynb,py:percent
+#     text_representation:
+#       extension: .py
+#       format_name: percent
+#   kernelspec:
+#     display_name: Python 3 (ipykernel)
+#     language: python
+#     name: python3
+# ---
+
+# %% [markdown]
+# # 06 Services
+#
+# ![Requests arrive at the node, some are refused; the speed follows those that are not](pictures/06.png)
+#
+# You will be able to
+#
+# - say when a topic fits and when a service does;
+# - write a service, and call it from Python and from the command line;
+# - refuse a request so that the caller knows why, and what would be taken;
+# - see a deadlock coming: a callback that waits for another one.
+#
+# Time: about 45 minutes.
+#
+# Your robot drives and stops.
+# How fast, a parameter says, and it takes any number.
+# Today it gets somebody to talk to:
+#
+#     ros2_robot_controller/
+#     ├── srv/                       SetSpeed.srv  GetRobotStatus.srv   (notebook 02)
+#     └── ros2_robot_controller/
+#         ├── driver.py              drives, and stops before walls     (notebook 05)
+#         ├── speed_server.py        <- you write it today
+#         └── robot_controller.py    <- given: starts the new class
+
+# %%
+from grader.notebook import begin, check, run_node, start_at
+begin("06")
+
+# %% [markdown]
+# ## Ask, and get an answer
+#
+# A topic is a radio: somebody talks, whoever wants listens, nobody answers.
+# Good for a scan, ten times a second; if one is lost, the next one comes.
+#
+# "Drive at 0.3 m/s" is something else.
+# It is said once, and the one who says it wants to know: did you hear me, and will you do it?
+# That is a **service**: one request, one response.
+#
+# | | topic | service |
+# |---|---|---|
+# | who | any number of publishers and subscribers | one server, any number of clients |
+# | answer | none | one per request |
+# | good for | what flows: scans, speeds | what is asked: set, get, switch on |
+# | how long | - | at once; for long deeds there are actions (notebook 07) |
+#
+# Here is a lamp with a switch.
+# The service's type, `SetBool`, has `bool data` in the request, and `bool success` and `string message` in the response.
+
+# %%
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from std_srvs.srv import SetBool
+
+
+class Lamp(Node):
+    def __init__(self):
+        super().__init__("lamp")
+        self.create_service(SetBool, "switch_lamp", self.on_switch)
+
+    def on_switch(self, request, response):
+        response.success = True
+        response.message = "the lamp is on" if request.data else "the lamp is off"
+        return response
+
+
+# %%
+if not rclpy.ok():
+    rclpy.init()
+executor = SingleThreadedExecutor()
+lamp, person = Lamp(), rclpy.create_node("person")
+for node in (lamp, person):
+    executor.add_node(node)
+client = person.create_client(SetBool, "switch_lamp")
+print("found it:", client.wait_for_service(timeout_sec=5.0))
+
+# %% [markdown]
+# **Predict:** what does the first `print` say, what the second?
+
+# %%
+future = client.call_async(SetBool.Request(data=True))
+print("answered:", future.done())
+
+executor.spin_until_future_complete(future, timeout_sec=5.0)
+print("answered:", future.done(), "-", future.result().message)
+
+# %% [markdown]
+# `call_async` sends the request and returns at once.
+# What it returns is a **future**: a place where the answer will be.
+# The answer comes while somebody spins, just as with timers.
+# Here one executor serves both nodes; usually they are two processes.
+#
+# **Break it.** A server that forgets `return response`:
+
+# %%
+def forgetful(request, response):
+    response.success = True
+
+
+lamp.create_service(SetBool, "forgetful_lamp", forgetful)
+client = person.create_client(SetBool, "forgetful_lamp")
+client.wait_for_service(timeout_sec=5.0)
+future = client.call_async(SetBool.Request())
+try:
+    executor.spin_until_future_complete(future, timeout_sec=5.0)
+except TypeError:
+    print("the server's spin ended with a TypeError; answered:", future.done())
+
+# %% [markdown]
+# The server is dead, the client waits.
+# An exception in *any* callback ends `spin`, and with it the whole node.
+# So a service must have an answer for everything that a client can send.
+#
+# ## Set the speed
+#
+# The contract's service is `set_speed`: `float32 speed` in, `bool success` and `string message` out.
+# If abs(speed) is at most `max_linear_speed`, it succeeds and the robot drives at that speed, backwards for a negative one.
+#
+# **Predict:** the limit is 0.3, and somebody asks for 0.3. Is that above the limit?
+
+# %%
+import numpy as np
+
+arrives = float(np.float32(0.3))  # what a float32 field makes of it
+print(f"asked for 0.3, arrives as {arrives:.17f}, above 0.3: {arrives > 0.3}")
+
+# %% [markdown]
+# A float32 has 24 bits, and 0.3 does not fit in any number of them.
+# The nearest float32 is a little above, the nearest float64 a little below.
+# Who asks for exactly the limit would be refused.
+# So grant a hair: one millionth of the limit.
+# Then `clamp` what you keep, so that no command is ever above it.
+#
+# **What does success mean?**
+# The request was *accepted*.
+# At 1 m/s² it takes 0.3 s until the robot is that fast, and a wall may keep it from ever being so.
+# A callback that waited for it would keep the scans waiting too.
+# So the service only sets `self._speed`, and the control loop of notebook 05 does the rest.
+#
+# ## Refuse a speed
+#
+# Above the limit, or not a number: `success` is false, the message states the limit, and the speed in force stays as it was.
+#
+# Four ways to ask.
+# **Predict** which of them lets something through that it should not.
+
+# %%
+import math
+
+limit = 0.5
+ways = {
+    "ok if abs(v) <= limit": lambda v: abs(v) <= limit,
+    "refuse if abs(v) > limit": lambda v: not abs(v) > limit,
+    "refuse if v > limit": lambda v: not v > limit,
+    "ok if min(v, limit) == v": lambda v: min(v, limit) == v,
+}
+
+# %%
+values = (0.3, -0.5, 0.51, -9.0, math.inf, math.nan)
+print(" " * 26 + "".join(f"{value:>7}" for value in values))
+for words, accepts in ways.items():
+    print(f"{words:26}" + "".join(f"{'yes' if accepts(value) else '-':>7}" for value in values))
+
+# %% [markdown]
+# The first and the second are the same for every number, and differ for NaN.
+# The third one forgets that a robot drives backwards, too.
+# Only the first line is right.
+#
+# And then? A NaN in the speed goes through every `clamp`, for it is neither below nor above.
+
+# %%
+from sim import Simulator, load_world
+
+simulator = Simulator(load_world("open_field"))
+simulator.command(0.3, 0.0)
+simulator.step(1.0)
+try:
+    simulator.command(math.nan, 0.0)
+except ValueError as error:
+    print("the motors say:", error)
+simulator.step(4.0)
+print(f"4 s later: x = {simulator.pose.x:.2f} m, still at {simulator.twist.v:.1f} m/s")
+
+# %% [markdown]
+# The robot drives on at its last speed, and neither the set speed nor an obstacle counts any more: there is no zero in a stream of NaN.
+# What comes in from outside is checked where it comes in.
+#
+# **Say no in a helpful way.** Three messages:
+#
+# | message | what the caller knows |
+# |---|---|
+# | `error` | nothing |
+# | `speed too high` | try less, but how much less? |
+# | `Speed unchanged: 0.8 m/s is beyond the limit of 0.5 m/s` | what was heard, what happened, what would be taken |
+#
+# ## Ask for the status
+#
+# `get_status` asks nothing and answers four things.
+#
+# **Predict:** the robot was told 0.3 m/s and stands before a wall. Which speed does it report?
+#
+# The contract says: the speed **in force**, the one that was set.
+# So 0.3. That it stands, and why, is in the other fields:
+#
+# | field | |
+# |---|---|
+# | `speed` | what was set and accepted, 0.3 |
+# | `obstacle_detected` | true while something keeps it from driving that way |
+# | `pose` | from `odom`, as it came |
+# | `status` | `ACTIVE`, or `OBSTACLE_DETECTED` while there is one |
+#
+# `obstacle_in_way` in your `motion.py` answers the second one.
+# It asks for a direction: that of the speed in force, and forward when it is 0.
+#
+# ### Exercise: a node that takes orders
+#
+# `SpeedServer` is a `Driver` with two services more.
+# What may be refused is a plain function again.
+# Log each answer with `self.get_logger().info(...)`, and name the robot by its parameter: two robots may share a log.
+
+# %% tags=["exercise"]
+# %%writefile ros2_robot_controller/speed_server.py
+"""The robot takes orders: a speed to drive at, and the question how it is."""
+
+from typing import Any
+
+from ros2_robot_controller.driver import Driver
+
+FLOAT32_SLACK = 1e-6  # 0.3 arrives in a float32 message as 0.30000001
+
+
+def speed_refusal(speed: float, limit: float) -> str:
+    """Return why `speed` may not be set, in words that state the limit; empty if it may."""
+    return ''  # TODO 1: not a number; beyond the limit
+
+
+class SpeedServer(Driver):
+    """
+    Let others set the speed in force, and tell them how the robot is.
+
+    Services: `set_speed` (SetSpeed), `get_status` (GetRobotStatus).
+    Parameters: `max_linear_speed` limits what may be set; `robot_name` stands in the log.
+    """
+
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__(**node_options)
+        # TODO 2: create the two services; their types are in ros2_robot_controller.srv.
+
+    # TODO 3: _on_set_speed(request, response): refuse, or keep the speed within the limits in
+    #         self._speed. Both with a message, both with `return response`.
+    # TODO 4: _on_get_status(request, response): four fields.
+
+    def _obstacle_in_way(self) -> bool:
+        return False  # TODO 5: notebook 07 uses this as well
+
+    def _direction(self) -> float:
+        return self._speed  # its sign counts, and 0 looks forward
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The lamp above is the skeleton. `from ros2_robot_controller.srv import GetRobotStatus, SetSpeed`.
+# The limit is a parameter: `self._value('max_linear_speed')`, read at each request.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# - `math.isfinite(speed)` is false for NaN and for both infinities
+# - a number in a message: `f'{speed:.3g} m/s'` makes 0.3 of 0.30000001192092896
+# - `motion.obstacle_in_way(self._near, self._direction(), self._limits())`
+# - the pose that came with `odom` is in `self._pose`
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# def speed_refusal(speed: float, limit: float) -> str:
+#     if not math.isfinite(speed):
+#         return f'a speed of {speed} is no number to drive at, the limit is {limit:.3g} m/s'
+#     if abs(speed) > limit * (1.0 + FLOAT32_SLACK):
+#         return f'{speed:.3g} m/s is beyond the limit of {limit:.3g} m/s'
+#     ...
+#
+# def _on_set_speed(self, request, response):
+#     limit = self._value('max_linear_speed')
+#     refusal = speed_refusal(request.speed, limit)
+#     response.success = not refusal
+#     if refusal:
+#         response.message = f'Speed unchanged: {refusal}'
+#     else:
+#         self._speed = clamp(request.speed, -limit, limit)
+#         response.message = f'Speed set to {self._speed:.3g} m/s'
+#     ...  # log it, and give the response back
+# ```
+# </details>
+#
+# This one is given; the makeshift parameter is gone.
+
+# %% tags=["given"]
+# %%writefile ros2_robot_controller/robot_controller.py
+"""The node that drives the robot, as far as it goes: it takes orders."""
+
+from typing import Optional
+
+from ros2_robot_controller.speed_server import SpeedServer
+from ros2_robot_controller.utils.running import run
+
+
+def main(args: Optional[list[str]] = None) -> int:
+    """Run the node until Ctrl-C; return the exit code."""
+    return run(SpeedServer, args)
+
+# %% [markdown]
+# Talk to it.
+# The first time this builds the package, which takes a moment.
+
+# %%
+run = run_node()
+for speed in (0.3, 0.8, math.nan):
+    answer = run.set_speed(speed)
+    print(f"{speed}: success={answer.success}, {answer.message}")
+
+# %% [markdown]
+# The same from outside, as a colleague would do it at a terminal.
+# `ros2 service call` wants the name, the type, and the request in YAML.
+# It reads the types from what *you* have built, so build first.
+
+# %% tags=["nbval-ignore-output"]
+# How long colcon takes differs from run to run.
+# !cd ../.. && colcon build
+
+# %% tags=["nbval-ignore-output"]
+# Without a node it says how long it has waited.
+# !ros2 service call /set_speed ros2_robot_controller/srv/SetSpeed "{speed: -0.25}"
+
+# %% [markdown]
+# **Predict:** in which direction does the robot drive in the next cell, and how fast?
+
+# %%
+from sim.views import run_view
+
+recording = run.drive(3.0)
+print(f"speed in force {run.status().speed:.2f} m/s, driven {recording.v[-1]:.2f} m/s")
+run_view(recording)
+
+# %%
+from sim import Box
+
+place = run.simulator.pose.x - 0.45  # it drives backwards, so the box goes behind it
+run.simulator.add_obstacle(Box((place, 0.0), (0.1, 0.5), name="box"))
+run.drive(1.0)
+answer = run.status()
+print(f"speed {answer.speed:.2f}, obstacle {answer.obstacle_detected}, {answer.status}, x = {answer.pose.position.x:.2f}")
+run.close()
+
+# %% [markdown]
+# The node's own pose is that of odometry; it need not be the true one.
+#
+# Now the checks.
+# F2 is the set speed, F3 the refusals, F7 the status:
+
+# %% tags=["check"]
+check("F2", "F3", "F7")
+
+# %% [markdown]
+# The speed can be set now, so the grader can try what you wrote in notebooks 04 and 05:
+# F4 stops before the wall, F5 drives on when the way is free, F6 is not misled by bad readings.
+
+# %% tags=["check"]
+check("F4", "F5", "F6")
+
+# %% [markdown]
+# ## A service that asks a service
+#
+# A last trap, and the reason why some nodes stand still for ever without a word.
+# A service's callback asks another service, and waits for the answer.
+#
+# **Predict:** who answers, while the one thread waits?
+
+# %%
+from std_srvs.srv import Trigger
+
+
+class Office(Node):
+    def __init__(self, group=None):
+        super().__init__("office")
+        self.create_service(Trigger, "archive", self.on_archive)
+        self.create_service(Trigger, "desk_waits", self.on_desk_waits)
+        self.create_service(Trigger, "desk_awaits", self.on_desk_awaits, callback_group=group)
+        self.client = self.create_client(Trigger, "archive")
+
+    def on_archive(self, request, response):
+        response.message = "here is your file"
+        return response
+
+
+# %% [markdown]
+# The desk has two ways to ask the archive.
+# The first one has a limit of one second, for the sake of this notebook.
+# Without it you would wait until you restart the kernel.
+
+# %%
+def on_desk_waits(self, request, response):
+    answer = self.client.call(Trigger.Request(), timeout_sec=1.0)
+    response.message = "no answer from the archive" if answer is None else answer.message
+    return response
+
+
+async def on_desk_awaits(self, request, response):
+    answer = await self.client.call_async(Trigger.Request())
+    response.message = answer.message
+    return response
+
+
+Office.on_desk_waits, Office.on_desk_awaits = on_desk_waits, on_desk_awaits
+
+
+# %%
+def ask(service, group=None):
+    """Start an office, ask one of its services, and return its answer, or None after 3 s."""
+    executor, office, visitor = SingleThreadedExecutor(), Office(group), rclpy.create_node("visitor")
+    for node in (office, visitor):
+        executor.add_node(node)
+    client = visitor.create_client(Trigger, service)
+    client.wait_for_service(timeout_sec=5.0)
+    future = client.call_async(Trigger.Request())
+    executor.spin_until_future_complete(future, timeout_sec=3.0)
+    executor.shutdown()
+    office.destroy_node(), visitor.destroy_node()
+    return future.result().message if future.done() else None
+
+
+print(ask("desk_waits"))
+
+# %% [markdown]
+# The archive is in the same node, served by the same thread, and the thread sits at the desk.
+# Even if the archive were another node it would hang: the *answer* has to be taken in by that same thread.
+# This is a **deadlock**.
+#
+# The tutorials' cure is `await`: the callback steps aside until the answer is there.
+
+# %%
+print(ask("desk_awaits"))
+
+# %% [markdown]
+# `None`: three seconds, and no answer either.
+# The thread is free now, but there is a second lock.
+# All callbacks of a node belong to one **callback group**, unless you say otherwise, and that group lets in one at a time.
+# The desk has not finished, so the archive may not begin.
+#
+# Give the desk a group of its own:
+
+# %%
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+
+print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
+
+# %% [markdown]
+# One thread, `await`, and a group of its own: that works.
+# In the contract's package no service needs another one, and the simplest cure is the best: *do not ask inside a callback; remember what you know*.
+# `_on_get_status` asks nobody. It reads what the last scan and the last odometry left in `self`.
+#
+# > **On a real TurtleBot 4**
+# >
+# > - Its base, a Create 3, has services and actions of its own: `/e_stop`, `/dock`, `/undock`. `ros2 service list` shows them.
+# > - It drives 0.306 m/s at most in its normal mode. A `max_linear_speed` of 0.5 would be accepted by your node, and cut by the base without a word. Set the parameter to what the robot can do.
+# > - Over Wi-Fi a request or its answer may be late. A client always waits with a time limit.
+#
+# ## Go further
+#
+# - `ros2 service type`, `ros2 service find`, and `ros2 interface show ros2_robot_controller/srv/SetSpeed` answer what you need before a call.
+# - Who may set the speed? Anybody on the network. Look up *Security* in the ROS 2 documentation.
+# - *Callback groups* under *How-to guides* → *Using callback groups* tells the whole story of the desk.
+#
+# ## Recall
+#
+# <details><summary>A map of 5 MB is wanted once, by one node. Topic or service?</summary>
+#
+# A service: it is asked once, by one, and an answer is wanted. (Many robots do publish maps, once, on a topic that keeps the last message for latecomers.)
+# </details>
+# <details><summary>The answer says success. How fast does the robot drive?</summary>
+#
+# That is not known. The speed was accepted. It takes time to get there, and an obstacle may forbid it.
+# </details>
+# <details><summary>Why is <code>if abs(v) > limit: refuse</code> wrong?</summary>
+#
+# For NaN the comparison is false, so it is not refused. Ask for what is good: `math.isfinite(v) and abs(v) <= limit`.
+# </details>
+# <details><summary>What happens to a client when the server's callback raises?</summary>
+#
+# It gets no answer, ever. And the server's node is gone.
+# </details>
+# <details><summary>A service callback awaits an answer in the same node and hangs. Which two things must be free?</summary>
+#
+# The thread, which `await` frees, and the callback group: the one that waits needs another group than the ones that answer.
+# </details>
+#
+# Next: `07_going_there`. "Drive to the kitchen" takes a minute, can fail on the way, and you may change your mind. That is no service any more.
