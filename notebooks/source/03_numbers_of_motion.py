@@ -77,7 +77,7 @@ map_view(recording)
 # The short line from the centre to the rim is the robot's front.
 # Next you look at what a robot *says* about this moment: its odometry, as the message that goes over the topic `odom`.
 #
-# **What will it be?** The robot has turned to its left by something more than a right angle.
+# **What will it be?** The robot has turned to its left by about a right angle.
 # How would *you* write that into a message?
 
 # %%
@@ -110,7 +110,7 @@ print("orientation", odom.pose.pose.orientation)
 #
 # Rotating by yaw about the z axis is this quaternion:
 #
-# $$ x = 0 \qquad y = 0 \qquad z = \sin\frac{\text{yaw}}{2} \qquad w = \cos\frac{\text{yaw}}{2} $$
+#     x = 0    y = 0    z = sin(yaw / 2)    w = cos(yaw / 2)
 #
 # Do one by hand.
 # To the left is 90°, half of it is 45°, so z and w are both about 0.71.
@@ -129,19 +129,23 @@ for degrees in (0, 90, 180, -90, 270):
 # Draw it: at the left the arrow on the map, at the right the point (w, z).
 
 # %%
-def draw_arrow(axes, degrees, color, length=1.0):
-    """Draw a heading as an arrow from the origin."""
+def draw_arrow(axes, degrees, color, length=1.0, nudge=(0.0, 0.0)):
+    """Draw a heading as an arrow from the origin; `nudge` moves its label."""
     x, y = length * math.cos(math.radians(degrees)), length * math.sin(math.radians(degrees))
     axes.quiver(0, 0, x, y, color=color, angles="xy", scale_units="xy", scale=1)
-    axes.annotate(f"{degrees:g}°", (1.15 * x, 1.15 * y), color=color, ha="center", va="center")
+    label = {"color": color, "ha": "center", "va": "center"}
+    axes.text(1.15 * x + nudge[0], 1.15 * y + nudge[1], f"{degrees:g}°", **label)
 
 
 figure, (arrows, points) = plt.subplots(1, 2, figsize=(9, 4.3), layout="constrained")
 for number, degrees in enumerate((0, 45, 90, 135, 180, -90, 270)):
-    draw_arrow(arrows, degrees, f"C{number}", 0.6 if degrees == 270 else 1.0)  # shorter, to see it beside -90°
-    w, z = math.cos(math.radians(degrees) / 2), math.sin(math.radians(degrees) / 2)
-    points.plot(w, z, "o", color=f"C{number}", markersize=9)
-    points.annotate(f"{degrees}°", (1.2 * w, 1.2 * z), color=f"C{number}", ha="center", va="center")
+    color, half = f"C{number}", math.radians(degrees) / 2
+    if degrees == 270:  # shorter, or it would hide the arrow of -90°
+        draw_arrow(arrows, degrees, color, length=0.6, nudge=(0.25, 0.15))
+    else:
+        draw_arrow(arrows, degrees, color)
+    points.plot(math.cos(half), math.sin(half), "o", color=color, markersize=9)
+    points.text(1.2 * math.cos(half), 1.2 * math.sin(half), f"{degrees}°", color=color, ha="center", va="center")
 arrows.set(title="the arrow on the map", xlabel="x (m)", ylabel="y (m)")
 points.set(title="its quaternion", xlabel="w", ylabel="z")
 for axes in (arrows, points):
@@ -186,8 +190,8 @@ print("mean:", readings.mean(), "°")
 # %%
 figure, axes = plt.subplots(figsize=(5.5, 2.6), layout="constrained")
 draw_arrow(axes, readings.mean(), "C3")
-draw_arrow(axes, 179, "C0")
-draw_arrow(axes, -179, "C1", 0.7)
+draw_arrow(axes, 179, "C0", nudge=(0.0, 0.12))
+draw_arrow(axes, -179, "C1", nudge=(0.0, -0.12))
 axes.set(xlim=(-1.4, 1.4), ylim=(-0.6, 0.6), aspect="equal", xlabel="x (m)", ylabel="y (m)")
 axes.grid(alpha=0.3)
 
@@ -222,10 +226,14 @@ print("-10 % 360 =", -10 % 360)
 
 # %%
 def turn(wanted_deg, start_deg, difference, seconds=9.0):
-    """Return the recording of a robot that turns from one heading to another, both in degrees."""
+    """Return the recording of a robot that turns from one heading to another, in degrees."""
     robot = Simulator(World(start=Pose(yaw=math.radians(start_deg))))
     wanted = math.radians(wanted_deg)
-    return drive(robot, lambda seen: Twist(0.0, 1.5 * difference(wanted, seen.odometry.pose.yaw)), seconds)
+
+    def driver(seen):
+        return Twist(0.0, 1.5 * difference(wanted, seen.odometry.pose.yaw))
+
+    return drive(robot, driver, seconds)
 
 
 def minus(wanted, yaw):
@@ -241,7 +249,7 @@ def turned(run):
 print(f"turned by {turned(turn(170, -170, minus)):.0f}°")
 
 # %% [markdown]
-# 342° instead of 20°, and the other way round.
+# 340° instead of 20°, to the left instead of to the right.
 # It did arrive, though.
 # So change one thing: the robot starts at 90° and shall face 183°.
 # Nobody writes 183°, but "my heading plus a quarter turn" does, when the heading is 93°.
@@ -259,7 +267,8 @@ def heading_view(runs):
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, fontsize=8, frameon=False)
 
 
-heading_view([("from -170° to 170°", turn(170, -170, minus)), ("from 90° to 183°", turn(183, 90, minus))])
+first, second = turn(170, -170, minus), turn(183, 90, minus)
+heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
 
 # %% [markdown]
 # It never arrives.
@@ -280,7 +289,8 @@ from geometry_msgs.msg import Quaternion
 
 oops = Quaternion(z=math.sin(90 / 2), w=math.cos(90 / 2))
 print(oops)
-print(f"{90 / math.tau:.2f} turns, the rest is {90 % math.tau:.3f} rad or {math.degrees(90 % math.tau):.1f}°")
+rest = 90 % math.tau
+print(f"{90 / math.tau:.2f} turns; the rest is {rest:.3f} rad or {math.degrees(rest):.1f}°")
 
 # %% [markdown]
 # Fourteen full turns, and then 116.6°.
@@ -335,7 +345,7 @@ print("max(low, min(high, nan)) =", max(low, min(high, nan)))
 #
 # Write into the cell below and run it: `%%writefile` saves it as a file of your package.
 # The `TODO`s that ask for docstrings can wait for the next section.
-# (`%%writefile` makes no folders; the first line is for those who begin here.)
+# (`%%writefile` makes no folders, so the line before it makes sure that there is one.)
 
 # %%
 # !mkdir -p ros2_robot_controller/utils
@@ -366,7 +376,7 @@ def normalize_angle(angle: float) -> float:
 
 
 def clamp(value: float, low: float, high: float) -> float:
-    # TODO 4: keep the value between low and high. Three comparisons with NaN are False: use that.
+    # TODO 4: keep the value between low and high. Comparisons with NaN are False: use that.
     return value
 
 # %% [markdown]
@@ -392,9 +402,11 @@ tries = [
 for function, values, wanted in tries:
     got = function(*values)
     fits = math.isnan(got) if math.isnan(wanted) else math.isclose(got, wanted, abs_tol=1e-3)
-    print(f"{function.__name__:20s} gave {got:7.3f}, wanted {wanted:7.3f}   {'right' if fits else 'NOT YET'}")
-back = [yaw_from_quaternion(quaternion_from_yaw(yaw)) for yaw in (0.0, 3.0, -3.0, pi, 4.0)]
-print("there and back:", [f"{yaw:.3f}" for yaw in back], "wanted 0.000, 3.000, -3.000, 3.142, -2.283")
+    print(f"{function.__name__:20s} gave {got:7.3f}, wanted {wanted:7.3f}", "right" if fits else "NOT YET")
+for yaw, wanted in ((0.0, 0.0), (3.0, 3.0), (-3.0, -3.0), (pi, pi), (4.0, 4.0 - 2 * pi)):
+    got = yaw_from_quaternion(quaternion_from_yaw(yaw))
+    fits = math.isclose(got, wanted, abs_tol=1e-3)
+    print(f"{yaw:6.3f} there and back gave {got:7.3f}, wanted {wanted:7.3f}", "right" if fits else "NOT YET")
 
 # %% [markdown]
 # And now the grader's own check, the same that will look at what you hand in.
@@ -438,7 +450,8 @@ check("F14")
 # `yaw_from_quaternion` ends in a call of `normalize_angle`; `quaternion_from_yaw` is the table by hand from above, with names: `Quaternion(x=0.0, ...)`.
 # </details>
 #
-# Your functions go to work at once.
+# ### Your functions at work
+#
 # Here is the robot that turned the long way round, with one change: the difference is normalized, by *your* function.
 
 # %%
@@ -485,7 +498,7 @@ help(normalize_angle)
 # Do not say what the name and the type say already, and do not tell how it works: the code does that, and it is never out of date.
 #
 # How docstrings are *written* is a matter of agreement, and ROS packages agree on the rules of PEP 257, checked by a linter: `ament_pep257`.
-# Here are three functions with something to find.
+# Here are three functions with something to find, in a file beside your package.
 # **What will it say about each?**
 
 # %%
