@@ -18,6 +18,7 @@ import threading
 import time
 import weakref
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -27,20 +28,18 @@ from typing import TYPE_CHECKING, Any, Self
 from grader import build, toolchain
 from grader.course import needs
 from grader.course.workspace import NOTEBOOK, Workspace
-from grader.errors import GraderError, SubmissionError
-from grader.trials.catalog import TrialPlan
-from sim import PROFILES, Recorder, Recording, Simulator, World, load_world
-from sim.sensors import Reading
+from grader.errors import GraderError, KitError
+from sim import PROFILES, Pose, Recorder, Recording, Simulator, World, load_world
 
 if TYPE_CHECKING:
-    from grader.trials.stage import Stage
+    from grader.course.watched import WatchedStage
     from sim.live import Live
 
-_TICK_S = 0.05
-_UP_WITHIN_S = 20.0
+TICK_S = 0.05  # 20 Hz, as in sim.bridge, which cannot be imported without ROS
 _KILL_AFTER_S = 3.0
 _OUTPUT_CAP = 200_000
-_TOPICS = ("cmd_vel", "sensor_fusion_data", "obstacle_distance")
+_HEARD = ("cmd_vel", "sensor_fusion_data", "obstacle_distance")
+_NO_ACTION = "no node offers the action navigate_to_position"
 
 
 @dataclass(frozen=True, repr=False)
@@ -96,11 +95,12 @@ class Run:
         self._parameters, self._remappings = dict(parameters), dict(remappings)
         self.simulator = Simulator(load_world(world) if isinstance(world, str) else world, PROFILES[profile], seed=seed)
         self._lock = threading.RLock()  # a live view's thread and a cell
-        self._stage: Stage | None = None
+        self._stage: WatchedStage | None = None
         self._process: _NodeProcess | None = None
-        self._messages: dict[str, list[tuple[float, Any]]] = {name: [] for name in _TOPICS}
+        self._heard: Mapping[str, list[tuple[float, Any]]] = {}
         self._live: weakref.ref[Live] | None = None
         self._output = ""
+        self._closed = False
         self._begin()
 
     # ------------------------------------------------------------- time
@@ -112,7 +112,7 @@ class Run:
 
     def drive(self, seconds: float, until: Callable[[], object] | None = None) -> Recording:
         """Let simulated time pass, at most until `until()` is true, and return everything recorded so far."""
-        for _ in range(max(1, round(seconds / _TICK_S))):
+        for _ in range(max(1, round(seconds / TICK_S))):
             self._tick()
             if until is not None and until():
                 break
@@ -128,6 +128,7 @@ class Run:
         """Return a live view of the run. A click on the map sends the node a goal; `options` are those of Live."""
         from sim.live import Live
 
+        self._stop_view()
         view = Live(self.simulator, step=lambda _dt: self._tick(), on_goal=self._click, on_reset=self._again, **options)
         self._live = weakref.ref(view)
         return view
@@ -136,14 +137,13 @@ class Run:
 
     def set_speed(self, speed: float) -> Any:
         """Call set_speed and return its response: `.success` and `.message`."""
-        return self._call("set_speed", speed=float(speed)) or SimpleNamespace(success=False, message=self._silence)
+        answer, why = self._call("set_speed", speed=float(speed))
+        return answer or SimpleNamespace(success=False, message=why)
 
     def status(self) -> Any:
         """Call get_status and return its response: `.speed`, `.obstacle_detected`, `.pose` and `.status`."""
-        answer = self._call("get_status")
-        if answer is not None:
-            return answer
-        return SimpleNamespace(speed=math.nan, obstacle_detected=False, pose=_pose(), status=self._silence)
+        answer, why = self._call("get_status")
+        return answer or SimpleNamespace(speed=math.nan, obstacle_detected=False, pose=_pose(), status=why)
 
     def go_to(
         self, x: float, y: float, tolerance: float = 0.1, cancel_after: float | None = None, limit: float = 60.0
@@ -153,21 +153,22 @@ class Run:
         Asks to cancel it after `cancel_after` simulated seconds, and gives up after `limit`.
         """
         with self._lock:
-            stage = self._stage
-            if stage is None or not self._alive() or not stage.action or not stage.action.server_is_ready():
-                self._tell("no node offers the action navigate_to_position")
+            stage = self._working()
+            if stage is None or not stage.takes_goals:
+                print(f"not yet: {_NO_ACTION}")
                 return Went("no server", False, _pose())
             goal = stage.navigate(x, y, tolerance)
         begin, canceled = self.t, False
-        while not goal.ended and self.t < begin + limit - 1e-9 and self._alive():
+        while not (goal.ended or goal.problem) and self.t < begin + limit - 1e-9 and self._working():
             if cancel_after is not None and not canceled and self.t >= begin + cancel_after - 1e-9:
                 goal.cancel()
                 canceled = True
             self._tick()
-        facts = goal.facts()
-        result = goal._result.result if goal._result is not None else None
+        if goal.problem:
+            print(f"not yet: {goal.problem}")
+        facts, result = goal.facts(), stage.result_of(goal)
         return Went(
-            status="rejected" if facts.status == "rejected" else facts.status,
+            status=facts.status,
             success=bool(facts.success),
             final_pose=result.final_pose if result is not None else _pose(),
             feedback=[(t, told) for t, told, _ in facts.feedback],
@@ -176,32 +177,36 @@ class Run:
     def set_parameter(self, name: str, value: object) -> tuple[bool, str]:
         """Set a parameter of the running node; return whether it took it, and its reason if not."""
         with self._lock:
-            if self._stage is None or not self._alive():
+            stage = self._working()
+            if stage is None:
                 return False, "there is no node"
-            answer = self._stage.set_parameter(name, value)
+            answer = stage.set_parameter(name, value)
         return bool(answer.accepted), answer.reason
 
     def messages(self, topic: str) -> list[tuple[float, Any]]:
-        """Return (t, message) of everything that came on cmd_vel, sensor_fusion_data or obstacle_distance.
+        """Return (t, message) of all that came on cmd_vel, sensor_fusion_data or obstacle_distance.
 
         Raises:
             KeyError: another topic.
         """
-        return list(self._messages[topic])
+        if topic not in _HEARD:
+            raise KeyError(f"messages of {topic!r} are not kept; those of {', '.join(_HEARD)} are")
+        return list(self._heard.get(topic, ()))
 
     # ------------------------------------------------------------- the end
 
     def interrupt(self) -> Ended:
         """Press Ctrl-C: send the node SIGINT, wait for its end, and return how it ended. The session is over then."""
         with self._lock:
-            if self._stage is None or self._process is None or not self._alive():
-                return Ended(0.0, None if self._process is None else self._process.exit_code(), None)
+            stage, process = self._working(), self._process
+            if stage is None or process is None:
+                return Ended(0.0, None, None)
             started = time.monotonic()
-            self._stage.interrupt()
-            seconds = self._stage.choices.get("seconds_to_end", time.monotonic() - started)
-            ended = Ended(seconds, self._process.exit_code(), self._last_command())
+            stage.interrupt()
+            seconds = stage.choices.get("seconds_to_end", round(time.monotonic() - started, 2))
+            code, heard = process.exit_code(), self._heard["cmd_vel"]
         self.close()
-        return ended
+        return Ended(seconds, code, heard[-1][1] if heard else None)
 
     @property
     def output(self) -> str:
@@ -210,11 +215,10 @@ class Run:
 
     def close(self) -> None:
         """Stop the node and leave the graph. Can be called again."""
-        view = self._live() if self._live is not None else None
-        if view is not None:
-            view.stop()
+        self._stop_view()
         with self._lock:
             self._end()
+            self._closed = True
         if _RUNS.get(self.node) is self:
             del _RUNS[self.node]
 
@@ -227,50 +231,42 @@ class Run:
         self.close()
 
     def __repr__(self) -> str:
-        state = f"not yet: {self.trouble}" if self.trouble else "runs" if self._alive() else "has ended"
-        return f"{self.node} in {self.simulator.world.name!r}: {state}"
+        state = f"not yet: {self.trouble}" if self.trouble else "is over" if self._closed else "runs"
+        return f"Run({self.node} in {self.simulator.world.name!r}: {state})"
 
     # ------------------------------------------------------------- inside
 
     def _begin(self) -> None:
         """Start the node and meet it on the graph; without one the robot stands."""
         self._recorder = Recorder(self.simulator)
-        self._readings: list[Reading] = []
         install = self._install()
         if install is None:
             return
         types(self._workspace)
-        from grader.trials.stage import Stage, TrialOver
+        from grader.course.watched import TrialOver, WatchedStage
 
-        environment = toolchain.environment(install, home=Path.home()) | {
-            "ROS_DOMAIN_ID": str(self._workspace.domain_id),
-            "ROS_LOG_DIR": str(self._workspace.root / "log" / "ros"),
-        }
-        self._process = process = _NodeProcess(self._command(install), environment)
+        self._process = process = _NodeProcess(self._command(install), self._environment(install))
         weakref.finalize(self, process.kill)
-        plan = TrialPlan(
-            "notebook", "", lambda _stage: None, self.node, self.simulator.world.name, (), self._parameters,
-            remappings=self._remappings,
+        self._stage = WatchedStage(
+            self.node, self.simulator, process, domain_id=self._workspace.domain_id, remappings=self._remappings,
+            recorder=self._recorder,
         )  # fmt: skip
-        stage = Stage(plan, self.simulator.seed, self.simulator, process, self._workspace.domain_id)  # type: ignore[arg-type]  # it has the methods of a walled-in process
-        stage._wall_limit = math.inf
-        self._stage = stage
-        self._listen(stage)
+        self._heard = self._stage.heard
         try:
-            stage.open()
+            self._stage.open()
         except TrialOver as over:
-            self._give_up(_plain(str(over), process))
+            self._give_up(f"{over}{_last_words(process)}")
 
     def _install(self) -> Path | None:
         """Build the package and return where it is installed; say what is missing and return None if it cannot be."""
         requirement = "F1" if self.node == "robot_controller" else "F13"
         gap = needs.first_gap(self._workspace.package, requirement, os.environ.get(NOTEBOOK, ""))
         if gap is not None:
-            self._give_up(gap.seen)
+            self._give_up(f"{gap.seen}; {gap.try_}")
             return None
         try:
             built = build.build([self._workspace.package], build.cache_folder())
-        except (SubmissionError, GraderError) as error:
+        except KitError as error:
             self._give_up(str(error))
             return None
         if not built.facts.ok:
@@ -281,6 +277,12 @@ class Run:
             return None
         return built.install
 
+    def _environment(self, install: Path) -> dict[str, str]:
+        return toolchain.environment(install, home=Path.home()) | {
+            "ROS_DOMAIN_ID": str(self._workspace.domain_id),
+            "ROS_LOG_DIR": str(self._workspace.root / "log" / "ros"),
+        }
+
     def _command(self, install: Path) -> list[str]:
         words = [str(install / "lib" / build.PACKAGE / self.node), "--ros-args", "-p", "use_sim_time:=true"]
         for name, value in self._parameters.items():
@@ -289,106 +291,53 @@ class Run:
             words += ["-r", f"{name}:={new}"]
         return words
 
-    def _listen(self, stage: Stage) -> None:
-        from std_msgs.msg import Float32
-
-        from grader.trials.types import SensorFusionData
-
-        published, commanded = stage.bridge.on_published, stage.bridge.on_command
-
-        def take_reading(reading: Reading) -> None:
-            self._readings.append(reading)
-            published(reading)
-
-        def take_command(t: float, message: Any) -> None:
-            self._messages["cmd_vel"].append((t, message))
-            commanded(t, message)
-
-        def keep(topic: str) -> Callable[[Any], None]:
-            return lambda message: self._messages[topic].append((stage.t, message))
-
-        stage.bridge.on_published, stage.bridge.on_command = take_reading, take_command
-        if self.node == "sensor_processor":
-            for kind, topic in ((SensorFusionData, "sensor_fusion_data"), (Float32, "obstacle_distance")):
-                stage.bridge.node.create_subscription(kind, topic, keep(topic), 10)
-
     def _tick(self) -> None:
         with self._lock:
-            if self._stage is not None and self._alive():
-                from grader.trials.stage import TrialOver
+            stage = self._working()
+            if stage is None:
+                self._recorder.take(self.simulator.step(TICK_S))
+                return
+            from grader.course.watched import TrialOver
 
-                with suppress(TrialOver):  # it has just ended: noticed before the next step
-                    self._stage._tick()
-            else:
-                if self._stage is not None and not self.trouble:
-                    self.trouble = "the node has ended"
-                    self._tell(f"{self.trouble}{_last_words(self.output)}")
-                    self.simulator.command(0.0, 0.0)
-                self._readings += self.simulator.step(_TICK_S)
-            self._recorder.take(self._readings)
-            self._readings.clear()
+            try:
+                stage.tick()
+            except TrialOver as over:
+                self.simulator.command(0.0, 0.0)
+                self._give_up(f"{over}{_last_words(self._process)}")
 
-    def _call(self, service: str, **fields: object) -> Any:
-        """Return a service's response, None if there was none; `_silence` then says why."""
+    def _working(self) -> WatchedStage | None:
+        """Return the stage while its node is there."""
+        return self._stage if self._process is not None and not self.trouble else None
+
+    def _call(self, service: str, **fields: object) -> tuple[Any, str]:
+        """Return a service's response, or None and why there was none."""
         with self._lock:
-            self._silence = f"no node offers {service}"
-            stage = self._stage
-            if stage is None or not self._alive():
-                return None
-            answers: list[Any] = []
-            client = stage._clients.get(service)
-            if client is None or not client.service_is_ready():
-                return None
-            from grader.trials.flatten import fill
-            from grader.trials.types import SERVICES
-
-            future = client.call_async(fill(SERVICES[service].Request(), fields))
-            stage._await(future.done)
-            if not future.done():
-                client.remove_pending_request(future)
-                self._silence = f"{service} gave no answer"
-                return None
-            answers.append(future.result())
-            stage.bridge.settle()
-            return answers[0]
-
-    _silence = ""
+            stage = self._working()
+            return (None, f"no node offers {service}") if stage is None else stage.ask(service, fields)
 
     def _click(self, x: float, y: float) -> str:
         """Send the goal that was clicked, map frame, and say what came of it."""
-        from sim import Pose
-
-        stage = self._stage
-        if stage is None or not self._alive() or not stage.action or not stage.action.server_is_ready():
-            return "no node offers the action navigate_to_position"
-        place = self.simulator.odom_origin.inverse().compose(Pose(x, y, 0.0))
-        goal = stage.navigate(place.x, place.y, 0.1)
+        with self._lock:
+            stage = self._working()
+            if stage is None or not stage.takes_goals:
+                return _NO_ACTION
+            place = self.simulator.odom_origin.inverse().compose(Pose(x, y, 0.0))
+            goal = stage.navigate(place.x, place.y, 0.1)
         if goal.accepted:
             return f"goal sent: ({x:.2f}, {y:.2f}) m"
         return goal.problem or "the node rejected the goal"
 
     def _again(self) -> None:
         """Start the node anew after the simulator was set back: for a node time does not go back."""
-        self._end()
-        for heard in self._messages.values():
-            heard.clear()
-        self.trouble = ""
-        self._begin()
-
-    def _alive(self) -> bool:
-        return self._process is not None and self._process.exit_code() is None and not self.trouble
-
-    def _last_command(self) -> Any:
-        heard = self._messages["cmd_vel"]
-        return heard[-1][1] if heard else None
+        with self._lock:
+            self._end()
+            self.trouble = ""
+            self._begin()
 
     def _give_up(self, why: str) -> None:
         self.trouble = why
-        self._tell(why)
-        self._end()
-
-    def _tell(self, why: str) -> None:
         print(f"not yet: {why}")
+        self._end()
 
     def _end(self) -> None:
         stage, self._stage = self._stage, None
@@ -398,6 +347,12 @@ class Run:
             self._output = process.output
         if stage is not None:
             stage.close()
+
+    def _stop_view(self) -> None:
+        view = self._live() if self._live is not None else None
+        self._live = None
+        if view is not None:
+            view.stop()
 
 
 # -- processes --------------------------------------------------------------------------------------------------------
@@ -409,11 +364,8 @@ class _NodeProcess:
     def __init__(self, command: list[str], environment: Mapping[str, str]) -> None:
         self.started = time.monotonic()
         self._text = bytearray()
-        self._popen = subprocess.Popen(
-            [sys.executable, "-c", _GUARD, str(os.getpid()), *command],
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=dict(environment),
-            start_new_session=True,
-        )  # fmt: skip
+        self._popen = _STARTER.submit(_start, command, dict(environment)).result()
+        self._gone = False
         self._reader = threading.Thread(target=_read, args=(self._popen, self._text), daemon=True)
         self._reader.start()
         _PROCESSES.add(self)
@@ -435,12 +387,28 @@ class _NodeProcess:
 
     def kill(self) -> None:
         """End the whole group and wait for it."""
+        if self._gone:
+            return  # its number may be another's by now
+        self._gone = True
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self._popen.pid, signal.SIGKILL)
-        self._popen.wait(_KILL_AFTER_S)
+        with suppress(subprocess.TimeoutExpired):
+            self._popen.wait(_KILL_AFTER_S)
         self._reader.join(_KILL_AFTER_S)
         _PROCESSES.discard(self)
 
+
+def _start(command: list[str], environment: dict[str, str]) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [sys.executable, "-c", _GUARD, str(os.getpid()), *command],
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment,
+        start_new_session=True,
+    )  # fmt: skip
+
+
+# A thread of its own that lasts as long as this process: the kernel sends the signal below when the *thread* ends that
+# started the node, and a live view's thread may start one.
+_STARTER = ThreadPoolExecutor(1, thread_name_prefix="starter")
 
 # The node dies with the kernel, however that ends: PR_SET_PDEATHSIG, set between fork and exec by this one-liner.
 _GUARD = """
@@ -469,12 +437,11 @@ def _kill_all() -> None:
 # -- words ------------------------------------------------------------------------------------------------------------
 
 
-def _plain(why: str, process: _NodeProcess) -> str:
-    return why if process.exit_code() is None else f"{why}{_last_words(process.output)}"
-
-
-def _last_words(output: str) -> str:
-    lines = [line.strip() for line in output.splitlines() if line.strip()]
+def _last_words(process: _NodeProcess | None) -> str:
+    """Return the last line that a node which has ended by itself had printed."""
+    if process is None or process.exit_code() is None:
+        return ""
+    lines = [line.strip() for line in process.output.splitlines() if line.strip()]
     return f"; its last words: {lines[-1][:300]}" if lines else ""
 
 
