@@ -232,6 +232,9 @@ print(f"4 s later: x = {simulator.pose.x:.2f} m, still at {simulator.twist.v:.1f
 # What may be refused is a plain function again.
 # Log each answer with `self.get_logger().info(...)`, and name the robot by its parameter: two robots may share a log.
 
+# %%
+# !mkdir -p ros2_robot_controller
+
 # %% tags=["exercise"]
 # %%writefile ros2_robot_controller/speed_server.py
 """The robot takes orders: a speed to drive at, and the question how it is."""
