@@ -114,6 +114,10 @@ def _parser() -> argparse.ArgumentParser:
         from grader.attacks import verb as attack
 
         attack.add(verbs)
+    if (_KIT / "grader" / "certify.py").exists():
+        from grader import certify
+
+        certify.add(verbs)
     return parser
 
 

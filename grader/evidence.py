@@ -10,6 +10,7 @@ On disk a grading's evidence is one folder:
     trials/NAME.json    Trial: one run of one node in a world
     flags.json          list of Flag: attempts at tampering and other oddities
     conversions.json    list of FunctionAnswer: what utils/conversions.py returned
+    origin.json         what made it: seed, versions and hashes, so that an appeal is a re-run
 
 Times `t` are simulated seconds since the trial began, unless the name says wall.
 """
@@ -500,6 +501,8 @@ class Evidence:
     conversions: list[FunctionAnswer] = field(default_factory=list)
     quality: Quality | None = None
     mutation: Mutation | None = None
+    origin: dict[str, str] = field(default_factory=dict)
+    """What made it, by name: seed, versions, hashes of the kit and of the submission."""
 
 
 def _float_to_json(value: float) -> float | str:
@@ -570,6 +573,7 @@ def save(evidence: Evidence, folder: Path) -> None:
     (folder / "build.json").write_text(to_json(evidence.build))
     (folder / "flags.json").write_text(to_json(evidence.flags))
     (folder / "conversions.json").write_text(to_json(evidence.conversions))
+    (folder / "origin.json").write_text(to_json(evidence.origin))
     if evidence.tests is not None:
         (folder / "tests.json").write_text(to_json(evidence.tests))
     if evidence.mutation is not None:
@@ -590,6 +594,7 @@ def load(folder: Path) -> Evidence:
     tests = folder / "tests.json"
     mutation = folder / "mutation.json"
     quality = folder / "quality.json"
+    origin = folder / "origin.json"
     trials = [_read(path, Trial) for path in sorted((folder / "trials").glob("*.json"))]
     return Evidence(
         intake=_read(folder / "submission.json", Intake),
@@ -600,6 +605,7 @@ def load(folder: Path) -> Evidence:
         trials={trial.name: trial for trial in trials},
         flags=_read(folder / "flags.json", list[Flag]),
         conversions=_read(folder / "conversions.json", list[FunctionAnswer]),
+        origin=_read(origin, dict[str, str]) if origin.exists() else {},
     )
 
 

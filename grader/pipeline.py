@@ -5,6 +5,7 @@ Everything of the submission runs in `gather`; below it no student code runs, an
 
 from __future__ import annotations
 
+import hashlib
 import os
 import platform
 import shutil
@@ -66,6 +67,7 @@ def grade(source: Path, out: Path, settings: Settings) -> Grading:
         settings.progress(f"taking in {source.name}")
         submission = open_submission(source, room / "submission")
         found = gather(submission, room, settings)
+        found = replace(found, origin=origin(submission, settings))
     folder = store(found, out)
     settings.progress("checking the evidence")
     grading = judge(folder, settings)
@@ -170,6 +172,17 @@ def environment() -> dict[str, str]:
     names = ("ros2-course-kit", "ros-jazzy-rclpy", "pymunk", "numpy", "pytest", "coverage")
     versions = {name: _version(name) for name in names}
     return versions | {"python": platform.python_version(), "system": platform.platform(), "cores": str(os.cpu_count())}
+
+
+def origin(submission: Submission, settings: Settings) -> dict[str, str]:
+    """Return what makes the evidence: with the same of all this the same can be seen again."""
+    kit = Path(__file__).parent
+    sources = sorted(path for folder in (kit, kit.parent / "sim") for path in folder.rglob("*.py"))
+    digest = hashlib.sha256()
+    for path in sources:
+        digest.update(f"{path.relative_to(kit.parent)}\0".encode() + path.read_bytes())
+    made = {"seed": str(settings.seed), "kit": digest.hexdigest()[:16], "submission": submission.intake.sha256}
+    return made | environment()
 
 
 def _quality(submission: Submission, settings: Settings) -> evidence.Quality | None:

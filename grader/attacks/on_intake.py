@@ -15,8 +15,8 @@ from grader.attacks.attack import PACKAGE, Attack, Pack, attack
 _MIB = 1024 * 1024
 
 
-def _zipped(*more: tuple[str, bytes]) -> Pack:
-    """Hand in a zip of the package with `more` entries."""
+def _zipped(*more: tuple[str, bytes | int]) -> Pack:
+    """Hand in a zip of the package with `more` entries; a number stands for so many zeros."""
 
     def pack(package: Path, folder: Path) -> Path:
         target = folder / "team.zip"
@@ -25,7 +25,7 @@ def _zipped(*more: tuple[str, bytes]) -> Pack:
                 if path.is_file():
                     archive.write(path, f"{PACKAGE}/{path.relative_to(package)}")
             for name, data in more:
-                archive.writestr(name, data)
+                archive.writestr(name, bytes(data) if isinstance(data, int) else data)
         return target
 
     return pack
@@ -106,7 +106,7 @@ ATTACKS: tuple[Attack, ...] = (
     ),
     attack(
         "climbs_out", "A zip holds names with .., absolute names and drive letters.",
-        number=20, needs="F14", flag="name",
+        number=20, needs="F14", flag="traversal",
         pack=_zipped(("../../evil-canary.txt", b"x"), ("/tmp/evil-canary.txt", b"x"), ("C:\\evil-canary.txt", b"x"),
                      (f"{PACKAGE}/../../../evil-canary.txt", b"x")),
         stopped="a name that leads out is left out and flagged",
@@ -127,7 +127,7 @@ ATTACKS: tuple[Attack, ...] = (
     attack(
         "zip_bomb", "A zip of a few kilobytes holds gigabytes of zeros beside the package.",
         number=20, needs="F14", refused="MB",
-        pack=_zipped(*((f"{PACKAGE}/zeros{n}.py", b"\0" * (10 * _MIB)) for n in range(60))),
+        pack=_zipped(*((f"{PACKAGE}/zeros{n}.py", 10 * _MIB) for n in range(60))),
         stopped="size, number and ratio have limits, looked at before anything is unpacked",
     ),
     attack(

@@ -137,7 +137,7 @@ def _wrong_signs(each: Attack, grading: Grading, there: Scene) -> list[str]:
     faults = []
     if each.flag and not any(each.flag in flag.kind for flag in grading.evidence.flags):
         faults.append(f"no integrity flag of the kind {each.flag!r}")
-    report.write(grading, there.results)
+    report.write(grading, there.results, pictures=False)
     if told := there.told(there.results):
         faults.append(f"the secret is told in {', '.join(told)}")
     texts = [path.read_text(errors="replace") for path in (there.results / "evidence").rglob("*.json")]

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import random
 import sys
+import time
 import traceback
 from collections.abc import Mapping
 from contextlib import ExitStack
@@ -19,7 +21,7 @@ from typing import Any
 
 from grader import build, evidence, sandbox, toolchain
 from grader.trials import catalog, config
-from grader.trials.request import READY, Request, unjudged
+from grader.trials.request import LATE_VARIABLE, READY, Request, unjudged
 from grader.trials.stage import SOURCE, Stage, TrialOver
 from sim import Simulator, World, load_world
 
@@ -55,6 +57,7 @@ def run_trial(plan: catalog.TrialPlan, request: Request) -> evidence.Trial:
         tools = {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"}
         wall = replace(wall, read_only={**wall.read_only, **files, **tools})
     with ExitStack() as others, sandbox.Process(_command(plan), wall, _LIMITS) as process:
+        time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
         stage = Stage(plan, request.seed, simulator, process, request.domain_id)
         stage.start = lambda command: others.enter_context(sandbox.Process(command, wall, _LIMITS))
         for name, remappings in plan.beside.items():

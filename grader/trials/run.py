@@ -16,7 +16,7 @@ from pathlib import Path
 from grader import evidence, sandbox, toolchain
 from grader.errors import GraderError
 from grader.trials.catalog import TrialPlan
-from grader.trials.request import READY, Request, unjudged
+from grader.trials.request import LATE_VARIABLE, READY, Request, unjudged
 
 _TRIAL_CAP_S = 180.0  # of wall time, above every cap inside
 
@@ -61,6 +61,11 @@ def run(
     if problem:
         raise problem
     return found
+
+
+def _delay() -> dict[str, str]:
+    """Return how late observers are to join, if `grader certify` wants them to be."""
+    return {LATE_VARIABLE: os.environ[LATE_VARIABLE]} if LATE_VARIABLE in os.environ else {}
 
 
 class _Worker(threading.Thread):
@@ -133,7 +138,7 @@ class _Worker(threading.Thread):
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     stderr=log,
-                    env=toolchain.observer_environment(self._contract, home=home),
+                    env=toolchain.observer_environment(self._contract, home=home) | _delay(),
                     cwd=self._folder,
                     text=True,
                 )

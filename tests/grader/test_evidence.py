@@ -101,6 +101,7 @@ def test_a_saved_grading_is_loaded_as_it_was(tmp_path):
         "build.json",
         "conversions.json",
         "flags.json",
+        "origin.json",
         "submission.json",
         "tests.json",
         "trials/goal.json",
