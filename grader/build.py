@@ -110,12 +110,14 @@ def build(
         facts = _load(folder)
         if facts is not None:
             return Built(replace(facts, cached=True), folder / "install")
+        for left in folder.parent.glob(f"{folder.name[:12]}.*.work"):  # by a grader that was killed
+            shutil.rmtree(left, ignore_errors=True)
         return _build(packages, folder, cache / "ccache", seconds, trusted, main)
 
 
 def _build(packages: Sequence[Path], folder: Path, ccache: Path, seconds: float, trusted: bool, main: str) -> Built:
     ccache.mkdir(parents=True, exist_ok=True)
-    work = Path(tempfile.mkdtemp(prefix=folder.name[:12] + ".", dir=folder.parent))
+    work = Path(tempfile.mkdtemp(prefix=folder.name[:12] + ".", suffix=".work", dir=folder.parent))
     try:
         for name in ("src", "build", "install"):
             (work / name).mkdir()

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
+import re
 import shutil
 import tempfile
 import time
@@ -17,7 +18,7 @@ from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 
-from grader import build, evidence, mutation, own_tests, sandbox
+from grader import build, evidence, mutation, own_tests, sandbox, scratch
 from grader.checks import run as checks
 from grader.errors import GraderError
 from grader.functions import ask_conversions
@@ -62,8 +63,7 @@ def grade(source: Path, out: Path, settings: Settings) -> Grading:
     """
     started = time.monotonic()
     sandbox.require()
-    with tempfile.TemporaryDirectory(prefix="grading-") as scratch:
-        room = Path(scratch)
+    with scratch.folder("grading") as room:
         settings.progress(f"taking in {source.name}")
         submission = open_submission(source, room / "submission")
         found = gather(submission, room, settings)
@@ -79,7 +79,8 @@ def gather(submission: Submission, room: Path, settings: Settings) -> evidence.E
     with ThreadPoolExecutor(1) as pool:
         # Reading needs no build, so it goes on beside one, and is done before the trials keep the cores busy.
         quality = pool.submit(_quality, submission, settings)
-        return replace(_build_and_try(submission, room, settings), quality=quality.result())
+        found = replace(_build_and_try(submission, room, settings), quality=quality.result())
+    return replace(found, flags=[*found.flags, *suppressions(found.quality)])
 
 
 def _build_and_try(submission: Submission, room: Path, settings: Settings) -> evidence.Evidence:
@@ -133,10 +134,27 @@ def oddities(tried: Mapping[str, evidence.Trial]) -> list[evidence.Flag]:
     return [evidence.Flag(kind, what, where=", ".join(names[:5])) for (kind, what), names in seen.items()]
 
 
+_SILENCERS = re.compile(r"flake8[:=]\s*noqa|skip-file|ruff:\s*noqa|mypy:\s*ignore-errors", re.IGNORECASE)
+_MANY_SUPPRESSIONS = 10
+
+
+def suppressions(quality: evidence.Quality | None) -> list[evidence.Flag]:
+    """Return a flag where comments silence a whole file, or many lines. They had no effect; somebody should know."""
+    found = quality.suppressions if quality else []
+    whole = [finding for finding in found if _SILENCERS.search(finding.text)]
+    if not whole and len(found) < _MANY_SUPPRESSIONS:
+        return []
+    words = f"{len(found)} comments tell analysers to look away; they had no effect"
+    places = ", ".join(f"{finding.path}:{finding.line}" for finding in (whole or found)[:5])
+    return [evidence.Flag("suppressions", words, where=places)]
+
+
 def store(found: evidence.Evidence, out: Path) -> Path:
     """Put the evidence below `out` in one step and return its folder: a reader never meets half of it."""
     try:
         out.mkdir(parents=True, exist_ok=True)
+        for left in (*out.glob(".evidence-*"), *out.glob(".report.*")):  # by a grader that was killed
+            shutil.rmtree(left) if left.is_dir() else left.unlink()
         fresh = Path(tempfile.mkdtemp(prefix=".evidence-", dir=out))
         evidence.save(found, fresh)
         folder = out / EVIDENCE

@@ -153,6 +153,8 @@ class _Page:
     def wrap(self, text: str, indent: int = 0) -> Iterable[str]:
         """Return the lines of `text`, indented and no longer than the width."""
         wrapped = [part for line in text.split("\n") for part in textwrap.wrap(line, self.width - indent) or [""]]
+        # CI systems take a line that begins so for a command, from whomever the words are.
+        wrapped = [f"| {part}" if part.startswith(("::", "##")) else part for part in wrapped]
         return [" " * indent + line if line else "" for line in wrapped]
 
     def paint(self, text: str, code: str) -> str:
