@@ -285,6 +285,12 @@ else:
 from grader.course import session, workspace
 
 session.types(workspace.find())  # the interface types, even where notebook 02 has not been built yet
+from ros2_robot_controller.action import NavigateToPosition
+
+# %%
+import threading
+import time
+from functools import partial
 
 import rclpy
 from nav_msgs.msg import Odometry
@@ -292,7 +298,7 @@ from rclpy.action import ActionClient, ActionServer, CancelResponse
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.task import Future
-from ros2_robot_controller.action import NavigateToPosition
+
 
 # %%
 class Server(Node):
@@ -303,7 +309,7 @@ class Server(Node):
         self.odometry, self.ticks, self.goal, self.over = 0, 0, None, Future()
         self.create_subscription(Odometry, "lesson_odom", self.on_odom, 10)
         self.create_timer(0.1, self.tick)
-        deed = lambda goal: execute(self, goal)
+        deed = partial(execute, self)  # not a lambda: that would hide from rclpy that it is async
         self.action = ActionServer(self, NavigateToPosition, "lesson_go", deed, **options)
 
 # %% [markdown]
@@ -330,9 +336,6 @@ Server.on_odom, Server.tick = on_odom, tick
 # The second says what it waits for, and steps aside.
 
 # %%
-import time
-
-
 def sleeping(server, goal):
     for _ in range(20):
         if goal.is_cancel_requested:
@@ -364,33 +367,19 @@ def wait(node, future):
 # You send a goal, odometry comes 20 times a second, and after a second you cancel.
 
 # %%
-import threading
-
 if not rclpy.ok():
     rclpy.init()
+me = rclpy.create_node("me")
 
 
-def start(server):
-    """Spin the server in a thread; return the executor that does."""
+def serve(server, done):
+    """Spin the server until `done` is set."""
     executor = SingleThreadedExecutor()
     executor.add_node(server)
-    threading.Thread(target=executor.spin, daemon=True).start()
-    return executor
-
-
-# %%
-def send_and_cancel(server):
-    """Return odometry messages of one second, whether the cancel was taken, and the goal's status."""
-    executor, me = start(server), rclpy.create_node("me")
-    client = ActionClient(me, NavigateToPosition, "lesson_go")
-    client.wait_for_server(timeout_sec=5.0)
-    odometry = me.create_publisher(Odometry, "lesson_odom", 10)
-    goal = wait(me, client.send_goal_async(NavigateToPosition.Goal()))
-    heard = drive_along(odometry, server)
-    cancel = wait(me, goal.cancel_goal_async())
-    status = wait(me, goal.get_result_async()).status
-    executor.shutdown()
-    return heard, bool(cancel.goals_canceling), {4: "succeeded", 5: "canceled", 6: "aborted"}[status]
+    while not done.is_set():
+        executor.spin_once(timeout_sec=0.1)
+    server.action.destroy()
+    server.destroy_node()
 
 
 # %%
@@ -403,12 +392,40 @@ def drive_along(odometry, server):
     return server.odometry - before
 
 
-accept = {"cancel_callback": lambda goal: CancelResponse.ACCEPT}
+
+# %%
+def send_and_cancel(server):
+    """Return odometry messages of one second, whether the cancel was taken, and the goal's status."""
+    client = ActionClient(me, NavigateToPosition, "lesson_go")
+    client.wait_for_server(timeout_sec=5.0)
+    odometry = me.create_publisher(Odometry, "lesson_odom", 10)
+    goal = wait(me, client.send_goal_async(NavigateToPosition.Goal()))
+    heard = drive_along(odometry, server)
+    cancel = wait(me, goal.cancel_goal_async())
+    status = wait(me, goal.get_result_async()).status
+    me.destroy_publisher(odometry)
+    client.destroy()
+    return heard, bool(cancel.goals_canceling), {4: "succeeded", 5: "canceled", 6: "aborted"}[status]
+
+
+# %%
+def experiment(name, execute, **options):
+    server, done = Server(execute, **options), threading.Event()
+    thread = threading.Thread(target=serve, args=(server, done))
+    thread.start()
+    heard, taken, status = send_and_cancel(server)
+    done.set()
+    thread.join()
+    print(f"{name}: {heard} of 20 odometry messages, cancel taken: {taken}, the goal {status}")
+
+
+def accept(goal):
+    return CancelResponse.ACCEPT
+
 
 # %% tags=["nbval-ignore-output"]
 # One odometry message more or less depends on the machine's load.
-heard, taken, status = send_and_cancel(Server(sleeping, **accept))
-print(f"sleeping: {heard} of 20 odometry messages, cancel taken: {taken}, the goal {status}")
+experiment("sleeping", sleeping, cancel_callback=accept)
 
 # %% [markdown]
 # The node was deaf.
@@ -422,8 +439,7 @@ print(f"sleeping: {heard} of 20 odometry messages, cancel taken: {taken}, the go
 
 # %% tags=["nbval-ignore-output"]
 # One odometry message more or less depends on the machine's load.
-heard, taken, status = send_and_cancel(Server(awaiting, **accept))
-print(f"awaiting: {heard} of 20 odometry messages, cancel taken: {taken}, the goal {status}")
+experiment("awaiting", awaiting, cancel_callback=accept)
 
 # %% [markdown]
 # `await` gives the thread back.
@@ -434,8 +450,7 @@ print(f"awaiting: {heard} of 20 odometry messages, cancel taken: {taken}, the go
 
 # %% tags=["nbval-ignore-output"]
 # One odometry message more or less depends on the machine's load.
-heard, taken, status = send_and_cancel(Server(awaiting))
-print(f"no cancel_callback: {heard} of 20 odometry messages, cancel taken: {taken}, the goal {status}")
+experiment("awaiting, no cancel_callback", awaiting)
 
 # %% [markdown]
 # rclpy refuses a cancel unless you accept it.
