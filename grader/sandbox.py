@@ -37,12 +37,14 @@ _ROOT_FOLDERS = ("bin", "sbin", "lib", "lib32", "lib64", "libx32")
 class Limits:
     """What one walled-in command may use. A process that goes beyond is stopped, not slowed.
 
-    Memory and processes hold for the whole wall where there are cgroups, else for each process; `disk_bytes` and
-    `files` for what it leaves in all writable folders together.
+    `memory_bytes` is what each process may ask for, `resident_bytes` what all behind the wall may really take together,
+    disks in memory included; that and `processes` as a whole need cgroups. `disk_bytes` and `files` are for what is
+    left in all writable folders together.
     """
 
     wall_seconds: float = 60.0
     memory_bytes: int = 4096 * MIB
+    resident_bytes: int = 4096 * MIB
     processes: int = 512
     file_bytes: int = 256 * MIB
     output_bytes: int = 1 * MIB
@@ -87,7 +89,7 @@ class Process:
     def __init__(self, command: Sequence[str], wall: Wall, limits: Limits) -> None:
         self._limits = limits
         self.started = time.monotonic()
-        self._group = cgroup.make(limits.memory_bytes, limits.processes)
+        self._group = cgroup.make(limits.resident_bytes, limits.processes)
         read_end, write_end = os.pipe()
         gate, opener = os.pipe()
         walled = [*_bwrap(wall, info_fd=write_end), *_BEHIND_GATE, *_limited(command, limits)]

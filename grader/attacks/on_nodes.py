@@ -166,7 +166,9 @@ for _ in range(4):
     if os.fork() == 0:
         kept = []
         while True:
-            kept.append(bytearray(os.urandom(1 << 20)) * 64)
+            kept.append(b'x' * (1 << 26))
+os.wait()
+time.sleep(1.0)
 """),
         number=22, needs="F1", costs="F1", flag="limit", proof="ATTACK eats",
         stopped="the wall's memory is counted together (cgroup), each process's by a resource limit",

@@ -147,14 +147,14 @@ ATTACKS: tuple[Attack, ...] = (
                       "    for path in glob.glob('/ws/install/lib/**/ros2_robot_controller/**/*.py', recursive=True):\n"
                       "        with open(path) as stream:\n            count = len(stream.readlines())\n"
                       "        data.add_arcs({path: [(n, n + 1) for n in range(1, count)]})\n"),
-        number=40, needs="T2", weak="few tests", costs="T1 T2",
+        number=40, needs="T2", weak="few tests", costs="T2",
         stopped="functions made to raise show which lines nobody can have reached",
     ),
     attack(
         "notices_any_change",
         "A test compares the source with what was handed in, and so fails on every fault put into it.",
         _knows_its_source,
-        number=39, needs="T3", weak="few tests", costs="T1 T2 T3",
+        number=39, needs="T3", weak="few tests", costs="T3",
         stopped="among the faults are changes that keep the behaviour; a test that fails on those too is convicted",
     ),
     attack(

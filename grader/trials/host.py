@@ -104,7 +104,8 @@ def _variant(plan: catalog.TrialPlan, seed: int) -> World:
     )
 
 
-_LIMITS = sandbox.Limits(wall_seconds=300.0)
+# Two nodes and a launch file take 0.3 GB.
+_LIMITS = sandbox.Limits(wall_seconds=300.0, resident_bytes=1536 * sandbox.MIB)
 
 
 def _wall(install: Path, request: Request) -> sandbox.Wall:

@@ -1,0 +1,173 @@
+"""Limits for a wall as a whole: memory, processes, disk. Where cgroups cannot be had, what stands in."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from grader import cgroup, sandbox, toolchain
+from grader.sandbox import MIB, Limits, Process, Wall
+
+PYTHON = Wall(environment=toolchain.environment(home=sandbox.HOME))
+held = pytest.mark.skipif(
+    cgroup.find() is None, reason="no cgroup can be made here; `grader doctor` names the command that delegates one"
+)
+
+
+def python(code: str, wall: Wall = PYTHON, **limits: object) -> sandbox.RunResult:
+    return sandbox.run(["python3", "-c", code], wall, Limits(**{"wall_seconds": 60.0, **limits}))  # type: ignore[arg-type]
+
+
+BOMB = """
+import os, time
+made = 0
+try:
+    while True:
+        if os.fork() == 0:
+            time.sleep(1000)
+        made += 1
+except OSError as error:
+    print(made, error.strerror)
+"""
+
+
+@held
+@pytest.mark.sandbox
+def test_a_fork_bomb_meets_a_limit_for_the_whole_wall():
+    """As root, RLIMIT_NPROC limits nobody: the cgroup does."""
+    result = python(BOMB, processes=40)
+    made, _, words = result.output.partition(" ")
+    assert int(made) < 40
+    assert words == "Resource temporarily unavailable\n"
+    assert result.stopped == "processes"
+
+
+@held
+@pytest.mark.sandbox
+def test_memory_is_counted_for_all_processes_together():
+    code = "import os\nfor _ in range(4):\n    if os.fork() == 0:\n        kept = []\n        while True:\n"
+    code += "            kept.append(b'x' * (1 << 20))\nfor _ in range(4):\n    os.wait()\n"
+    result = python(code, resident_bytes=200 * MIB)
+    assert result.stopped == "memory"
+
+
+@held
+@pytest.mark.sandbox
+def test_disks_in_memory_count_as_memory():
+    code = "open('/tmp/big', 'wb').write(b'x' * (150 << 20)); open('/dev/shm/big', 'wb').write(b'x' * (150 << 20))"
+    assert python(code, resident_bytes=200 * MIB).stopped == "memory"
+
+
+@pytest.mark.sandbox
+@pytest.mark.parametrize("folder", ["/dev/shm", "/run", "/dev", "/", "/home"])
+def test_disks_in_memory_have_a_size(folder: str):
+    code = f"import os, sys\nfor n in range(4):\n    open(f'{folder}/x{{n}}', 'wb').write(b'x' * (100 << 20))"
+    result = python(code, file_bytes=200 * MIB)
+    assert "OSError" in result.output or "Error: [Errno" in result.output
+
+
+@pytest.mark.sandbox
+def test_a_full_disk_ends_the_wall(tmp_path: Path):
+    wall = Wall(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    code = "import time\nfor n in range(30):\n    open(f'/ws/out/{n}', 'wb').write(b'x' * (1 << 20))\ntime.sleep(100)"
+    result = python(code, wall, disk_bytes=10 * MIB)
+    assert result.stopped == "disk"
+    assert result.wall_seconds < 60
+
+
+@pytest.mark.sandbox
+def test_a_million_small_files_count_too(tmp_path: Path):
+    wall = Wall(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    code = "for n in range(500):\n    open(f'/ws/out/{n}', 'w')"
+    assert python(code, wall, files=200).stopped == "disk"
+
+
+@pytest.mark.sandbox
+def test_what_stays_below_the_limits_is_not_stopped(tmp_path: Path):
+    wall = Wall(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    assert python("open('/ws/out/x', 'w').write('x')", wall).stopped == ""
+
+
+@pytest.mark.sandbox
+def test_nothing_is_inherited_but_the_standard_streams():
+    """The pipes by which the wall is built are closed before the command begins."""
+    assert (
+        python("import os; print(sorted(os.listdir('/proc/self/fd')))").output == "['0', '1', '2', '3']\n"
+    )  # 3: listdir
+    assert python("import sys; print(repr(sys.stdin.read()))").output == "''\n"
+
+
+@held
+@pytest.mark.sandbox
+def test_a_group_is_gone_with_its_wall():
+    with Process(["sleep", "100"], PYTHON, Limits()) as process:
+        folders = list(process._group.folders)
+        assert all(folder.is_dir() for folder in folders)
+    assert folders
+    assert not any(folder.exists() for folder in folders)
+
+
+@pytest.mark.sandbox
+def test_a_wall_does_not_outlive_its_grader_even_while_it_is_built(tmp_path: Path):
+    """The gate: a grader that is killed before bubblewrap has bound itself to it opens it for nobody."""
+    code = (
+        "import os, signal\nfrom grader import sandbox\n"
+        "sandbox._child_pid = lambda fd: os.kill(os.getpid(), signal.SIGKILL)\n"
+        f"sandbox.Process(['sleep', '{os.getpid()}.1234'], sandbox.Wall(), sandbox.Limits())"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], cwd=Path(sandbox.__file__).parents[1], check=False)
+    assert ended.returncode == -9
+    deadline = time.monotonic() + 10.0
+    while (left := _running(f"{os.getpid()}.1234")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert left == []
+
+
+def _running(word: str) -> list[str]:
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                line = (entry / "cmdline").read_bytes()
+            except OSError:
+                continue
+            if word.encode() in line:
+                found.append(entry.name)
+    return found
+
+
+# -- where groups are made ----------------------------------------------------------------------------------------
+
+
+def test_without_a_writable_hierarchy_there_is_none(tmp_path: Path):
+    assert cgroup.find(tmp_path / "nothing") is None
+
+
+def test_version_1_needs_memory_and_processes(tmp_path: Path):
+    own = dict(line.split(":")[1:] for line in Path("/proc/self/cgroup").read_text().split())
+    (tmp_path / "memory" / own.get("memory", "/").lstrip("/")).mkdir(parents=True)
+    assert cgroup.find(tmp_path) is None
+    (tmp_path / "pids" / own.get("pids", "/").lstrip("/")).mkdir(parents=True)
+    cgroup.find.cache_clear()
+    found = cgroup.find(tmp_path)
+    assert found is not None
+    assert found.version == 1
+
+
+def test_version_2_moves_us_aside_and_hands_the_controllers_down(tmp_path: Path):
+    own = dict(line.split(":")[1:] for line in Path("/proc/self/cgroup").read_text().split())
+    folder = tmp_path / own.get("", "/").lstrip("/")
+    folder.mkdir(parents=True, exist_ok=True)
+    (tmp_path / "cgroup.controllers").write_text("memory pids")
+    (folder / "cgroup.procs").write_text("1\n")
+    found = cgroup.find(tmp_path)
+    assert found is not None
+    assert found.version == 2
+    assert (folder / "cgroup.subtree_control").read_text() == "+memory +pids"
+    [aside] = folder.glob("ros2-course-kit-self.*")
+    assert (aside / "cgroup.procs").read_text() == "1"
