@@ -8,39 +8,39 @@ from grader.checks.judge import Judge, NotReached, near_topic
 from grader.evidence import Message, Trial
 
 _TICK_S = 0.05
+# How late a message may be. In lockstep it answers its tick; in real time a busy machine holds it up, three ticks seen.
+_LATE_S = {"lockstep": 2 * _TICK_S, "real time": 6 * _TICK_S}
 _WARN, _ERROR = 30, 40  # rcl_interfaces/msg/Log
 
 
 def test_fuses_the_closest_valid_reading(judge: Judge) -> None:
     """`closest_obstacle_distance` is the closest valid reading, inf where there is none."""
-    trial, fused = _fused(judge)
+    trial, _ = _fused(judge)
     scans = [(scan.t, scan.anywhere) for scan in trial.scans]
     _expect_followed(
-        judge, fused, "closest_obstacle_distance", scans, lambda said, true: _same(said, true, 0.01),
+        judge, "closest_obstacle_distance", scans, lambda said, true: _same(said, true, 0.01),
         "leave out what is not finite or not within [range_min, range_max]; inf when nothing is left",
     )  # fmt: skip
 
 
 def test_fuses_the_battery_in_percent(judge: Judge) -> None:
     """`battery_level` is in percent, 0 to 100; 100.0 before the first battery message."""
-    trial, fused = _fused(judge)
+    trial, _ = _fused(judge)
     told = [(-math.inf, 100.0)]
     told += [(m.t, 100.0 * m.data["percentage"]) for m in trial.published if m.topic == "battery/state"]
     _expect_followed(
-        judge, fused, "battery_level", told, lambda said, true: _same(said, true, 0.1),
+        judge, "battery_level", told, lambda said, true: _same(said, true, 0.1),
         "BatteryState.percentage is 0 to 1; start with 100.0",
     )  # fmt: skip
 
 
 def test_fuses_the_latest_imu_message(judge: Judge) -> None:
     """Acceleration and angular velocity are those of the latest IMU message, zero before the first."""
-    trial, fused = _fused(judge)
+    trial, _ = _fused(judge)
     for field in ("linear_acceleration", "angular_velocity"):
         told: list[tuple[float, Any]] = [(-math.inf, [0.0, 0.0, 0.0])]
         told += [(m.t, m.data[field]) for m in trial.published if m.topic == "imu/data"]
-        _expect_followed(
-            judge, fused, field, told, _same_vector, "keep the latest Imu message and copy both vectors from it"
-        )
+        _expect_followed(judge, field, told, _same_vector, "keep the latest Imu message and copy both vectors from it")
 
 
 def test_battery_alarms_sound_once(judge: Judge) -> None:
@@ -80,7 +80,7 @@ def test_says_nothing_before_the_first_scan(judge: Judge) -> None:
     judge.expect(frames == {"base_link"}, f"frame_id {sorted(frames)}", "set header.frame_id")
     worst = max(fused, key=lambda m: abs(_stamp(m) - m.t))
     seen = f"a stamp of {_stamp(worst):.2f} s at {worst.t:.2f} s of simulated time"
-    judge.expect(abs(_stamp(worst) - worst.t) <= 2 * _TICK_S + 1e-6, seen, "self.get_clock().now().to_msg()")
+    judge.expect(abs(_stamp(worst) - worst.t) <= _LATE_S[trial.pace] + 1e-6, seen, "self.get_clock().now().to_msg()")
 
 
 def _stamp(message: Message) -> float:
@@ -99,17 +99,17 @@ def _fused(judge: Judge) -> tuple[Trial, list[Message]]:
 
 def _expect_followed(
     judge: Judge,
-    fused: list[Message],
     field: str,
     told: list[tuple[float, Any]],
     same: Callable[[Any, Any], bool],
     try_: str,
 ) -> None:
-    """Expect each fused message to hold what was told last; what was told in the last two ticks may count or not."""
+    """Expect each fused message to hold what was told last; what was told just before may count or not."""
+    trial, fused = _fused(judge)
     for message in fused:
         said = message.data[field]
         known = [value for t, value in told if t <= message.t + 1e-9]
-        recent = [value for t, value in told if message.t - 2 * _TICK_S <= t <= message.t + 1e-9]
+        recent = [value for t, value in told if message.t - _LATE_S[trial.pace] <= t <= message.t + 1e-9]
         candidates = known[-1 - len(recent) :]
         if candidates and not any(same(said, value) for value in candidates):
             seen = f"{field} {_show(said)} at {message.t:.2f} s, when {_show(candidates[-1])} had been measured"
