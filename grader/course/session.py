@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from grader import build, toolchain
 from grader.course import needs
-from grader.course.workspace import NOTEBOOK, Workspace
+from grader.course.workspace import NOTEBOOK, Workspace, discovery_range, prepare
 from grader.errors import GraderError, KitError
 from sim import PROFILES, Pose, Recorder, Recording, Simulator, World, load_world
 
@@ -280,6 +280,7 @@ class Run:
     def _environment(self, install: Path) -> dict[str, str]:
         return toolchain.environment(install, home=Path.home()) | {
             "ROS_DOMAIN_ID": str(self._workspace.domain_id),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
             "ROS_LOG_DIR": str(self._workspace.root / "log" / "ros"),
         }
 
@@ -524,6 +525,7 @@ _RUNS: dict[str, Run] = {}
 
 def start(workspace: Workspace, node: str, world: str | World, **options: Any) -> Run:
     """Return a new session with a node; an older one with the same node is closed first."""
+    prepare(workspace, os.environ)
     if node in _RUNS:
         _RUNS[node].close()
     _RUNS[node] = Run(workspace, node, world, **options)

@@ -92,6 +92,7 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
         "PATH": _in_front(environment.get("PATH", ""), toolchain.PREFIX / "bin"),
         "PYTHONPATH": _in_front(environment.get("PYTHONPATH", ""), *(o / toolchain.SITE_IN_PREFIX for o in overlays)),
         "ROS_DOMAIN_ID": str(workspace.domain_id),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
         "ROS_LOG_DIR": str(workspace.root / "log" / "ros"),
         # A plain `colcon build` then does what docs/ros-from-wheels.md describes.
         "COLCON_DEFAULTS_FILE": str(_defaults_file(workspace)),
@@ -114,6 +115,16 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
     for name, value in wanted.items():
         if environment.get(name) != value:
             environment[name] = value
+
+
+def discovery_range(interfaces: Path = Path("/sys/class/net")) -> str:
+    """Return how far DDS looks for others: on this machine only, or a class would drive one another's robots.
+
+    Where there is nothing but the loopback, LOCALHOST finds nobody (it wants multicast there), and SUBNET reaches
+    no one else either.
+    """
+    states = {path.parent.name: path.read_text().strip() for path in interfaces.glob("*/operstate")}
+    return "LOCALHOST" if any(state == "up" for name, state in states.items() if name != "lo") else "SUBNET"
 
 
 def _in_front(path: str, *folders: Path) -> str:

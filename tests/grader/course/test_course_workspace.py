@@ -12,7 +12,15 @@ import pytest
 from grader import notebook, toolchain
 from grader.course import stages
 from grader.course import workspace as places
-from grader.course.workspace import PACKAGE, VARIABLE, Workspace, find, forget_changed_modules, prepare
+from grader.course.workspace import (
+    PACKAGE,
+    VARIABLE,
+    Workspace,
+    discovery_range,
+    find,
+    forget_changed_modules,
+    prepare,
+)
 from grader.errors import GraderError
 
 
@@ -45,6 +53,24 @@ def test_two_workspaces_do_not_hear_each_other() -> None:
     domains = {Workspace(Path(f"/home/student{n}/ws")).domain_id for n in range(20)}
     assert len(domains) > 10
     assert domains <= set(range(1, 101))
+
+
+@pytest.mark.parametrize(
+    ("states", "expected"),
+    [
+        ({"lo": "unknown", "eth0": "up"}, "LOCALHOST"),
+        ({"lo": "unknown", "eth0": "down"}, "SUBNET"),
+        ({"lo": "up"}, "SUBNET"),
+        ({}, "SUBNET"),
+    ],
+)
+def test_a_class_in_one_room_does_not_drive_one_anothers_robots(
+    tmp_path: Path, states: dict[str, str], expected: str
+) -> None:
+    for name, state in states.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "operstate").write_text(f"{state}\n")
+    assert discovery_range(tmp_path) == expected
 
 
 def test_begin_makes_the_package_folder_and_goes_there(
