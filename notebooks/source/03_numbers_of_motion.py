@@ -145,7 +145,7 @@ for number, degrees in enumerate((0, 45, 90, 135, 180, -90, 270)):
     else:
         draw_arrow(arrows, degrees, color)
     points.plot(math.cos(half), math.sin(half), "o", color=color, markersize=9)
-    points.text(1.2 * math.cos(half), 1.2 * math.sin(half), f"{degrees}°", color=color, ha="center", va="center")
+    points.text(1.2 * math.cos(half), 1.2 * math.sin(half), f"{degrees}°", color=color, ha="center")
 arrows.set(title="the arrow on the map", xlabel="x (m)", ylabel="y (m)")
 points.set(title="its quaternion", xlabel="w", ylabel="z")
 for axes in (arrows, points):
@@ -402,11 +402,13 @@ tries = [
 for function, values, wanted in tries:
     got = function(*values)
     fits = math.isnan(got) if math.isnan(wanted) else math.isclose(got, wanted, abs_tol=1e-3)
-    print(f"{function.__name__:20s} gave {got:7.3f}, wanted {wanted:7.3f}", "right" if fits else "NOT YET")
+    verdict = "right" if fits else "NOT YET"
+    print(f"{function.__name__:20s} gave {got:7.3f}, wanted {wanted:7.3f}  {verdict}")
 for yaw, wanted in ((0.0, 0.0), (3.0, 3.0), (-3.0, -3.0), (pi, pi), (4.0, 4.0 - 2 * pi)):
     got = yaw_from_quaternion(quaternion_from_yaw(yaw))
     fits = math.isclose(got, wanted, abs_tol=1e-3)
-    print(f"{yaw:6.3f} there and back gave {got:7.3f}, wanted {wanted:7.3f}", "right" if fits else "NOT YET")
+    verdict = "right" if fits else "NOT YET"
+    print(f"{yaw:6.3f} there and back gave {got:7.3f}, wanted {wanted:7.3f}  {verdict}")
 
 # %% [markdown]
 # And now the grader's own check, the same that will look at what you hand in.
@@ -460,10 +462,10 @@ def shortest(wanted, yaw):
     return normalize_angle(wanted - yaw)
 
 
-runs = [(start, wanted, turn(wanted, start, shortest)) for start, wanted in ((-170, 170), (90, 183))]
-for start, wanted, run in runs:
-    print(f"from {start}° to {wanted}°: turned by {turned(run):.0f}°")
-heading_view([(f"from {start}° to {wanted}°", run) for start, wanted, run in runs])
+first, second = turn(170, -170, shortest), turn(183, 90, shortest)
+print(f"from -170° to 170°: turned by {turned(first):.0f}°")
+print(f"from   90° to 183°: turned by {turned(second):.0f}°")
+heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
 
 # %% [markdown]
 # Look for 20° and 93°; until your function works, the numbers are those from before.
@@ -625,5 +627,6 @@ check("Q2")
 #
 # Not at all: its ROS setting leaves out the rules about missing docstrings.
 # </details>
-#
+
+# %% [markdown]
 # **Next:** [04 Seeing](04_seeing.ipynb). The robot gets eyes: 360 numbers ten times a second, some of which are lies.

@@ -72,7 +72,7 @@ drive(simulator, Tourist(simulator), 6.0)
 scan = to_message(simulator.scan())
 for name in ("angle_min", "angle_max", "angle_increment", "range_min", "range_max"):
     print(f"{name:16s} {getattr(scan, name):8.4f}")
-print(f"ranges           {len(scan.ranges)} numbers:", [round(r, 2) for r in scan.ranges[:4]], "...")
+print(f"ranges           {len(scan.ranges)} numbers:", [round(r, 2) for r in scan.ranges[:4]])
 
 # %% [markdown]
 # No beam carries its angle; you compute it.
@@ -84,13 +84,13 @@ print(f"ranges           {len(scan.ranges)} numbers:", [round(r, 2) for r in sca
 # %%
 for beam in (0, 90, 180, 270, 359):
     angle = scan.angle_min + beam * scan.angle_increment
-    print(f"beam {beam:3d} looks along {math.degrees(angle):7.1f}° and reads {scan.ranges[beam]:5.2f} m")
+    print(f"beam {beam:3d} looks along {math.degrees(angle):6.1f}°, reads {scan.ranges[beam]:.2f} m")
 
 # %%
 angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
 figure, (line, polar) = plt.subplots(1, 2, figsize=(11, 3.6), layout="constrained")
 line.plot(scan.ranges, ".", color=COLORS["scan"], markersize=4)
-line.set(xlabel="beam", ylabel="reading (m)", title="what is in the message", xticks=range(0, 361, 90))
+line.set(xlabel="beam", ylabel="reading (m)", title="the message", xticks=range(0, 361, 90))
 line.grid(alpha=0.3)
 x, y = np.cos(angles) * scan.ranges, np.sin(angles) * scan.ranges
 polar.plot(x, y, ".", color=COLORS["scan"], markersize=4)
@@ -305,7 +305,9 @@ def measure_proximity(scan: LaserScan) -> Proximity:
 def make_scan(ranges, angle_min=-math.pi):
     """Return a scan of a whole turn with these readings."""
     step = math.tau / max(1, len(ranges))
-    return LaserScan(angle_min=angle_min, angle_increment=step, range_min=0.15, range_max=12.0, ranges=ranges)
+    made = LaserScan(angle_min=angle_min, angle_increment=step, ranges=ranges)
+    made.range_min, made.range_max = 0.15, 12.0
+    return made
 
 
 tries = [
@@ -346,6 +348,26 @@ axes.grid(alpha=0.3)
 
 # %% [markdown]
 # Pale points only: no reading counts as valid yet.
+#
+# And here is the robot with the broken beam again; the only change is *your* `closest_reading` in place of `min`.
+
+# %%
+from dataclasses import replace
+
+
+def careful(seen):
+    """Drive, and stop before what is near, whatever beam 0 says."""
+    ranges = seen.scan.ranges.copy()
+    ranges[0] = nan
+    closest = closest_reading(to_message(replace(seen.scan, ranges=ranges)))
+    return Twist(0.0, 0.0) if closest < 0.5 else Twist(0.3, 0.0)
+
+
+again = drive(Simulator(load_world("wall_ahead")), careful, 8.0)
+print(f"contacts: {len(again.contacts)}, from hull to wall: {again.clearance[-1]:.2f} m")
+
+# %% [markdown]
+# Look for no contact and about 0.3 m.
 #
 # <details><summary>Hint 1: where to look</summary>
 #
@@ -772,12 +794,13 @@ check("F12", "F13")
 
 # %%
 run = run_node("sensor_processor", world="moving_cart")
-run.simulator.command(0.25, 0.0)
+run.simulator.command(0.25, 0.0)  # m/s, rad/s
 run.drive(4.0)
 run.simulator.set_battery(0.19)
+run.simulator.command(0.25, 0.5)
 run.drive(3.0)
 run.simulator.set_battery(0.09)
-run.simulator.command(-0.25, 0.0)
+run.simulator.command(0.15, -0.6)
 recording = run.drive(5.0)
 fused = run.messages("sensor_fusion_data")
 print(f"{len(fused)} messages of sensor_fusion_data in {recording.duration:.0f} s of simulated time")
@@ -788,17 +811,17 @@ figure, (distance, battery, motion) = plt.subplots(
 )
 times = [t for t, _ in fused]
 truth = recording.clearance + recording.radius  # from the robot's centre, where the lidar is
-distance.plot(recording.t, truth, color=COLORS["clearance"], label="true distance")
+distance.plot(recording.t, truth, color=COLORS["clearance"], lw=1, label="true distance", zorder=3)
 said = [m.closest_obstacle_distance for _, m in fused]
-distance.plot(times, said, ".", color=COLORS["scan"], label="your node")
+distance.plot(times, said, ".", color=COLORS["scan"], markersize=5, label="your node")
 distance.set(ylabel="nearest thing (m)", ylim=(0, None))
 distance.legend(loc="lower left", ncols=2, fontsize=8)
 battery.plot(times, [m.battery_level for _, m in fused], ".", color="C2")
 for threshold in (20, 10):
     battery.axhline(threshold, color=COLORS["threshold"], linestyle=":")
 battery.set(ylabel="battery (%)", ylim=(0, 105))
-motion.plot(times, [m.linear_acceleration.x for _, m in fused], ".", color="C0", markersize=3)
-motion.set(ylabel="acceleration, x (m/s²)", xlabel="simulated time (s)", ylim=(-6, 6))
+motion.plot(times, [m.angular_velocity.z for _, m in fused], ".", color="C0", markersize=4)
+motion.set(ylabel="turning (rad/s)", xlabel="simulated time (s)", ylim=(-1, 1))
 for axes in (distance, battery, motion):
     axes.grid(alpha=0.3)
 
@@ -827,7 +850,7 @@ run.close()
 # %% [markdown]
 # Compare with the contract: three subscriptions beside `/clock`, two publishers beside the two that every node has, `/parameter_events` and `/rosout`.
 # The slash in front is not yours; it is the root namespace, in which the node was started.
-# And your subscription of `/raw_scan` should say BEST_EFFORT.
+# And your subscription of `/raw_scan` should say BEST_EFFORT; the `observer` is the simulator's end.
 #
 # ## Whose clock?
 #
@@ -965,5 +988,6 @@ rclpy.try_shutdown()
 #
 # Everywhere where time is not the wall's: in simulation, and when a recorded bag is played.
 # </details>
-#
+
+# %% [markdown]
 # **Next:** [05 Moving safely](05_moving_safely.ipynb). Now that it sees, the robot may drive, and has to stop.
