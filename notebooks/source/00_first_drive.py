@@ -123,7 +123,7 @@ map_view(sim.drive(empty, in_a_circle, 15.7))
 simulator = sim.Simulator(sim.load_world("office"), noise=False)
 scan = simulator.scan()
 print(len(scan.ranges), "ranges in metres")
-print("the first beam looks to", scan.angle_min, "rad, each next one", scan.angle_increment, "rad further left")
+print(f"the first beam looks to {scan.angle_min:.4f} rad, each next one {scan.angle_increment:.4f} rad further left")
 
 # %% [markdown]
 # Beam number i looks to `angle_min + i * angle_increment`, and 0 rad is straight ahead.
@@ -169,7 +169,7 @@ plt.legend();
 before = scan.ranges
 simulator.add_obstacle(sim.Box(center=(1.6, 0.7), size=(0.2, 0.4)))
 after = simulator.scan().ranges
-print((after < before).sum(), "beams became shorter; straight ahead now", after[180], "m")
+print(f"{(after < before).sum()} beams became shorter; straight ahead it is now {after[180]:.2f} m")
 
 # %% [markdown]
 # 12 to each side and the one in the middle: 25.
@@ -416,6 +416,7 @@ def listen(seconds):
 # %%
 heard.clear()
 robot.reset()
+robot.set_rate(1.0)
 robot.start()
 listen(1.0)
 hand.publish(command)

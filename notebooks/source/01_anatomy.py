@@ -57,14 +57,15 @@ begin("01")
 #
 # Less than you think.
 # ROS has a command that makes a new one; try it in a folder of its own, away from yours.
-# `Path(...)` and `{trial}` only keep the place out of the way: in a terminal you would simply be there.
+# `mkdtemp` makes such a folder, and `{trial}` in a shell line stands for its path.
 
 # %%
 import tempfile
 from pathlib import Path
 
 trial = Path(tempfile.mkdtemp())
-# !cd {trial} && ros2 pkg create greeter --destination-directory src --build-type ament_python --license Apache-2.0 >/dev/null
+# !mkdir {trial}/src
+# !cd {trial}/src && ros2 pkg create greeter --build-type ament_python --license MIT >/dev/null
 # !cd {trial} && find src -type f | sort
 
 # %% [markdown]
@@ -243,9 +244,11 @@ rclpy.try_shutdown()
 
 # %% [markdown]
 # A node that does nothing has services already!
-# They are for its parameters: every ROS 2 node lets itself be asked for its settings (notebook 08).
+# Six are for its parameters: every ROS 2 node lets itself be asked for its settings (notebook 08).
+# The seventh describes its types to whoever asks.
 #
-# `check("Q3")` compares your tree with the contract's. Do that in notebook 10, when the last file is there.
+# The check of Q3 compares your tree with the contract's.
+# It comes in notebook 10, when the last file is there.
 #
 # ## package.xml, line by line
 #
@@ -320,9 +323,9 @@ from catkin_pkg.package import parse_package
 passport = parse_package("package.xml")
 print(passport.name, passport.version, "by", passport.maintainers[0])
 print("licence  ", passport.licenses)
-print("to build ", passport.buildtool_depends + passport.build_depends)
-print("to run   ", passport.exec_depends)
-print("to test  ", passport.test_depends)
+print("to build ", *passport.buildtool_depends, *passport.build_depends)
+print("to run   ", *passport.exec_depends)
+print("to test  ", *passport.test_depends)
 print("type     ", passport.get_build_type())
 
 # %% [markdown]
@@ -495,8 +498,11 @@ check("I2")
 #
 # What came of it?
 
+# %% tags=["nbval-ignore-output"]
+# !cd ../../install/ros2_robot_controller && find lib -type f | sort && ls share/ros2_robot_controller/*.xml
+# One folder has the version of your Python in its name.
+
 # %%
-# !cd ../../install/ros2_robot_controller 2>/dev/null && find . -name "*controller*" -not -name "*.sh" -not -name "*.dsv" | sort | head -20
 # !ros2 pkg executables ros2_robot_controller
 
 # %% [markdown]
@@ -514,13 +520,16 @@ check("I2")
 # A node that does nothing prints nothing, and ends without an error.
 # (`timeout` reports 124 when it had to press Ctrl-C.)
 #
-# **Change one thing.** In `CMakeLists.txt` write `bin/${PROJECT_NAME}` instead of `lib/${PROJECT_NAME}`.
-# Build again.
+# **Change one thing.** In `CMakeLists.txt` write `bin/${PROJECT_NAME}` instead of `lib/${PROJECT_NAME}`, and build again.
 # The build is "successful".
 # What does `ros2 pkg executables` say?
+# It may surprise you twice: what an *earlier* build installed is still there, for `colcon` never takes anything away.
+# After `!cd ../.. && rm -r build install` and another build you see the truth.
 #
-# **And another.** Change a word in the docstring of `robot_controller.py`, and start the node again without building: it still runs the *old* file, the installed one.
-# `colcon build --symlink-install` makes links instead of copies, so that Python files need no second build.
+# **And another.** Put `raise SystemExit('new')` at the top of `robot_controller.py`, and start the node again without building: it runs the *old* file, the installed one.
+# `colcon build --symlink-install` makes links instead of copies, so that a changed Python file needs no new build.
+#
+# Take both changes back before you go on.
 #
 # ## The build that succeeds and does nothing
 #
@@ -556,7 +565,8 @@ check("I2")
 # - the interfaces go into a package of their own, of the type `ament_cmake`, and the nodes into another one, of the type `ament_python`. Many projects do that;
 # - one package of the type `ament_cmake` holds both. That is ours: its CMake file generates the interfaces *and* installs the Python modules.
 #
-# > **Look at the handout again.** A package layout with a `CMakeLists.txt` and a `<build_type>ament_python</build_type>` contradicts itself: `colcon` believes the tag, and never opens the `CMakeLists.txt`.
+# You will meet packages that have both, a `CMakeLists.txt` and `<build_type>ament_python</build_type>`.
+# They contradict themselves: `colcon` believes the tag, and never opens the `CMakeLists.txt`.
 #
 # > **On a real TurtleBot 4**
 # >

@@ -157,7 +157,7 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 # %% [markdown]
 # Zero!
 # Nobody converts the number: its memory is read as if it held a float.
-# On some machines the same line ends the whole program; on none does it do what you meant.
+# With types that you have built yourself it is worse: there the same mistake ends the whole program, with `Assertion 'PyFloat_Check(field)' failed`.
 # A robot that is told `speed = 1` and stands still is a long afternoon.
 #
 # Python can look at every value, if you ask it to before it starts:
@@ -260,8 +260,7 @@ install(DIRECTORY ${PROJECT_NAME}/
 
 # 3. The executables, where `ros2 run` looks: lib/<package>/<executable>.
 install(PROGRAMS scripts/robot_controller scripts/sensor_processor
-  DESTINATION lib/${PROJECT_NAME}
-  OPTIONAL)
+  DESTINATION lib/${PROJECT_NAME})
 
 # 4. Launch and parameter files, and the demonstration. None is there yet, so: OPTIONAL.
 install(DIRECTORY launch config
