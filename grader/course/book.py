@@ -19,7 +19,7 @@ from typing import Any
 import nbformat
 from nbformat import NotebookNode
 
-from grader.course import pages, performance
+from grader.course import assignment, pages, performance
 from grader.errors import KitError
 from grader.rubric import Rubric, load
 
@@ -29,6 +29,7 @@ _VERBS = {
     "build": "make notebooks/NN_topic.ipynb from its source, and run it",
     "pictures": "draw notebooks/pictures/NN.png",
     "check": "say which notebooks differ from their source",
+    "nbgrader": "write the notebooks as an nbgrader assignment into a course's folder",
     "solve": "run each notebook with the reference's files in its exercises, after those before it; store nothing",
 }
 
@@ -51,6 +52,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     rubric = load(pages.KIT / "rubric.yaml")
     try:
+        if options.verb == "nbgrader":
+            chosen_names = pages.named(options.notebooks, options.folder)
+            written = assignment.write(chosen_names, rubric, options.out, options.folder)
+            print(f"{len(written)} files below {options.out}")
+            return 0
         found = [_do(options, name, rubric) for name in pages.named(options.notebooks, options.folder)]
     except KitError as error:
         print(f"book: {error}", file=sys.stderr)

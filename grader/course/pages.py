@@ -80,7 +80,7 @@ def read(name: str, rubric: Rubric, notebooks: Path = NOTEBOOKS) -> NotebookNode
         metadata=metadata(),
     )
     _name_cells(notebook)
-    _mark_for_nbgrader(name, notebook, rubric)
+    _mark_for_nbgrader(name, notebook, rubric, notebooks)
     try:
         nbformat.validate(notebook)
     except nbformat.ValidationError as error:
@@ -142,23 +142,41 @@ def _slug(text: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "section"
 
 
-def _mark_for_nbgrader(name: str, notebook: NotebookNode, rubric: Rubric) -> None:
-    """Give exercises, given files and checks the metadata by which nbgrader knows what to lock and what to grade.
+def counted(name: str, notebook: NotebookNode, notebooks: Path = NOTEBOOKS) -> dict[str, list[str]]:
+    """Return the requirements whose points each check cell holds, by the cell's id.
 
-    A requirement's points lie where the rubric says that it is taught; a check of it elsewhere is worth nothing.
+    They lie in a requirement's last check of the course: only then is all there that it needs.
     """
-    owed = {r.id: r.points for r in rubric.requirements if r.section.partition("#")[0] == name}
-    for cell in reversed(notebook.cells):  # the last check of a requirement counts: only then its files are all there
+    last = {asked: source for source in names(notebooks) for asked in _asked(notebooks / "source" / f"{source}.py")}
+    taken: set[str] = set()
+    found = {}
+    for cell in reversed(notebook.cells):
+        if CHECK in tags(cell):
+            here = [asked for asked in checked(cell) if last.get(asked) == name and asked not in taken]
+            taken |= set(here)
+            found[str(cell["id"])] = here
+    return found
+
+
+def _asked(source: Path) -> list[str]:
+    lines = [line for line in source.read_text(encoding="utf-8").splitlines() if line.startswith("check(")]
+    return [name for line in lines for call in _CALL.findall(line) for name in re.findall(r"[\"'](\w+)[\"']", call)]
+
+
+def _mark_for_nbgrader(name: str, notebook: NotebookNode, rubric: Rubric, notebooks: Path) -> None:
+    """Give exercises, given files and checks the metadata by which nbgrader knows what to lock and what to grade."""
+    worth = {requirement.id: requirement.points for requirement in rubric.requirements}
+    held = counted(name, notebook, notebooks)
+    for cell in notebook.cells:
         kind = {EXERCISE, GIVEN, CHECK} & set(tags(cell))
         if not kind:
             continue
+        points = sum(worth.get(asked, 0.0) for asked in held.get(cell["id"], []))
         mark: dict[str, Any] = {
             "schema_version": 3, "grade_id": cell["id"], "task": False,
-            "grade": kind == {CHECK}, "solution": kind == {EXERCISE}, "locked": kind != {EXERCISE},
+            "grade": points > 0, "solution": kind == {EXERCISE}, "locked": kind != {EXERCISE},
         }  # fmt: skip
-        if kind == {CHECK}:
-            mark["points"] = sum(owed.pop(requirement, 0.0) for requirement in checked(cell))
-        cell.metadata["nbgrader"] = mark
+        cell.metadata["nbgrader"] = mark | ({"points": points} if points else {})
 
 
 def tags(cell: NotebookNode) -> list[str]:

@@ -22,8 +22,8 @@ _STUDENT = KIT / "grader" / "course" / "student_kit"
 _PAGES = ("handout", "live-view", "ros2-command", "launch", "ros-from-wheels", "setup")
 # The tools with which instructors and authors make, attack and release the course.
 _WITHHELD = (
-    "grader/attacks/", "grader/certify.py", "grader/course/book.py", "grader/course/pages.py",
-    "grader/course/performance.py", "grader/course/release.py", "grader/course/student_kit/",
+    "grader/attacks/", "grader/certify.py", "grader/course/assignment.py", "grader/course/book.py",
+    "grader/course/pages.py", "grader/course/performance.py", "grader/course/release.py", "grader/course/student_kit/",
 )  # fmt: skip
 _NO_SOURCE = ("__pycache__", ".pyc", ".ipynb_checkpoints")
 _STAGES = f"grader/course/{course_stages.PACKED.name}"

@@ -25,7 +25,8 @@ IGNORED = "nbval-ignore-output"
 
 # Where this machine, this day or this process shows in an output.
 MACHINE = re.compile(
-    r"/tmp/|/root\b|/home/\w|/work/|/usr/(?!bin/env)|/Users/|\bpid[ =:]+\d|\b1[6-9]\d{8}\.\d{3,}|\b20[2-9]\d-\d\d-\d\d"
+    r"\bat 0x[0-9a-f]{6}|/tmp/|/root\b|/home/\w|/work/|/usr/(?!bin/env)|/Users/|\bpid[ =:]+\d|\b1[6-9]\d{8}\.\d{3,}"
+    r"|\b20[2-9]\d-\d\d-\d\d"
 )
 
 

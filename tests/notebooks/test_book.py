@@ -9,7 +9,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from grader.course import book, pages
+from grader.course import assignment, book, pages
 from grader.errors import GraderError
 from grader.rubric import Rubric
 
@@ -74,6 +74,30 @@ def test_nbgrader_finds_its_marks(example: Path, rubric: Rubric):
         "file-answer-py": common | {"grade": False, "solution": True, "locked": False, "grade_id": "file-answer-py"},
         "check-i3": common | {"grade": True, "solution": False, "locked": True, "grade_id": "check-i3", "points": 4.0},
     }
+
+
+def test_the_points_of_a_requirement_lie_in_its_last_check(example: Path, rubric: Rubric):
+    later = source(example).read_text().replace('check("I3")', 'check("I4", "I3")')
+    (example / "source" / "07_later.py").write_text(later)
+    assert pages.counted(NAME, pages.read(NAME, rubric, example), example) == {"check-i3": []}
+    marks = {cell["id"]: cell.metadata.get("nbgrader", {}) for cell in pages.read("07_later", rubric, example).cells}
+    assert marks["check-i4-i3"]["points"] == 7.0
+    (first,) = [cell for cell in pages.read(NAME, rubric, example).cells if cell["id"] == "check-i3"]
+    assert (first.metadata.nbgrader.grade, first.metadata.nbgrader.locked) == (False, True)
+
+
+def test_nbgrader_counts_the_points_of_a_check(example: Path, rubric: Rubric, tmp_path: Path):
+    """A last value that is a number is partial credit; what stands between the marks is hidden from students."""
+    assignment.write([NAME], rubric, tmp_path, example)
+    written = book.read_stored(tmp_path / "source" / "notebooks" / f"{NAME}.ipynb")
+    (checked,) = [cell for cell in written.cells if cell["id"] == "check-i3"]
+    assert checked.source.splitlines() == [
+        'answer = check("I3")',
+        "answer",
+        "### BEGIN HIDDEN TESTS",
+        "sum(float(found.points) for found in answer.answers if found.id in ['I3'])",
+        "### END HIDDEN TESTS",
+    ]
 
 
 def renamed(folder: Path, name: str) -> Path:

@@ -72,3 +72,8 @@ def test_no_exercise_ships_its_solution(name: str, source_page: Callable[[str], 
         path = pages.written_file(cell)
         if path and pages.EXERCISE in pages.tags(cell):
             assert pages.body(cell) != stages.exercise(name, path), path
+
+
+def test_each_requirement_is_checked_in_some_notebook(rubric: Rubric, source_page: Callable[[str], Page]):
+    asked = {name for page in map(source_page, NAMES) for cell in page.code() for name in pages.checked(cell)}
+    assert {requirement.id for requirement in rubric.requirements} - asked == set()
