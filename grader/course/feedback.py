@@ -121,7 +121,7 @@ def _note(note: Note, several: bool) -> str:
         f'<td style="{_CELL};white-space:pre-line">{_code(value)}</td></tr>'
         for name, value in note.rows
     )
-    return f'{heading}<table style="border-collapse:collapse;margin:.2em 0">{rows}</table>'
+    return f'{heading}<table style="border-collapse:collapse;margin:.3em 0 .6em">{rows}</table>'
 
 
 _CELL = "text-align:left;vertical-align:top;padding:.1em .8em .1em 0;border:0"

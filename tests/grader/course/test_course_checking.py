@@ -100,7 +100,7 @@ def test_a_lost_drive_comes_with_its_picture(package: Path) -> None:
     module.write_text(module.read_text().replace("return STOP", "pass"))
     checked = notebook.check("F4")
     assert not checked.passed
-    assert "touched" in repr(checked)
+    assert "seen" in repr(checked)
     assert "data:image/png;base64," in checked._repr_html_()
 
 

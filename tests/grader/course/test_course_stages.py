@@ -13,6 +13,7 @@ from grader.course.stages import NOTEBOOKS, REFERENCE, Edit
 from grader.course.workspace import PACKAGE, Workspace
 from grader.errors import GraderError
 from grader.intake import laid_out
+from grader.submission import open_submission
 
 NUMBERS = [name[:2] for name in NOTEBOOKS]
 
@@ -179,6 +180,20 @@ def test_a_marker_cannot_point_outside_the_package(tmp_path: Path) -> None:
     sums = dict.fromkeys(("../secret", str(tmp_path / "secret")), stages.sha256(b"x"))
     (package / stages.MARKER).write_text(json.dumps({"sha256": sums}))
     assert laid_out.unchanged(package) == []
+
+
+def test_the_intake_notes_what_was_laid_out(workspace: Workspace, tmp_path: Path) -> None:
+    stages.start_at(workspace, "04")
+    found = open_submission(workspace.package, tmp_path / "taken")
+    assert [note for note in found.intake.notes if "laid out" in note] == [
+        "8 files were laid out by the course (start_at) and not changed since, so not the student's own work: "
+        "CMakeLists.txt, action/NavigateToPosition.action, msg/SensorFusionData.msg, package.xml, "
+        f"{PACKAGE}/utils/conversions.py, scripts/robot_controller, srv/GetRobotStatus.srv, srv/SetSpeed.srv."
+    ]
+
+
+def test_the_intake_of_a_package_without_a_marker_notes_nothing(tmp_path: Path) -> None:
+    assert open_submission(REFERENCE, tmp_path / "taken").intake.notes == []
 
 
 # -- building ---------------------------------------------------------------------------------------------------------
