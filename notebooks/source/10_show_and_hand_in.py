@@ -69,7 +69,7 @@ for row, criterion in enumerate(reversed(rubric.criteria)):
         axes.barh(row, requirement.points, left=left, color=f"C{3 - row}", edgecolor="white")
         axes.text(left + requirement.points / 2, row, requirement.id, ha="center", va="center", fontsize=6, color="white")
         left += requirement.points
-axes.set(yticks=range(4), yticklabels=[c.title for c in reversed(rubric.criteria)], xlabel="points")
+axes.set(yticks=range(4), yticklabels=[c.title for c in reversed(rubric.criteria)], xlabel="points");
 
 # %% [markdown]
 # Forty for what the robot does.
@@ -197,7 +197,10 @@ if __name__ == '__main__':
 # !cd ../.. && colcon build --packages-select ros2_robot_controller
 
 # %% tags=["nbval-ignore-output"]
-# Not compared: log lines carry the time.
+# Not compared: how the drive goes depends on the machine, for this once time is real.
+import os
+
+os.environ["RCUTILS_CONSOLE_OUTPUT_FORMAT"] = "[{severity}] {message}"  # without times
 with run_node(world="open_field") as run:
     live = run.live().start()
     # !python3 scripts/demo.py; echo "exit status: $?"
@@ -218,7 +221,13 @@ map_view(recording, title="the demonstration")
 # %% tags=["nbval-ignore-output"]
 # Not compared: pytest says how long it took.
 # !python3 -m pytest -q --tb=no --junit-xml=test_results.xml test
-# !head -c 200 test_results.xml
+
+# %% tags=["nbval-ignore-output"]
+# Not compared: everybody has another number of tests.
+import xml.etree.ElementTree as ET
+
+suite = ET.parse("test_results.xml").getroot()[0]
+print({name: suite.get(name) for name in ("tests", "failures", "errors", "skipped")})
 
 # %% [markdown]
 # A test that is in the package and not in that file was written after the run, or never run at all: the grader compares the two.
@@ -250,7 +259,7 @@ node.create_service(Trigger, "come_home", print)
 node.destroy_node()
 
 # %% [markdown]
-# Seven services of parameters come with every node, and `parameter_events` beside them; leave them out of a README.
+# Seven services come with every node, six of them for its parameters, and `parameter_events` beside them; leave these out of a README.
 # What is left is the table: name, type, direction.
 #
 # Q5 reads your table in any reasonable form and compares it with the running nodes.
