@@ -1,0 +1,238 @@
+"""Any input at all: what students hand in is read or refused in words, never with a traceback of ours."""
+
+# ruff: noqa: E501 - lists of words, as dense as they can be read
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from grader import build, evidence
+from grader.intake.package_xml import read_package_xml
+from grader.own_tests import bench
+from grader.quality import junit
+from grader.report import text
+from grader.ros2.launching import command, modules
+from grader.trials import config
+from sim.world import load_world
+from sim.worldfile import WorldError
+
+QUICK, MANY = 40, 1100  # nine readers: with the archives' 2000, more than 10,000 inputs
+ROOT = Path(__file__).parents[2]
+
+
+@contextlib.contextmanager
+def written(name: str, data: bytes | str):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, name)
+        path.write_bytes(data if isinstance(data, bytes) else data.encode("utf-8", "surrogatepass"))
+        yield path
+
+
+def pieces(*words: str, most: int = 14) -> st.SearchStrategy[str]:
+    """Texts made of words that mean something to a reader, and of anything."""
+    return st.lists(st.sampled_from(words) | st.text(max_size=5), max_size=most).map("".join)
+
+
+# -- XML ----------------------------------------------------------------------------------------------------------
+
+XML = pieces(
+    "<?xml version='1.0'?>", "<?xml version='1.0' encoding='utf-16'?>", "<package format='3'>", "</package>", "<name>",
+    "</name>", "<license>", "</license>", "<!DOCTYPE a [<!ENTITY b 'c'>]>", "&b;", "&#0;", "<export><build_type>",
+    "</build_type></export>", "<![CDATA[", "]]>", "<!--", "-->", "<depend>rclpy</depend>", "<a b='", "'/>", "\x00", "\ufeff",
+    "<testsuites>", "</testsuites>", "<testsuite>", "</testsuite>", "<testcase name='a' classname='b'/>", "<failure/>",
+)  # fmt: skip
+
+
+def package_xml(data: bytes | str) -> None:
+    with written("package.xml", data) as path:
+        assert read_package_xml(path).problem.isprintable()
+
+
+def results_report(data: bytes | str) -> None:
+    with written(junit.NAME, data) as path:
+        found = junit.read_report(path.parent, [junit.NAME])
+        assert found is not None
+        assert found.problem.isprintable()
+
+
+# -- YAML ---------------------------------------------------------------------------------------------------------
+
+YAML = pieces(
+    "robot_controller:\n", "  ros__parameters:\n", "    max_linear_speed: ", "0.5\n", "[", "]", "{", "}", "- ", ": ", "\n",
+    "  ", "&a ", "*a", "!!python/object/apply:os.system ['true']", "!!binary ", "? ", "| ", ">", "'", '"', "#", "%", "@",
+    ".nan", "1e999", "0x", "2001-01-01", "<<: ", "---\n", "...\n", "\t", "null", "\u2028",
+)  # fmt: skip
+WORLD = pieces(
+    "name: ", "x\n", "seed: 1\n", "size: [10, 10]\n", "walls: ", "obstacles:\n", "  - box: {center: [1, 1], size: [1, 1]}\n",
+    "  - circle: {center: [1, 2], radius: ", "0.5}\n", ".inf", ".nan", "-1", "start: {x: 0, y: 0, yaw: 0}\n", "goals: []\n",
+    "[", "]", "{", "}", ": ", "&a ", "*a", "!!python/name:os.system ", "- ", "\n", "1e400", "[[0, 0], [1, 1]]\n",
+)  # fmt: skip
+
+
+def parameters(data: bytes | str) -> None:
+    with written("robot_params.yaml", data) as path:
+        copies, values = config.changed(path.parent, path.parent / "out")
+        assert set(copies.values()) <= {"robot_params.yaml"}
+        assert set(values) <= set(config.TELLTALES)
+
+
+def world(data: bytes | str) -> None:
+    with written("world.yaml", data) as path, contextlib.suppress(WorldError):
+        load_world(path)
+
+
+# -- launch files -------------------------------------------------------------------------------------------------
+
+ARGUMENT = st.recursive(
+    st.sampled_from(
+        ["''", "'x'", "None", "3", "1.5", "True", "object()", "LaunchConfiguration('a')", "Command(['true'])", "b'x'",
+         "PathJoinSubstitution(['a', 'b'])", "FindPackageShare('no_such')", "EnvironmentVariable('NO_SUCH')", "...", "[]",
+         "{'a': 1}", "TextSubstitution(text='x')", "PythonExpression(['1', '/0'])", "lambda context: []"]
+    ),
+    lambda inner: st.lists(inner, max_size=3).map(lambda items: f"[{', '.join(items)}]")
+    | st.tuples(inner, inner).map(lambda pair: f"({pair[0]}, {pair[1]})"),
+    max_leaves=4,
+)  # fmt: skip
+NAMED = st.tuples(
+    st.sampled_from(["package", "executable", "name", "namespace", "parameters", "remappings", "arguments", "condition",
+                     "default_value", "description", "launch_arguments", "actions", "period", "cmd", "value", "on_exit"]),
+    ARGUMENT,
+).map("=".join)  # fmt: skip
+ACTION = st.tuples(
+    st.sampled_from(["Node", "DeclareLaunchArgument", "GroupAction", "IncludeLaunchDescription", "OpaqueFunction",
+                     "TimerAction", "ExecuteProcess", "SetEnvironmentVariable", "LogInfo", "PushRosNamespace", "IfCondition",
+                     "RegisterEventHandler", "SetParameter", "LaunchDescription"]),
+    st.lists(ARGUMENT, max_size=2),
+    st.lists(NAMED, max_size=4, unique_by=lambda pair: pair.partition("=")[0]),
+).map(lambda parts: f"{parts[0]}({', '.join([*parts[1], *parts[2]])})")  # fmt: skip
+LAUNCH = st.tuples(
+    st.lists(ACTION, max_size=4), st.sampled_from(["", "return None", "raise ValueError('x')", "x = (", "\x00"])
+)
+_IMPORTS = """
+from launch import LaunchDescription
+from launch.actions import *
+from launch.conditions import IfCondition
+from launch.substitutions import *
+from launch_ros.actions import *
+from launch_ros.substitutions import FindPackageShare
+"""
+
+
+def launch_file(drawn: tuple[list[str], str]) -> None:
+    modules.install()  # the `launch` that launch files import here
+    actions, oddity = drawn
+    body = f"{_IMPORTS}\n\ndef generate_launch_description():\n    {oddity}\n    return LaunchDescription([{', '.join(actions)}])\n"
+    with written("x_launch.py", body) as path:
+        for show in ("show_args", "print"):
+            options = {"show_args": False, "print": False, show: True}
+            asked = argparse.Namespace(
+                package_name=str(path), launch_file_name=None, launch_arguments=[], **options
+            )  # fmt: skip
+            said = io.StringIO()
+            with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
+                status = command.main(asked)
+            assert status in (0, 1)
+            assert "Traceback" not in said.getvalue()
+            assert "No module named" not in said.getvalue()
+
+
+# -- what walled-in processes leave -------------------------------------------------------------------------------
+
+JSON: st.SearchStrategy[Any] = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=4)
+    | st.dictionaries(
+        st.sampled_from(["id", "outcome", "when", "seconds", "collected", "ended", "status", "late", "tests", "reach",
+                         "type_hashes", "type_name", "hash_string", "message", "broken", "refused", "where", "queued"])
+        | st.text(max_size=4),
+        inner,
+        max_size=5,
+    ),
+    max_leaves=12,
+)  # fmt: skip
+LINES = st.lists(JSON.map(json.dumps) | st.text(max_size=20), max_size=6).map("\n".join)
+
+
+def bench_files(data: str) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        for end in ("done", "report", "reach", "log"):
+            Path(folder, f"0.{end}").write_text(data, errors="surrogatepass")
+        ran = bench._read_run(Path(folder), 0, 1.0)
+        assert all(isinstance(test.id, str) for test in ran.tests)
+
+
+def type_description(data: str) -> None:
+    with written("SetSpeed.json", data) as path:
+        share = path.parent / build.PACKAGE / "srv"
+        share.mkdir(parents=True)
+        path.rename(share / "SetSpeed.json")
+        assert isinstance(build._hash_in(path.parent, build.PACKAGE, "srv/SetSpeed"), str)
+
+
+def saved_evidence(data: str) -> None:
+    with contextlib.suppress(ValueError):
+        evidence.from_json(data, evidence.Trial)
+
+
+# -- reports ------------------------------------------------------------------------------------------------------
+
+
+def shown_text(data: str) -> None:
+    assert text.one_line(data).isprintable()
+    assert all(line.isprintable() for line in text.lines(data).split("\n"))
+
+
+READERS: dict[str, tuple[st.SearchStrategy[Any], Callable[[Any], None]]] = {
+    "package.xml": (XML | st.binary(max_size=80), package_xml),
+    "test_results.xml": (XML | st.binary(max_size=80), results_report),
+    "parameter files": (YAML | st.binary(max_size=80), parameters),
+    "world files": (WORLD | YAML, world),
+    "launch files": (LAUNCH, launch_file),
+    "the bench's files": (LINES, bench_files),
+    "type descriptions": (LINES | JSON.map(json.dumps), type_description),
+    "evidence": (JSON.map(json.dumps) | st.text(max_size=20), saved_evidence),
+    "reports": (st.text(max_size=60), shown_text),
+}
+
+
+def fuzz(name: str, count: int) -> None:
+    strategy, reader = READERS[name]
+    loosened = settings(
+        max_examples=count, deadline=None, database=None, suppress_health_check=list(HealthCheck), derandomize=True
+    )
+    loosened(given(strategy)(reader))()
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_any_input_is_read_or_refused(name: str):
+    fuzz(name, QUICK)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", READERS)
+def test_a_thousand_inputs_are_read_or_refused(name: str):
+    fuzz(name, MANY)
+
+
+@pytest.mark.slow
+def test_two_thousand_archives_and_folders_are_opened_or_refused():
+    """The tests of test_submission.py that take anything, with more examples."""
+    ended = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "tests/grader/test_submission.py", "-k", "gives or give_a_sentence"],
+        cwd=ROOT, env={**os.environ, "KIT_EXAMPLES": "400"}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert ended.returncode == 0, ended.stdout
