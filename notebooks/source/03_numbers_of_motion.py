@@ -305,7 +305,7 @@ print(f"{90 / math.tau:.2f} turns; the rest is {rest:.3f} rad or {math.degrees(r
 #
 #     speed = min(max(speed, -0.5), 0.5)
 #
-# Now a sensor fails, something is divided 0 by 0, and the speed is **NaN**, "not a number".
+# Now a sensor fails, numpy divides 0 by 0, and the speed is **NaN**, "not a number".
 # NaN has one property you have to know by heart: *every* comparison with it is False.
 
 # %%
@@ -324,8 +324,8 @@ print("max(low, min(nan, high)) =", max(low, min(nan, high)))
 print("max(low, min(high, nan)) =", max(low, min(high, nan)))
 
 # %% [markdown]
-# Look at the second and the last line.
-# One broken sensor, and the robot drives at full speed: backwards in the second, forwards in the last.
+# Only the first line still says that something is wrong.
+# With the others one broken sensor makes the robot drive at full speed: backwards twice, and once forwards.
 # `max(a, b)` keeps `a` unless `b > a`, so with NaN it is the *order* that decides.
 #
 # A clamp that turns NaN into a limit hides the fault and makes a command of it.
