@@ -145,7 +145,7 @@ env | grep -i -E 'secret|token'
         "compiles_without_end",
         "The build sleeps for ever.",
         cmake("execute_process(COMMAND sleep 100000)"),
-        number=23, needs="I1 F14", costs="I1 F14",
+        number=23, needs="I1 F14", costs="I1 F14", build_seconds=30.0,
         stopped="a build has a limit of wall time; then its whole wall is ended",
     ),
     attack(
