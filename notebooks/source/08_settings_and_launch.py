@@ -537,6 +537,50 @@ def main(args: Optional[list[str]] = None) -> int:
 # ```
 # </details>
 #
+# ### The parameter files
+#
+# Last, two files, each with every parameter of its node, its unit in a comment.
+# They hold the defaults; that looks useless and is the contrary: this is the page on which somebody looks for what can be set.
+
+# %% tags=["exercise"]
+# %%writefile config/robot_params.yaml
+# Parameters of robot_controller, in SI units (REP 103).
+# TODO 1: a key that reaches the node in any namespace. Whom does this one reach?
+# TODO 2: all ten parameters of the contract, with units.
+robot:
+  ros__parameters:
+    robot_name: turtlebot4
+
+# %% tags=["exercise"]
+# %%writefile config/sensor_params.yaml
+# Parameters of sensor_processor.
+# TODO: the key, and the three parameters of the contract.
+sensors:
+  ros__parameters:
+    fusion_frequency: 20.0
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The table of keys, two sections up; `SETTINGS` in `driver.py` and `sensor_processor.py` for names and defaults.
+# </details>
+#
+# <details><summary>Hint 2: the form</summary>
+#
+# The key is `/**/` and the name that the node gives itself. A file is allowed to repeat the defaults.
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```yaml
+# /**/sensor_processor:
+#   ros__parameters:
+#     fusion_frequency: 20.0            # Hz
+#     battery_low_threshold: 20.0       # percent, a warning below
+#     ...
+# ```
+# </details>
+#
 # Watch your own robot obey.
 # It drives at 0.4 m/s; after two seconds the limit falls to 0.2, then somebody asks for -1.
 
@@ -636,50 +680,6 @@ node.destroy_node()
 # Two robots with `/cmd_vel` are one robot with two heads.
 # A leading `~` puts the node's own name before it, for things that belong to that node alone.
 # In a package for others, use relative names.
-#
-# ### The parameter files
-#
-# Two files now, each with every parameter of its node, its unit in a comment.
-# They hold the defaults; that looks useless and is the contrary: this is the page on which somebody looks for what can be set.
-
-# %% tags=["exercise"]
-# %%writefile config/robot_params.yaml
-# Parameters of robot_controller, in SI units (REP 103).
-# TODO 1: a key that reaches the node in any namespace. Whom does this one reach?
-# TODO 2: all ten parameters of the contract, with units.
-robot:
-  ros__parameters:
-    robot_name: turtlebot4
-
-# %% tags=["exercise"]
-# %%writefile config/sensor_params.yaml
-# Parameters of sensor_processor.
-# TODO: the key, and the three parameters of the contract.
-sensors:
-  ros__parameters:
-    fusion_frequency: 20.0
-
-# %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# The table of keys above; `SETTINGS` in `driver.py` and `sensor_processor.py` for names and defaults.
-# </details>
-#
-# <details><summary>Hint 2: the form</summary>
-#
-# The key is `/**/` and the name that the node gives itself. A file is allowed to repeat the defaults.
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# ```yaml
-# /**/sensor_processor:
-#   ros__parameters:
-#     fusion_frequency: 20.0            # Hz
-#     battery_low_threshold: 20.0       # percent, a warning below
-#     ...
-# ```
-# </details>
 #
 # ### The launch files
 #
