@@ -24,12 +24,15 @@ from grader.errors import KitError
 from grader.rubric import Rubric, load
 
 PICTURE_WIDTH = 1000  # pixels: as wide as a notebook's column on most screens
+PAGE = pages.KIT / "docs" / "course.md"
+_TABLE_MARK = "<!-- Written by `python -m grader.course.book table`; do not edit by hand. -->"
 _COLOURS = 128
 _VERBS = {
     "build": "make notebooks/NN_topic.ipynb from its source, and run it",
     "pictures": "draw notebooks/pictures/NN.png",
     "check": "say which notebooks differ from their source",
     "nbgrader": "write the notebooks as an nbgrader assignment into a course's folder",
+    "table": "write the table of requirements and sections into docs/course.md",
     "solve": "run each notebook with the reference's files in its exercises, after those before it; store nothing",
 }
 
@@ -49,9 +52,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             chosen.add_argument(
                 "--no-run", action="store_true", help="keep the outputs of unchanged cells, run nothing"
             )
+        if verb == "nbgrader":
+            chosen.add_argument("--out", type=Path, required=True, help="nbgrader's course folder")
     options = parser.parse_args(arguments)
     rubric = load(pages.KIT / "rubric.yaml")
     try:
+        if options.verb == "table":
+            PAGE.write_text(with_table(PAGE.read_text(), rubric))
+            return 0
         if options.verb == "nbgrader":
             chosen_names = pages.named(options.notebooks, options.folder)
             written = assignment.write(chosen_names, rubric, options.out, options.folder)
@@ -94,6 +102,23 @@ def _tell(name: str, played: performance.Performance) -> bool:
     if played.error:
         print(played.error, file=sys.stderr)
     return played.error is None
+
+
+def with_table(page: str, rubric: Rubric) -> str:
+    """Return the page with its last part, the table of where each requirement is taught and checked, as it is now."""
+    before, mark, _ = page.partition(_TABLE_MARK)
+    asked: dict[str, list[str]] = {}
+    for name in pages.names():
+        for cell in pages.read(name, rubric).cells:
+            for requirement in pages.checked(cell) if pages.CHECK in pages.tags(cell) else []:
+                asked.setdefault(requirement, []).append(name[:2])
+    rows = ["| requirement | points | notebook | section | checked in |", "|---|---|---|---|---|"]
+    for r in rubric.requirements:
+        name, _, section = r.section.partition("#")
+        link = f"[{name}](../notebooks/{name}.ipynb)"
+        checked = ", ".join(dict.fromkeys(asked.get(r.id, [])))
+        rows.append(f"| {r.id} {r.title} | {r.points:g} | {link} | {section} | {checked} |")
+    return before + mark + "\n\n" + "\n".join(rows) + "\n"
 
 
 def build(name: str, rubric: Rubric, folder: Path = pages.NOTEBOOKS) -> performance.Performance:

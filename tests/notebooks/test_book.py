@@ -9,7 +9,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from grader.course import assignment, book, pages
+from grader.course import book, pages
 from grader.errors import GraderError
 from grader.rubric import Rubric
 
@@ -86,9 +86,9 @@ def test_the_points_of_a_requirement_lie_in_its_last_check(example: Path, rubric
     assert (first.metadata.nbgrader.grade, first.metadata.nbgrader.locked) == (False, True)
 
 
-def test_nbgrader_counts_the_points_of_a_check(example: Path, rubric: Rubric, tmp_path: Path):
+def test_nbgrader_counts_the_points_of_a_check(example: Path, tmp_path: Path):
     """A last value that is a number is partial credit; what stands between the marks is hidden from students."""
-    assignment.write([NAME], rubric, tmp_path, example)
+    assert book.main(["nbgrader", "02", "--folder", str(example), "--out", str(tmp_path)]) == 0
     written = book.read_stored(tmp_path / "source" / "notebooks" / f"{NAME}.ipynb")
     (checked,) = [cell for cell in written.cells if cell["id"] == "check-i3"]
     assert checked.source.splitlines() == [
