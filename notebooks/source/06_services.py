@@ -338,14 +338,14 @@ for speed in (0.3, 0.8, math.nan):
 # %% [markdown]
 # The same from outside, as a colleague would do it at a terminal.
 # `ros2 service call` wants the name, the type, and the request in YAML.
-# It reads the types from what *you* have built, so build first.
+# It reads the types from what *you* have built, so this builds where that has not been done in notebook 02.
 
 # %% tags=["nbval-ignore-output"]
 # How long colcon takes differs from run to run.
-# !cd ../.. && colcon build
+# !test -d ../../install || (cd ../.. && colcon build | tail -n 1)
 
 # %% tags=["nbval-ignore-output"]
-# Without a node it says how long it has waited.
+# Without a node of that name it tells how long it has waited.
 # !ros2 service call /set_speed ros2_robot_controller/srv/SetSpeed "{speed: -0.25}"
 
 # %% [markdown]
@@ -485,7 +485,7 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 #
 # - `ros2 service type`, `ros2 service find`, and `ros2 interface show ros2_robot_controller/srv/SetSpeed` answer what you need before a call.
 # - Who may set the speed? Anybody on the network. Look up *Security* in the ROS 2 documentation.
-# - *Callback groups* under *How-to guides* → *Using callback groups* tells the whole story of the desk.
+# - *Using callback groups* among the how-to guides of the ROS 2 documentation tells the whole story of the desk.
 #
 # ## Recall
 #

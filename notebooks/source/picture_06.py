@@ -42,7 +42,7 @@ def draw() -> Figure:
     figure = Figure(figsize=(10.0, 4.2), layout="constrained")
     axes = figure.add_subplot()
     axes.axhspan(-LIMIT_MPS, LIMIT_MPS, color=COLORS["goal"], alpha=0.07)
-    axes.annotate("within the limit", (0.1, LIMIT_MPS - 0.06), color=COLORS["goal"], fontsize=9)
+    axes.annotate("within the limit", (0.1, 0.03 - LIMIT_MPS), color=COLORS["goal"], fontsize=9)
     axes.step(run.t, run.cmd_v, where="pre", color=COLORS["command"], linestyle="--", linewidth=1.2, label="commanded")
     axes.plot(run.t, run.v, color=COLORS["path"], linewidth=2.2, label="driven")
     for time, speed in REQUESTS:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from sim import COURSE, Circle, Pose, Simulator, Twist, World, drive, normalize_angle
 from sim.drive import Seen
-from sim.views import COLORS, draw_goals, draw_obstacles, draw_robot
+from sim.views import COLORS, draw_obstacles, draw_robot
 
 GOALS = (Pose(1.8, 0.6), Pose(0.4, 1.5), Pose(-0.8, 0.0))
 WORLD = World(
@@ -49,7 +49,9 @@ def draw() -> Figure:
     plan.plot(run.x, run.y, color=COLORS["path"], linewidth=2.0)
     for index in np.linspace(0, len(run) - 1, 9).astype(int):
         draw_robot(plan, run.pose_at(int(index)), COURSE.radius)
-    draw_goals(plan, GOALS)
+    for number, goal in enumerate(GOALS, start=1):
+        plan.plot(goal.x, goal.y, "*", color=COLORS["goal"], markersize=15, zorder=8)
+        plan.annotate(f"goal {number}", (goal.x, goal.y), (-14, 18), textcoords="offset points", color=COLORS["goal"])
     plan.set(xlim=(-1.2, 2.2), ylim=(-0.4, 1.9), aspect="equal", xlabel="x (m)", ylabel="y (m)")
     times, distances = np.array(visitor.told).T
     told.plot(times, distances, ".", color=COLORS["goal"], markersize=5, label="feedback: distance_remaining")
