@@ -295,16 +295,16 @@ class Run:
     def _tick(self) -> None:
         with self._lock:
             stage = self._working()
-            if stage is None:
-                self._recorder.take(self.simulator.step(TICK_S))
-                return
-            from grader.course.watched import TrialOver
+            if stage is not None:
+                from grader.course.watched import TrialOver
 
-            try:
-                stage.tick()
-            except TrialOver as over:
-                self.simulator.command(0.0, 0.0)
-                self._give_up(f"{over}{_last_words(self._process)}")
+                try:
+                    stage.tick()
+                    return
+                except TrialOver as over:  # before the tick: the robot stands from here on
+                    self.simulator.command(0.0, 0.0)
+                    self._give_up(f"{over}{_last_words(self._process)}")
+            self._recorder.take(self.simulator.step(TICK_S))
 
     def _working(self) -> WatchedStage | None:
         """Return the stage while its node is there."""

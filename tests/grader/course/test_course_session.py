@@ -335,3 +335,30 @@ tell(contacts=len(run.recording.contacts), stands=run.simulator.twist.v)
     assert told["service"] == "no node offers set_speed"
     assert told["contacts"] == 0
     assert told["stands"] == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.slow
+def test_a_reset_of_the_live_view_starts_the_node_anew(stage: Callable[[str], Path]) -> None:
+    told = play(
+        stage("10"),
+        """
+run = run_node()
+live = run.live(rate=float("inf"))
+run.set_speed(0.25)
+live.run(1.0)
+first = pid(run)
+live.reset()
+tell(first=first, t=run.t, second=pid(run), speed=run.status().speed, heard=len(run.messages("cmd_vel")))
+live.stop()
+run.drive(1.0)
+tell(alive=run.trouble == "", after=run.t, samples=len(run.recording))
+""",
+    )
+    assert told["t"] == 0.0
+    assert told["second"] not in (told["first"], None)
+    assert told["speed"] == 0.0
+    assert told["alive"]  # although the thread that started it has ended
+    assert told["after"] == pytest.approx(1.0)
+    assert told["samples"] == 21
+    assert is_gone(told["first"])
+    assert is_gone(told["second"])
