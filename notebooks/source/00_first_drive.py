@@ -262,8 +262,8 @@ robot
 # The ranges travel as 32-bit numbers, which is why `range_min` is no longer exactly 0.15.
 # More about that in notebook 02.
 #
-# **Break it.** Open a terminal in JupyterLab (*File, New, Terminal*) and you can watch while you drag a desk towards the robot.
-# This cell prints the line to type there, for the terminal does not know your workspace yet:
+# **Watch it.** Open a terminal in JupyterLab (*File, New, Terminal*), and see the ranges change while you drag a desk towards the robot.
+# This cell prints what to type there, for the terminal does not know your workspace yet:
 
 # %% tags=["nbval-ignore-output"]
 # Where the kit lies, and which number you have, differs from machine to machine.

@@ -490,8 +490,8 @@ check("I2")
 # `colcon` is always called in the **workspace**, the folder that holds `src`; so go there first.
 
 # %% tags=["nbval-ignore-output"]
-# !cd ../.. && colcon build 2>&1
-# How long it takes, and so what it prints, differs each time.
+# !cd ../.. && colcon build 2>&1 | cat
+# How long it takes differs each time. (`| cat` takes away what is meant for a terminal: colours, a title.)
 
 # %% [markdown]
 # When something is wrong, read the *first* error, not the last: the others often follow from it.
@@ -543,7 +543,7 @@ check("I2")
 # %% tags=["nbval-ignore-output"]
 (trial / "src/greeter/srv").mkdir()
 (trial / "src/greeter/srv/Greet.srv").write_text("string name\n---\nstring greeting\n")
-# !cd {trial} && colcon build 2>/dev/null
+# !cd {trial} && colcon build 2>/dev/null | cat
 # The number of seconds in what colcon prints differs each time.
 
 # %% [markdown]
