@@ -63,6 +63,11 @@ def _parser() -> argparse.ArgumentParser:
     grade.add_argument("--seed", type=int, default=0, help="decides speeds, places and noise of the trials (default 0)")
     grade.add_argument("--build-timeout", type=_seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
     grade.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
+    grade.add_argument(
+        "--unsafe-no-sandbox",
+        action="store_true",
+        help="grade with hardly any wall around the submission's code; every report says so",
+    )
     grade.set_defaults(run=_grade)
 
     check = verbs.add_parser(
@@ -130,9 +135,11 @@ def _seconds(text: str) -> float:
 
 def _grade(options: argparse.Namespace) -> int:
     # Imported here: `grader --help` and `grader doctor` answer at once, and on hosts that lack half of this.
-    from grader import build, pipeline, report, rubric
+    from grader import build, pipeline, report, rubric, sandbox
     from grader.report import console
 
+    if options.unsafe_no_sandbox:
+        os.environ[sandbox.UNSAFE_VARIABLE] = "1"
     progress = _Progress()
     settings = pipeline.Settings(
         rubric=rubric.load(options.rubric or rubric_file()),

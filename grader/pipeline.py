@@ -68,6 +68,10 @@ def grade(source: Path, out: Path, settings: Settings) -> Grading:
         submission = open_submission(source, room / "submission")
         found = gather(submission, room, settings)
         found = replace(found, origin=origin(submission, settings))
+        if sandbox.unsafe():
+            intake = replace(found.intake, notes=[sandbox.UNSAFE_WORDS, *found.intake.notes])
+            flag = evidence.Flag("no sandbox", sandbox.UNSAFE_WORDS)
+            found = replace(found, intake=intake, flags=[flag, *found.flags])
     folder = store(found, out)
     settings.progress("checking the evidence")
     grading = judge(folder, settings)

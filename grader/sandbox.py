@@ -30,6 +30,12 @@ HOME = Path("/home/student")
 
 # Configuration that the loader, the resolver and Python ask for; nothing of the host's users or services.
 _ETC = ("alternatives", "ld.so.cache", "ld.so.conf", "ld.so.conf.d", "localtime", "nsswitch.conf", "hosts")
+UNSAFE_VARIABLE = "ROS2_COURSE_KIT_UNSAFE_NO_SANDBOX"
+UNSAFE_WORDS = (
+    "Graded with --unsafe-no-sandbox: the submission's code saw this machine's processes and network, and other "
+    "gradings. Its points can be trusted no more than the submission itself."
+)
+
 _ROOT_FOLDERS = ("bin", "sbin", "lib", "lib32", "lib64", "libx32")
 
 
@@ -113,8 +119,9 @@ class Process:
             os.close(gate)
         self._output = _Output(self._popen, limits.output_bytes)
         self._init_pid = _child_pid(read_end)
-        with os.fdopen(opener, "wb") as stream, contextlib.suppress(BrokenPipeError):
-            stream.write(b"go\n")
+        with contextlib.suppress(BrokenPipeError):  # there is nobody behind the gate: the wall was never built
+            os.write(opener, b"go\n")
+        os.close(opener)
         self._guard = _Guard(self, list(wall.writable), limits) if wall.writable else None
 
     def __enter__(self) -> Process:
@@ -297,7 +304,8 @@ def run(command: Sequence[str], wall: Wall, limits: Limits | None = None) -> Run
     output = process.output
     if exit_code is not None and output.startswith("bwrap: "):
         raise GraderError(
-            f"The wall could not be built: {output.strip()}. Run `grader doctor`; it says how to mend it."
+            f"The wall could not be built: {output.strip()[:500]}. Run `grader doctor`; it says how to mend it. "
+            "To grade with hardly any wall, which no grade should rest on, say --unsafe-no-sandbox."
         )
     stopped = process.stopped()
     return RunResult(exit_code, output, timed_out=exit_code is None, wall_seconds=seconds, stopped=stopped)
@@ -324,20 +332,37 @@ def private_network(command: Sequence[str]) -> list[str]:
     The host's /proc stays in sight: over a /proc of bubblewrap's making (parts of it are read-only) the kernel refuses
     the walls inside one of their own.
     """
+    if unsafe():
+        return list(command)
     outer = ["bwrap", "--dev-bind", "/", "/", "--tmpfs", "/dev/shm", "--unshare-net", "--unshare-ipc"]
     return [*outer, "--die-with-parent", "--", *command]
 
 
+def unsafe() -> bool:
+    """Return whether somebody has asked for gradings without walls between processes and networks."""
+    return os.environ.get(UNSAFE_VARIABLE) == "1"
+
+
+def _namespaces(network: bool) -> list[str]:
+    """Return the walls between processes, users and networks; with --unsafe-no-sandbox there are hardly any.
+
+    What stays then is what the kit cannot work without: a file system of its own, in which its paths are the same in
+    every grading, and a pid namespace, without which "end everything that this test has started" would end the host.
+    """
+    if unsafe():
+        return ["--unshare-pid", "--ro-bind", "/proc", "/proc"]
+    own = ["--unshare-user", "--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try"]
+    return [*own, *([] if network else ["--unshare-net"]), "--hostname", "robot", "--proc", "/proc"]
+
+
 def _bwrap(wall: Wall, info_fd: int) -> list[str]:
     arguments = [
-        "bwrap", "--unshare-user", "--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try",
-        "--die-with-parent", "--new-session", "--hostname", "robot", "--cap-drop", "ALL", "--info-fd", str(info_fd),
-        "--clearenv", "--proc", "/proc", "--dev", "/dev", *_memory_disk("/dev/shm", 256 * MIB), "--remount-ro", "/dev",
+        "bwrap", *_namespaces(wall.network), "--die-with-parent", "--new-session", "--cap-drop", "ALL",
+        "--info-fd", str(info_fd), "--clearenv", "--dev", "/dev", *_memory_disk("/dev/shm", 256 * MIB),
+        "--remount-ro", "/dev",
         *_memory_disk("/tmp", 1024 * MIB), *_memory_disk("/home", 256 * MIB), "--dir", str(HOME),
         *_memory_disk("/run", 16 * MIB), "--dir", "/var/tmp", "--ro-bind", "/usr", "/usr",
     ]  # fmt: skip
-    if not wall.network:
-        arguments.append("--unshare-net")
     for name in _ROOT_FOLDERS:
         path = Path("/", name)
         if path.is_symlink():

@@ -63,9 +63,9 @@ def run(
     return found
 
 
-def _delay() -> dict[str, str]:
-    """Return how late observers are to join, if `grader certify` wants them to be."""
-    return {LATE_VARIABLE: os.environ[LATE_VARIABLE]} if LATE_VARIABLE in os.environ else {}
+def _passed_on() -> dict[str, str]:
+    """Return what a host hears of our environment: how late to join, and whether to do without walls."""
+    return {name: os.environ[name] for name in (LATE_VARIABLE, sandbox.UNSAFE_VARIABLE) if name in os.environ}
 
 
 class _Worker(threading.Thread):
@@ -138,7 +138,7 @@ class _Worker(threading.Thread):
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
                     stderr=log,
-                    env=toolchain.observer_environment(self._contract, home=home) | _delay(),
+                    env=toolchain.observer_environment(self._contract, home=home) | _passed_on(),
                     cwd=self._folder,
                     text=True,
                 )

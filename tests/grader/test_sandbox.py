@@ -141,3 +141,11 @@ def test_a_host_without_bubblewrap_is_told_what_to_do(monkeypatch: pytest.Monkey
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(GraderError, match="bubblewrap"):
         sandbox.require()
+
+
+def test_unsafe_gradings_keep_what_keeps_the_host_alive(monkeypatch: pytest.MonkeyPatch):
+    """A worker that ends "every process but itself" must not mean the host's, whatever else is given up."""
+    monkeypatch.setenv(sandbox.UNSAFE_VARIABLE, "1")
+    assert python("import os; print(os.getpid() < 10)").output == "True\n"
+    assert python("open('/usr/evil', 'w')").exit_code == 1
+    assert sandbox.private_network(["true"]) == ["true"]
