@@ -17,7 +17,17 @@ from grader.course import performance
 HARMLESS = (
     (r"base64,[A-Za-z0-9+/=\s]+", "base64,PICTURE"),  # pictures within HTML; pictures on their own nbval leaves out
     (r"\x1b\[[0-9;]*m", ""),
+    (r"</?[a-z][^<>]*>", ""),  # HTML without its tags: what it says counts, and plain text stands beside it
 )
+
+# nbval runs cells outside the history, where IPython looks for the semicolon that keeps a value from being shown.
+SEMICOLONS = """
+def note(info):
+    if not info.store_history:
+        get_ipython().history_manager.input_hist_parsed.append(info.raw_cell)
+
+get_ipython().events.register("pre_run_cell", note)
+"""
 
 
 @dataclass(frozen=True)
@@ -39,6 +49,10 @@ def validate(path: Path, cell_seconds: float = performance.CELL_SECONDS) -> Vali
         )
         (room / "pytest.ini").write_text("[pytest]\n")  # else it would take ours
         (room / "notebooks").mkdir()
+        environment = performance.environment(workspace)
+        startup = Path(environment["IPYTHONDIR"]) / "profile_default" / "startup"
+        startup.mkdir(parents=True)
+        (startup / "semicolons.py").write_text(SEMICOLONS)
         shutil.copy(path, room / "notebooks")
         ran = subprocess.run(
             [
@@ -47,7 +61,7 @@ def validate(path: Path, cell_seconds: float = performance.CELL_SECONDS) -> Vali
                 "--nbval", "--nbval-current-env", "--nbval-sanitize-with", str(sanitize),
                 "--nbval-cell-timeout", str(cell_seconds), f"notebooks/{path.name}",
             ],
-            cwd=room, env=performance.environment(workspace), capture_output=True, text=True, check=False,
+            cwd=room, env=environment, capture_output=True, text=True, check=False,
         )  # fmt: skip
         if not report.exists():
             return Validation(0, (f"nbval did not run:\n{ran.stdout[-2000:]}{ran.stderr[-2000:]}",))

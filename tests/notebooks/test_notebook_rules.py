@@ -130,26 +130,21 @@ def test_a_large_notebook_breaks_the_rule(example: Path):
 
 
 def test_nbval_finds_the_stored_outputs_again(example: Path):
+    """Also where a semicolon keeps a value from being shown."""
     found = validate(example / f"{NAME}.ipynb")
     assert found.problems == ()
     assert found.cells == len(stored_in(example).code())
 
 
-def test_nbval_notices_an_output_that_is_not_what_the_code_gives(example: Path):
+def test_nbval_notices_an_exception_and_an_output_that_is_not_what_the_code_gives(example: Path):
     page = stored_in(example)
     page.code()[1].outputs[0].text = "one\nthree\n"
+    page.code()[2].source = "raise ValueError('no')"
     book.write(page.notebook, example / f"{NAME}.ipynb")
-    (problem,) = validate(example / f"{NAME}.ipynb").problems
-    assert problem.startswith("Cell 1: ")
-    assert "three" in problem
-
-
-def test_nbval_notices_an_exception(example: Path):
-    page = stored_in(example)
-    page.code()[1].source += "\nraise ValueError('no')"
-    book.write(page.notebook, example / f"{NAME}.ipynb")
-    (problem,) = validate(example / f"{NAME}.ipynb").problems
-    assert "ValueError: no" in problem
+    different, raised = validate(example / f"{NAME}.ipynb").problems
+    assert different.startswith("Cell 1: ")
+    assert "three" in different
+    assert "ValueError: no" in raised
 
 
 def test_solved_the_example_passes(example: Path, rubric: Rubric, tmp_path: Path, answer: performance.Solutions):

@@ -35,6 +35,7 @@ begin("02")
 # %%
 print("one", flush=True)
 print("two")
+len("a value that nobody sees");
 
 # %% tags=["given"]
 # %%writefile given.py
