@@ -786,7 +786,8 @@ run_view(recording)
 #
 # **Change one thing:** put the box behind it, at `run.simulator.pose.x - 0.4`.
 # If your robot stops for it, look where your sector points.
-#
+
+# %% [markdown]
 # ## Habits that hurt in a callback
 #
 # Your node has one thread.
@@ -876,7 +877,8 @@ for pause in (0.0, 0.3):
 #
 # One of the parameters, `fusion_rate`, gets its use in notebook 07.
 # `check("Q4")` waits there.
-#
+
+# %% [markdown]
 # ## The last zero
 #
 # You press Ctrl-C.
@@ -1042,13 +1044,15 @@ check("I8")
 # > - It drives 0.306 m/s at most, and brakes with 0.9 m/s².
 # > - Its lidar is mounted 4 cm behind the centre and turned by 90 degrees: *ahead* is not angle 0 there. The front of the hull is 0.211 m from the lidar, so an emergency distance of 0.2 m would come too late.
 # > - It does not like to drive backwards: beyond a few centimetres more than it came forward it refuses.
-#
+
+# %% [markdown]
 # ## Go further
 #
 # - **A threshold that flickers.** At 0.5 m exactly the noise of the lidar makes the flag go on and off. Two thresholds, one to go in and a higher one to come out, cure that. It is called *hysteresis*. Why does the slow-down hide most of it here?
 # - **Name the weakest link.** For `stop_distance` every part of the delay counts: the scan's period, the callback that is just running, the timer, the radio. Measure one with `ros2 topic delay /scan`.
 # - In the ROS 2 documentation: *Executors* under *Concepts*, and *Quality of Service settings*.
-#
+
+# %% [markdown]
 # ## Recall
 #
 # <details><summary>Why does a controller publish zeros when it has nothing to do?</summary>

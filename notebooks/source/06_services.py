@@ -124,11 +124,12 @@ except TypeError:
 # The server is dead, the client waits.
 # An exception in *any* callback ends `spin`, and with it the whole node.
 # So a service must have an answer for everything that a client can send.
-#
+
+# %% [markdown]
 # ## Set the speed
 #
 # The contract's service is `set_speed`: `float32 speed` in, `bool success` and `string message` out.
-# If abs(speed) is at most `max_linear_speed`, it succeeds and the robot drives at that speed, backwards for a negative one.
+# F2: if abs(speed) is at most `max_linear_speed`, it succeeds and the robot drives at that speed, backwards for a negative one.
 #
 # **Predict:** the limit is 0.3, and somebody asks for 0.3. Is that above the limit?
 
@@ -150,10 +151,11 @@ print(f"asked for 0.3, arrives as {arrives:.17f}, above 0.3: {arrives > 0.3}")
 # At 1 m/s² it takes 0.3 s until the robot is that fast, and a wall may keep it from ever being so.
 # A callback that waited for it would keep the scans waiting too.
 # So the service only sets `self._speed`, and the control loop of notebook 05 does the rest.
-#
+
+# %% [markdown]
 # ## Refuse a speed
 #
-# Above the limit, or not a number: `success` is false, the message states the limit, and the speed in force stays as it was.
+# F3: above the limit, or not a number, `success` is false, the message states the limit, and the speed in force stays as it was.
 #
 # Four ways to ask.
 # **Predict** which of them lets something through that it should not.
@@ -206,10 +208,11 @@ print(f"4 s later: x = {simulator.pose.x:.2f} m, still at {simulator.twist.v:.1f
 # | `error` | nothing |
 # | `speed too high` | try less, but how much less? |
 # | `Speed unchanged: 0.8 m/s is beyond the limit of 0.5 m/s` | what was heard, what happened, what would be taken |
-#
+
+# %% [markdown]
 # ## Ask for the status
 #
-# `get_status` asks nothing and answers four things.
+# `get_status` asks nothing and answers four things (F7).
 #
 # **Predict:** the robot was told 0.3 m/s and stands before a wall. Which speed does it report?
 #
@@ -452,7 +455,7 @@ print(ask("desk_waits"))
 # Even if the archive were another node it would hang: the *answer* has to be taken in by that same thread.
 # This is a **deadlock**.
 #
-# The tutorials' cure is `await`: the callback steps aside until the answer is there.
+# The usual cure is `await`: the callback steps aside until the answer is there.
 
 # %%
 print(ask("desk_awaits"))
@@ -480,13 +483,15 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 # > - Its base, a Create 3, has services and actions of its own: `/e_stop`, `/dock`, `/undock`. `ros2 service list` shows them.
 # > - It drives 0.306 m/s at most in its normal mode. A `max_linear_speed` of 0.5 would be accepted by your node, and cut by the base without a word. Set the parameter to what the robot can do.
 # > - Over Wi-Fi a request or its answer may be late. A client always waits with a time limit.
-#
+
+# %% [markdown]
 # ## Go further
 #
 # - `ros2 service type`, `ros2 service find`, and `ros2 interface show ros2_robot_controller/srv/SetSpeed` answer what you need before a call.
 # - Who may set the speed? Anybody on the network. Look up *Security* in the ROS 2 documentation.
 # - *Using callback groups* among the how-to guides of the ROS 2 documentation tells the whole story of the desk.
-#
+
+# %% [markdown]
 # ## Recall
 #
 # <details><summary>A map of 5 MB is wanted once, by one node. Topic or service?</summary>

@@ -46,6 +46,8 @@ begin("07")
 # %% [markdown]
 # ## Drive to a target
 #
+# F8: within the tolerance of a target ahead, beside, or behind; then it stands still.
+#
 # ### Where is it?
 #
 # The robot knows its place from odometry: x, y, and the yaw.
@@ -662,9 +664,8 @@ run.close()
 
 # %%
 figure, axes = plt.subplots(figsize=(8, 3))
-if went.feedback:
-    times, told = np.array(went.feedback).T
-    axes.plot(times, told, ".", color="#009E73", label="feedback")
+times, told = np.array(went.feedback or [(0.0, math.nan)]).T
+axes.plot(times, told, ".", color="#009E73", label="feedback")
 axes.set(xlabel="simulated time (s)", ylabel="distance_remaining (m)", ylim=(0, 1.6))
 axes.grid(alpha=0.3)
 axes.legend();
@@ -701,7 +702,8 @@ print(f"one second later it drives at {abs(recording.v[-1]):.2f} m/s, x = {recor
 # %% [markdown]
 # `handle.succeed()` would make it *succeeded*, and the client would believe that the robot is there.
 # And who returns without any of the three, gets *aborted* and a warning.
-#
+
+# %% [markdown]
 # ## When the way is blocked
 #
 # A box drops into the way, and goes away again after a while.
@@ -750,14 +752,16 @@ check("I3", "I4", "Q4")
 # > - Odometry drifts: 1 cm in 5 m here, several on a carpet. For goals on a map one needs localisation, which publishes `map` → `odom`.
 # > - Nav2's `NavigateToPose` is the big brother: the same four parts, with a planner, and recoveries when it is blocked.
 # > - Keep a finger on the cancel.
-#
+
+# %% [markdown]
 # ## Go further
 #
 # - **Progress.** A goal that is blocked for ever waits for ever. Add a watchdog that aborts when `distance_remaining` has not fallen for 30 s. What should `success` be?
 # - **One at a time, or a queue?** Yours replaces. The ROS 2 examples `server_single_goal.py` and `server_queue_goals.py` show two policies.
-# - **Two locks.** In notebook 06 an awaiting *service* needed a callback group of its own. An action's `execute` does not: the executor runs it as a task outside the groups. Try: publish odometry into `awaiting` and count.
+# - **Two locks.** In notebook 06 an awaiting *service* needed a callback group of its own. An action's `execute` does not: the executor runs it as a task outside the groups, as the 20 of 20 messages show.
 # - In the ROS 2 documentation: *Actions* under *Concepts*, and *Writing an action server and client (Python)*. Compare its `execute_callback` with yours.
-#
+
+# %% [markdown]
 # ## Recall
 #
 # <details><summary>A robot drives at 0.4 m/s and turns at 0.8 rad/s at most. Which targets does it never reach if it does both at once?</summary>
