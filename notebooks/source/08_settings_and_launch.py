@@ -157,7 +157,6 @@ if not rclpy.ok():
     rclpy.init()
 
 
-
 def speed_of_cart(*words, namespace=""):
     """Return the max_linear_speed of a cart that is started with these words on its command line."""
     cart = Cart(namespace=namespace, cli_args=["--ros-args", *words])
@@ -216,11 +215,12 @@ print(speed_of_cart(*file))
 # Fill in the table by hand before you run the cell.
 
 # %%
-print(f"{'key':12}  /cart  /left/cart  /left/front/cart")
+spaces = ("", "/left", "/left/front")
+print("key         ", *(f"{space}/cart".rjust(16) for space in spaces))
 for key in ("cart", "/left/cart", "/left/**", "/**/cart", "/**"):
     write_settings(key)
-    reached = [speed_of_cart(*file, namespace=space) == 0.3 for space in ("", "left", "left/front")]
-    print(f"{key:12}" + "".join(f"{'yes' if hit else 'no':>10}" for hit in reached))
+    reached = [speed_of_cart(*file, namespace=space) == 0.3 for space in spaces]
+    print(f"{key:12}", *(("yes" if hit else "no").rjust(16) for hit in reached))
 
 # %% [markdown]
 # The plain name reaches the node only outside every namespace.
@@ -317,7 +317,8 @@ from rcl_interfaces.msg import SetParametersResult
 def refuse_negative(parameters):
     """Accept the change unless a number in it is below zero."""
     bad = [p.name for p in parameters if isinstance(p.value, float) and p.value < 0.0]
-    return SetParametersResult(successful=not bad, reason=f"{', '.join(bad)} must not be negative" if bad else "")
+    reason = f"{', '.join(bad)} must not be negative" if bad else ""
+    return SetParametersResult(successful=not bad, reason=reason)
 
 # %%
 class LateCart(Node):
@@ -598,7 +599,8 @@ with run_node(world="open_field") as run:
 figure, axes = plt.subplots(figsize=(8, 2.6), layout="constrained")
 axes.plot(recording.t, recording.v)
 axes.axvline(2.5, color="0.5", linestyle=":")
-axes.set(xlabel="simulated time (s)", ylabel="v (m/s)", ylim=(-0.05, 0.5), title="the limit falls to 0.2 m/s at 2.5 s")
+axes.set_title("the limit falls to 0.2 m/s at 2.5 s")
+axes.set(xlabel="simulated time (s)", ylabel="v (m/s)", ylim=(-0.05, 0.5))
 axes.grid(alpha=0.3)
 
 # %% tags=["check"]
