@@ -365,9 +365,8 @@ print("type     ", passport.get_build_type())
 #
 # ## Build and install
 #
-# Building a Python package?
-# There is nothing to compile yet.
-# But ROS starts programs from an **install** folder, not from your sources, and `colcon build` fills it:
+# Why build a package in which there is nothing to compile?
+# Because ROS starts programs from an **install** folder, not from your sources, and `colcon build` fills it:
 #
 # | in your sources | after the build, below `install/ros2_robot_controller/` | found by |
 # |---|---|---|
@@ -376,7 +375,7 @@ print("type     ", passport.get_build_type())
 # | `launch/ config/` | `share/ros2_robot_controller/` | `ros2 launch` |
 # | `package.xml` | `share/ros2_robot_controller/package.xml` | everything else |
 #
-# Requirement **I1** looks into these three places.
+# Requirement **I1** asks whether the build succeeds, and looks at the second and the third of these places.
 # What goes where is written in `CMakeLists.txt`, in a language of its own: a list of commands, arguments separated by spaces.
 #
 # | command | does |
@@ -391,7 +390,7 @@ print("type     ", passport.get_build_type())
 #
 # `launch` and `config` are not there yet.
 # With the word `OPTIONAL` a directory that is missing is passed over; put the line in today, and notebook 08 finds it.
-# I1 has three parts, and two of them hold after today; the third asks for those files.
+# Of I1's three points you have two after today; the third is for those files, so its check comes in notebook 08, too.
 
 # %% tags=["exercise"]
 # %%writefile CMakeLists.txt
