@@ -225,15 +225,16 @@ print("-10 % 360 =", -10 % 360)
 # **Which way will it turn, and how far?**
 
 # %%
-def turn(wanted_deg, start_deg, difference, seconds=9.0):
+def turner(wanted_deg, difference):
+    """Return a driver that turns to a heading: the further off, the faster."""
+    wanted = math.radians(wanted_deg)
+    return lambda seen: Twist(0.0, 1.5 * difference(wanted, seen.odometry.pose.yaw))
+
+
+def turn(start_deg, wanted_deg, difference):
     """Return the recording of a robot that turns from one heading to another, in degrees."""
     robot = Simulator(World(start=Pose(yaw=math.radians(start_deg))))
-    wanted = math.radians(wanted_deg)
-
-    def driver(seen):
-        return Twist(0.0, 1.5 * difference(wanted, seen.odometry.pose.yaw))
-
-    return drive(robot, driver, seconds)
+    return drive(robot, turner(wanted_deg, difference), 9.0)
 
 
 def minus(wanted, yaw):
@@ -246,7 +247,7 @@ def turned(run):
     return math.degrees(np.abs(np.diff(np.unwrap(run.yaw))).sum())
 
 
-print(f"turned by {turned(turn(170, -170, minus)):.0f}°")
+print(f"turned by {turned(turn(-170, 170, minus)):.0f}°")
 
 # %% [markdown]
 # 340° instead of 20°, to the left instead of to the right.
@@ -267,12 +268,23 @@ def heading_view(runs):
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, fontsize=8, frameon=False)
 
 
-first, second = turn(170, -170, minus), turn(183, 90, minus)
+first, second = turn(-170, 170, minus), turn(90, 183, minus)
 heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
 
 # %% [markdown]
 # It never arrives.
 # The heading in the message jumps from 180 to -180 just before the goal; the difference jumps from 3 to 363; the robot turns on, for ever.
+# Watch it, among some trees; it starts at 0° this time.
+
+# %%
+from sim.live import Live
+
+live = Live(Simulator(load_world("forest")), driver=turner(183, minus))
+live
+
+# %% [markdown]
+# (`live.stop()` ends it; so does the next cell. Where no kernel runs you see a picture.)
+#
 # It works in every test that does not look backwards, and that is why this bug is so common.
 # You will come back to this plot with a function of your own.
 #
@@ -287,6 +299,7 @@ heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
 # %%
 from geometry_msgs.msg import Quaternion
 
+live.stop()
 oops = Quaternion(z=math.sin(90 / 2), w=math.cos(90 / 2))
 print(oops)
 rest = 90 % math.tau
@@ -462,7 +475,7 @@ def shortest(wanted, yaw):
     return normalize_angle(wanted - yaw)
 
 
-first, second = turn(170, -170, shortest), turn(183, 90, shortest)
+first, second = turn(-170, 170, shortest), turn(90, 183, shortest)
 print(f"from -170° to 170°: turned by {turned(first):.0f}°")
 print(f"from   90° to 183°: turned by {turned(second):.0f}°")
 heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])

@@ -106,6 +106,17 @@ map_view(simulator)
 # The middle one is in the lidar's own frame: the robot at the origin, looking along x.
 # The last one is in the frame of the map.
 #
+# Now let it drive, and drag a desk or the bin into its view: every point is a beam, and behind what it meets it sees nothing.
+
+# %%
+from sim.live import Live
+
+live = Live(Simulator(load_world("office")))
+live
+
+# %% [markdown]
+# (Where no kernel runs you see a picture.)
+#
 # Many a program says "ahead is beam 180", because it was so on one robot.
 # **Change one thing:** make the simulator with the profile of a TurtleBot 4, `Simulator(load_world("office"), TB4)`, and look at the middle picture again.
 # The lidar is mounted turned by 90°.
@@ -139,6 +150,7 @@ map_view(simulator)
 # **What will each line print?** A wall is 0.4 m away.
 
 # %%
+live.stop()
 nan, inf = math.nan, math.inf
 print(min([0.4, nan, 3.0]))
 print(min([nan, 0.4, 3.0]))
