@@ -220,7 +220,7 @@ class Run:
             self._end()
             self._closed = True
         if _RUNS.get(self.node) is self:
-            del _RUNS[self.node]
+            _RUNS.pop(self.node, None)
 
     def __enter__(self) -> Self:
         return self
@@ -246,12 +246,14 @@ class Run:
         from grader.course.watched import TrialOver, WatchedStage
 
         self._process = process = _NodeProcess(self._command(install), self._environment(install))
-        weakref.finalize(self, process.kill)
         self._stage = WatchedStage(
             self.node, self.simulator, process, domain_id=self._workspace.domain_id, remappings=self._remappings,
             recorder=self._recorder,
         )  # fmt: skip
         self._heard = self._stage.heard
+        # For a run that nobody holds any more; at the kernel's end the processes are seen to by themselves.
+        self._finish = weakref.finalize(self, _finish, process, self._stage)
+        self._finish.atexit = False
         try:
             self._stage.open()
         except TrialOver as over:
@@ -341,13 +343,10 @@ class Run:
         self._end()
 
     def _end(self) -> None:
-        stage, self._stage = self._stage, None
-        process, self._process = self._process, None
+        process, self._process, self._stage = self._process, None, None
         if process is not None:
-            process.kill()
+            self._finish()  # at most once, whoever comes first
             self._output = process.output
-        if stage is not None:
-            stage.close()
 
     def _stop_view(self) -> None:
         view = self._live() if self._live is not None else None
@@ -435,6 +434,11 @@ def _kill_all() -> None:
         process.kill()
 
 
+def _finish(process: _NodeProcess, stage: WatchedStage) -> None:
+    process.kill()
+    stage.close()
+
+
 # -- words ------------------------------------------------------------------------------------------------------------
 
 
@@ -520,13 +524,15 @@ def _load_type_support() -> None:
 
 # -- one session a node -----------------------------------------------------------------------------------------------
 
-_RUNS: dict[str, Run] = {}
+_RUNS: weakref.WeakValueDictionary[str, Run] = weakref.WeakValueDictionary()
 
 
 def start(workspace: Workspace, node: str, world: str | World, **options: Any) -> Run:
     """Return a new session with a node; an older one with the same node is closed first."""
     prepare(workspace, os.environ)
-    if node in _RUNS:
-        _RUNS[node].close()
-    _RUNS[node] = Run(workspace, node, world, **options)
-    return _RUNS[node]
+    older = _RUNS.get(node)
+    if older is not None:
+        older.close()
+    run = Run(workspace, node, world, **options)
+    _RUNS[node] = run
+    return run

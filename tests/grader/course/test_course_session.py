@@ -171,6 +171,12 @@ tell(replaced=repr(run), third=pid(other), deaf=len(run.messages("cmd_vel")))
 live = other.live(rate=float("inf"))
 live.run(0.5)
 tell(live=other.t, view=repr(live))
+live.stop()
+import gc
+abandoned = other._process
+del other, live, run
+gc.collect()
+tell(abandoned=abandoned.exit_code())
 """,
     )
 
@@ -259,6 +265,10 @@ def test_a_second_run_of_a_node_ends_the_first(driven: Told) -> None:
 def test_a_live_view_steps_the_run(driven: Told) -> None:
     assert driven["live"] == pytest.approx(0.5)
     assert driven["view"] == "Live view of 'wall_ahead'"
+
+
+def test_a_run_that_nobody_holds_is_over(driven: Told) -> None:
+    assert driven["abandoned"] == -9
 
 
 def test_no_node_outlives_the_kernel(driven: Told) -> None:
