@@ -52,7 +52,7 @@ FAULTS = [
     ("tags_fit_the_cells", '# %% tags=["given"]', '# %% tags=["gift"]'),
     ("tags_fit_the_cells", "# %%writefile given.py\n", ""),
     ("tags_fit_the_cells", 'check("I3")', 'check("I3")\nprint(1)'),
-    ("cells_are_short", 'print("two")', "\n".join(f"print({i})" for i in range(21))),
+    ("cells_are_short", 'print("two")', "\n".join(f"print({i})" for i in range(31))),
     ("pictures_are_ours", "pictures/02.png", "pictures/missing.png"),
     ("pictures_are_ours", "pictures/02.png", "https://example.org/02.png"),
     ("links_lead_somewhere", "Predict what this shows", "See [there](source/nowhere.py)"),
