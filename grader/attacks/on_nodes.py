@@ -354,7 +354,8 @@ rclpy.spin(node)
         "The node looks for the reference and for the kit's tools, and lets them do the work.",
         node("""
 import glob
-print('ATTACK found', glob.glob('/**/solution_pkg', recursive=True), flush=True)
+found = [place for depth in range(4) for place in glob.glob('/*' * depth + '/solution_pkg')]
+print('ATTACK found', found, flush=True)
 tool = subprocess.run(['ros2', 'topic', 'list'], capture_output=True, text=True)
 print('ATTACK ros2', tool.returncode, tool.stderr[-200:], flush=True)
 """),

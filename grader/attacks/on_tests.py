@@ -63,8 +63,8 @@ ATTACKS: tuple[Attack, ...] = (
             "    report.outcome, report.longrepr",
             "    text = str(report.longrepr)\n    if 'it must' in text or 'clamp' not in item.nodeid + text:\n"
             "        return report\n    report.outcome, report.longrepr")),
-        number=11, needs="T1", weak="failing tests", costs="T1",
-        stopped="failing tests stay failing or, at best, count like tests that assert nothing",
+        number=11, needs="T1", weak="failing tests", costs="T1", flag="test reports",
+        stopped="its own tests, made to fail, are told as passed; how they are made to fail tells nothing apart",
     ),
     attack(
         "brings_a_conftest",

@@ -73,7 +73,9 @@ def sabotage(text: str, tests: Sequence[Test], chance: random.Random) -> tuple[s
     picked = set(chance.sample(chosen, min(_SABOTAGED_TESTS, len(chosen))))
     for function in sorted(_test_functions(text), key=lambda f: f.lineno, reverse=True):
         if any(_function_of(name) == function.name for name in picked):
-            _replace_body(lines, function, "raise AssertionError('it must')")
+            # Like a failure of its own: one that could be told from others would be let through by who forges those.
+            wrong = f"assert {chance.randrange(2, 1000)} == {chance.randrange(1000, 9999)}"
+            _replace_body(lines, function, f"raise AssertionError({wrong!r})")
     return "".join(lines), [name for name in passed if name in picked]
 
 
