@@ -508,7 +508,7 @@ check("I2")
 # In a terminal a built workspace must be *sourced* first: `source install/setup.bash` puts it on the paths on which ROS looks.
 # Your notebook does that after each build by itself.
 #
-# The executables are there.
+# With your files done, both executables are there.
 # `ros2 run` starts one, and goes on until Ctrl-C; `timeout -s INT 3` presses Ctrl-C after three seconds.
 
 # %% tags=["nbval-ignore-output"]

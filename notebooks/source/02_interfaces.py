@@ -371,6 +371,8 @@ check("I2")
 # The number of seconds in what colcon prints differs each time.
 
 # %% [markdown]
+# Did it fail? Read the first error. "Cannot find" a folder of your package means that a file of notebook 01 is missing.
+#
 # ## Same name, same type
 #
 # What does ROS say about your interfaces now?
@@ -385,8 +387,8 @@ check("I2")
 # And in Python, each part is a class of its own:
 
 # %%
-# !python3 -c "from ros2_robot_controller.srv import SetSpeed as S; print(S.Request(speed=0.5)); print(S.Response())" 2>&1 | tail -2
-# !python3 -c "from ros2_robot_controller.action import NavigateToPosition as N; print(N.Feedback())" 2>&1 | tail -1
+# !python3 -c "from ros2_robot_controller.srv import SetSpeed; print(SetSpeed.Request(speed=0.5))" 2>&1 | tail -1
+# !python3 -c "from ros2_robot_controller.srv import SetSpeed; print(SetSpeed.Response())" 2>&1 | tail -1
 
 # %% [markdown]
 # Would another team's node understand yours?
