@@ -274,12 +274,12 @@ heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
 # %% [markdown]
 # It never arrives.
 # The heading in the message jumps from 180 to -180 just before the goal; the difference jumps from 3 to 363; the robot turns on, for ever.
-# Watch it, among some trees; it starts at 0° this time.
+# Watch it in a corridor; it starts at 0° this time.
 
 # %%
 from sim.live import Live
 
-live = Live(Simulator(load_world("forest")), driver=turner(183, minus))
+live = Live(Simulator(load_world("corridor")), driver=turner(183, minus))
 live
 
 # %% [markdown]

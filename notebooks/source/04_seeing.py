@@ -587,12 +587,13 @@ print(each_crossing, "warnings with: if percent < 20 and not previous < 20")
 # The second remembers the last state, and still chatters while the number trembles.
 # Better: once on, the alarm goes off again only *well* above the threshold, say 2 % (this is called hysteresis), so here it sounds once.
 #
-# rclpy has `warning(..., once=True)`, which is once in the node's life: charge it, and the next flat battery is silent.
+# Closest reading, battery in percent, motion, and two alarms: that is requirement F12, and you have all its pieces now.
+# (rclpy has `warning(..., once=True)`, which is once in the node's life: charge it, and the next flat battery is silent.)
 #
 # ## Publish at a rate
 #
 # A timer's period is the *inverse* of the parameter: `fusion_frequency` is 20 Hz, the period 1/20 s.
-# Two more words of the contract:
+# Two more words of the contract, requirement F13:
 #
 # - "once a scan has been seen, and not before": what would you say about the closest obstacle before you have looked? `inf` means "nothing is near", and that would be a lie. So remember "no scan yet" as something else, for example `None`.
 # - "stamp from the node's clock, frame `base_link`": `header.stamp` says *when*, `header.frame_id` in *whose axes*. Without a stamp nobody can tell a fresh message from one that hung in a queue.
