@@ -769,7 +769,7 @@ check("I1", "I5")
 # Not needed for the next notebook.
 #
 # - Give the launch files an argument `raw_scan` and use it in a remapping of `sensor_processor`. Then a real robot needs `raw_scan:=scan` and nothing else.
-# - A parameter can describe itself: `ParameterDescriptor` with a `FloatingPointRange`, as the second argument after the default. `ros2 param describe` shows it, and values outside are refused before your callback is asked. What does it make of NaN?
+# - A parameter can describe itself: `ParameterDescriptor` with a `FloatingPointRange`, as the argument after the default. `ros2 param describe` shows it, and values outside are refused before your callback is asked. What does it make of NaN?
 # - `ros2 param load /robot_controller file.yaml` sets a whole file at run time. Which of its lines are refused, and are the others set?
 #
 # ## Recall
