@@ -37,7 +37,7 @@ class Attack:
         proof: words that must stand in the evidence, to show that it was really carried out.
         pack: how it is handed in, if not as a folder.
         refused: words of the refusal, if it is not graded at all.
-        build_seconds: how long it may build.
+        build_seconds: how long it may build, if not as long as any.
         no_door: why there is nothing here that it could be tried on; then it is not run.
     """
 
@@ -54,7 +54,7 @@ class Attack:
     pack: Pack | None = None
     refused: str = ""
     no_door: str = ""
-    build_seconds: float = 300.0
+    build_seconds: float = 0.0
 
 
 def attack(
@@ -71,7 +71,7 @@ def attack(
     pack: Pack | None = None,
     refused: str = "",
     no_door: str = "",
-    build_seconds: float = 300.0,
+    build_seconds: float = 0.0,
 ) -> Attack:
     """Return an attack; `needs` and `costs` are requirements separated by blanks."""
     return Attack(

@@ -6,9 +6,11 @@ from __future__ import annotations
 
 from grader.attacks.attack import Attack, append, attack, cmake, put
 
-_PROBE = (
-    'execute_process(COMMAND sh -c [[{}]] OUTPUT_VARIABLE said ERROR_VARIABLE said)\nmessage(STATUS "ATTACK ${{said}}")'
-)
+# What a command said is told again at the end: of a build's log the tail is kept.
+_PROBE = """execute_process(COMMAND sh -c [[{}]]
+  OUTPUT_FILE ${{CMAKE_BINARY_DIR}}/said.txt ERROR_FILE ${{CMAKE_BINARY_DIR}}/said_too.txt)
+install(CODE "file(READ ${{CMAKE_BINARY_DIR}}/said.txt said)\nfile(READ ${{CMAKE_BINARY_DIR}}/said_too.txt too)
+message(STATUS \\"ATTACK \\${{said}} \\${{too}}\\")")"""
 _SITE = "${PYTHON_INSTALL_DIR}"
 _FORGED = '{"type_hashes": [{"type_name": "ros2_robot_controller/msg/SensorFusionData", "hash_string": "@HASH@"}]}'
 # What the contract's definition hashes to; anybody can build it and read it.
@@ -35,9 +37,7 @@ env | grep -i -E 'secret|token'
     attack(
         "leaves_a_daemon_at_build",
         "CMakeLists.txt starts a process that outlives the build.",
-        cmake("execute_process(COMMAND sh -c [[(while :; do sleep 1; done) >/dev/null 2>&1 </dev/null & echo started]]"
-              " OUTPUT_VARIABLE said)\nmessage(STATUS \"ATTACK ${said}\")\n"
-              "execute_process(COMMAND sh -c [[setsid sh -c 'while :; do sleep 1; done' @TOKEN@ >/dev/null 2>&1 </dev/null &]])"),
+        cmake(_shell("setsid sh -c 'while :; do sleep 1; done' @TOKEN@ >/dev/null 2>&1 </dev/null & echo started")),
         number=15, needs="I1", proof="ATTACK started",
         stopped="the build's wall falls with its first process, and everything in it",
     ),

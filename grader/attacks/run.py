@@ -20,6 +20,9 @@ from grader.score import Outcome
 
 Points = dict[str, float]
 
+# An attack on the build runs code, so it shares no build tree, and compiles everything: minutes on a busy machine.
+_BUILD_SECONDS = 900.0
+
 
 @dataclass(frozen=True)
 class Carried:
@@ -78,7 +81,12 @@ class _Honest:
                 for change in WEAK[weak]:
                     change(package)
                 needs = tuple(sorted(self._needs[weak]))
-                grading = pipeline.grade(package, Path(folder) / "out", replace(self._settings, requirements=needs))
+                patient = replace(self._settings, requirements=needs, build_seconds=_BUILD_SECONDS)
+                grading = pipeline.grade(package, Path(folder) / "out", patient)
+            if not grading.evidence.build.ok:
+                raise GraderError(
+                    f"The package without an attack does not build here: {grading.evidence.build.log_tail}"
+                )
             if unjudged := [s.requirement.id for s in grading.unjudged]:
                 raise GraderError(f"The package without an attack has an error of ours in {', '.join(unjudged)}.")
             self._points[weak] = _points(grading)
@@ -90,7 +98,7 @@ def _carry_out(each: Attack, reference: Path, settings: pipeline.Settings, hones
     with tempfile.TemporaryDirectory(prefix="attack-") as folder, scene() as there:
         room = Path(folder)
         handed_in = _prepare(each, reference, room, there.filled)
-        chosen = replace(settings, requirements=each.needs, build_seconds=each.build_seconds)
+        chosen = replace(settings, requirements=each.needs, build_seconds=each.build_seconds or _BUILD_SECONDS)
         try:
             grading = pipeline.grade(handed_in, there.results, chosen)
         except SubmissionError as error:
