@@ -75,14 +75,20 @@ def first_error(found: Build) -> str:
     """Return the first error of a build's log with the lines that explain it."""
     if found.timed_out:
         return "`colcon build` ran out of time"
+    if found.exit_code == 0:
+        return "`colcon build` went through and installed no package; does CMakeLists.txt end with ament_package()?"
     lines = found.log_tail.splitlines()
     marked = (i for i, line in enumerate(lines) if re.search(r"\bError\b|\berror:|\bERROR\b", line))
     first = next(marked, None)
     if first is None:
         return f"`colcon build` ended with exit status {found.exit_code}"
-    below = itertools.takewhile(lambda line: line.startswith("  ") or not line.strip(), lines[first + 1 :])
+    # CMake explains an error in the indented lines below it, colcon in the next one.
+    explained = itertools.takewhile(lambda line: line.startswith("  ") or not line.strip(), lines[first + 1 :])
+    below = [*explained] or (lines[first + 1 : first + 2] if lines[first].endswith(":") else [])
     said = " ".join(line.strip() for line in [lines[first], *below] if line.strip())
-    return said.replace("/ws/src/", "").replace(f"{PACKAGE}/", "", 1)[:500]
+    # rosidl's complaint stands at the end of the command that made it.
+    said = said[max(0, said.find("Error processing")) :]
+    return re.sub(r"/ws/src/[^/\s']+/+|\bsubmission/(?=package\.xml)", "", said)[:500]
 
 
 def advice(because: str) -> str:

@@ -86,6 +86,23 @@ def test_the_first_error_of_a_build_is_told_without_our_paths() -> None:
     assert needs.first_error(found) == "CMake Error at CMakeLists.txt:9 (find_package): By not providing more"
 
 
+@pytest.mark.parametrize(
+    ("exit_code", "log", "words"),
+    [
+        (1, "x\nError parsing 'submission/package.xml':\nThe manifest must contain a name\ny\n",
+         "Error parsing 'package.xml': The manifest must contain a name"),
+        (1, "CMake Error at <ros>/adapt.cmake:57 (message):\n  execute_process(<ros>/python3 -m rosidl_adapter)\n"
+            "  returned error code 1:\n\n  Error processing 'flot32 x' of 'msg/A.msg'\n",
+         "Error processing 'flot32 x' of 'msg/A.msg'"),
+        (1, "CMake Error in '/ws/src/ros2_robot_controller//package.xml'\n", "CMake Error in 'package.xml'"),
+        (0, "Summary: 1 package finished\n", "does CMakeLists.txt end with ament_package()?"),
+    ],
+)  # fmt: skip
+def test_errors_that_tools_wrap_are_told_bare(exit_code: int, log: str, words: str) -> None:
+    found = Build(ok=False, cached=False, wall_seconds=1.0, exit_code=exit_code, timed_out=False, log_tail=log)
+    assert needs.first_error(found).endswith(words)
+
+
 def test_a_build_without_a_marked_error_tells_its_exit_status() -> None:
     found = Build(ok=False, cached=False, wall_seconds=1.0, exit_code=3, timed_out=False, log_tail="hm\n")
     assert needs.first_error(found) == "`colcon build` ended with exit status 3"
