@@ -54,7 +54,8 @@ begin("03")
 
 # %% [markdown]
 # If the lines above say that files are missing, and you would rather start here than go back, run `start_at("03")` in a cell of its own.
-#
+
+# %% [markdown]
 # ## Which way does it face?
 #
 # No nodes yet.
@@ -105,7 +106,8 @@ print("orientation", odom.pose.pose.orientation)
 # | y | left |
 # | z | up |
 # | angles | in **radians**, **counter-clockwise** is positive, 0 is along x |
-#
+
+# %% [markdown]
 # ## Half the angle, in two numbers
 #
 # Rotating by yaw about the z axis is this quaternion:
@@ -171,7 +173,8 @@ for z, w in ((-0.7071, 0.7071), (0.7071, -0.7071)):
 # A formula that holds for every quaternion is one of the four things you will write below.
 #
 # **Change one thing:** add -45 and 315 to the list of the drawing and run it again.
-#
+
+# %% [markdown]
 # ## Angles wrap
 #
 # A robot has looked at its compass twice and wants the mean.
@@ -212,7 +215,8 @@ print("-10 % 360 =", -10 % 360)
 # "Turn by -10°" means a little to the right; "turn by 350°" means nearly a full turn to the left.
 # You want the sign: in (-π, π], positive is left and negative is right.
 # The brackets are meant: -π itself is *not* in it, π is, so that "straight back" has one number and not two.
-#
+
+# %% [markdown]
 # ## Turning the long way round
 #
 # Now it costs time and power.
@@ -287,7 +291,8 @@ live
 #
 # It works in every test that does not look backwards, and that is why this bug is so common.
 # You will come back to this plot with a function of your own.
-#
+
+# %% [markdown]
 # ## Degrees in a radians field
 #
 # The message says `float64` and no more.
@@ -311,7 +316,8 @@ print(f"{90 / math.tau:.2f} turns; the rest is {rest:.3f} rad or {math.degrees(r
 # Wrong units do not crash; they arrive somewhere else.
 # Two habits help: a name or a docstring that says the unit, and a number that is asked whether it can be true.
 # No robot in this course turns faster than 1.9 rad/s, so an `angular.z` of 90 is no speed, it is a mistake in degrees.
-#
+
+# %% [markdown]
 # ## Limits, and a number that is none
 #
 # The last of the four functions keeps a number within limits; every robot does it before it commands a speed.
@@ -343,7 +349,8 @@ print("max(low, min(high, nan)) =", max(low, min(high, nan)))
 #
 # A clamp that turns NaN into a limit hides the fault and makes a command of it.
 # Yours shall let NaN through as NaN, so that whoever asks next, "is this a finite number?", can still see it.
-#
+
+# %% [markdown]
 # ## Four functions and their edges
 #
 # Now write them: `utils/conversions.py`, the contract's four functions.
@@ -486,7 +493,8 @@ heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
 # Normalize differences, and it does not matter where the circle is cut.
 #
 # **Change one thing:** let the robot turn from 0° to 180°, then from 1° to 180° and from -1° to 180°. Which way does it turn, and why may it choose in the first case?
-#
+
+# %% [markdown]
 # ## Say what a function gives
 #
 # Somebody uses your functions next week.
@@ -608,7 +616,8 @@ check("Q2")
 # > - `ros2 topic echo --once --field pose.pose.orientation /odom` shows the same four numbers. x and y are not quite 0 there: floors and sensors are never level.
 # > - The lidar is mounted turned by 90° to the left. Its frame relative to the robot is the quaternion z = w = 0.7071, which you can now read at a glance. A program that takes the beam at angle 0 for "ahead" looks to the robot's left.
 # > - Odometry starts at yaw 0 wherever the robot stands when it is switched on. A heading means nothing until you say in which frame.
-#
+
+# %% [markdown]
 # ## Go further
 #
 # Not needed for the next notebook.
@@ -616,7 +625,8 @@ check("Q2")
 # - Quaternions can be longer than 1, for example after many multiplications. For those, 1 - 2(y² + z²) is wrong. Multiply out w² + x² - y² - z² for length 1 and see that it is the same; use it, and your function holds for every length.
 # - The mean of angles that does work: add up the arrows, `atan2(sum of sines, sum of cosines)`. What does it say for 0° and 180°, and what *should* it say?
 # - Two turns one after the other are one multiplication of quaternions. Write it for z and w only, and check that it adds the angles.
-#
+
+# %% [markdown]
 # ## Do you remember?
 #
 # <details><summary>A message says z = 1, w = 0. Which way does the robot face?</summary>

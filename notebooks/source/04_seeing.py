@@ -51,7 +51,8 @@ begin("04")
 
 # %% [markdown]
 # If something is missing above and you would rather start here, run `start_at("04")` in a cell of its own.
-#
+
+# %% [markdown]
 # ## What a scan is
 #
 # A robot stands in an office.
@@ -122,7 +123,8 @@ live
 # The lidar is mounted turned by 90°.
 # And other drivers start at angle 0 and go once round.
 # So: take the *angle* of a beam, never its number.
-#
+
+# %% [markdown]
 # ## Readings that are none
 #
 # What does the message's own definition say about the readings?
@@ -205,7 +207,8 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan
 
-os.environ["RCUTILS_CONSOLE_OUTPUT_FORMAT"] = "[{severity}] [{name}]: {message}"  # else with the time
+os.environ["RCUTILS_CONSOLE_OUTPUT_FORMAT"] = "[{severity}] [{name}]: {message}"  # no time of day
+os.environ["RCUTILS_LOGGING_USE_STDOUT"] = "1"  # where print goes, too
 if not rclpy.ok():
     rclpy.init()
 lidar, listener = Node("lidar"), Node("listener")
@@ -423,7 +426,8 @@ print(f"contacts: {len(again.contacts)}, from hull to wall: {again.clearance[-1]
 # F6 is asked of the node that drives: it must neither stop for a reading that is none nor overlook a real one.
 # `robot_controller` is still empty, so `check("F6")` waits for notebook 06, where it drives at a set speed.
 # This file is what it will pass with.
-#
+
+# %% [markdown]
 # ## Be seen on the graph
 #
 # A publisher and a subscriber meet if they agree on three things.
@@ -589,7 +593,8 @@ print(each_crossing, "warnings with: if percent < 20 and not previous < 20")
 #
 # Closest reading, battery in percent, motion, and two alarms: that is requirement F12, and you have all its pieces now.
 # (rclpy has `warning(..., once=True)`, which is once in the node's life: charge it, and the next flat battery is silent.)
-#
+
+# %% [markdown]
 # ## Publish at a rate
 #
 # A timer's period is the *inverse* of the parameter: `fusion_frequency` is 20 Hz, the period 1/20 s.
@@ -864,7 +869,8 @@ run.close()
 # Compare with the contract: three subscriptions beside `/clock`, two publishers beside the two that every node has, `/parameter_events` and `/rosout`.
 # The slash in front is not yours; it is the root namespace, in which the node was started.
 # And your subscription of `/raw_scan` should say BEST_EFFORT; the `observer` is the simulator's end.
-#
+
+# %% [markdown]
 # ## Whose clock?
 #
 # The drive took twelve seconds.
@@ -963,7 +969,8 @@ rclpy.try_shutdown()
 # > - The lidar is mounted turned by 90°, free-running at 5.5 to 10 Hz. A closest reading *anywhere* does not mind; "ahead" does, until the scan's frame is taken into account.
 # > - The lidar sees nothing nearer than 0.15 m, and at the back the hull ends 0.13 m from it: a wall that it touches with its back is inside the blind zone.
 # > - This course counts `-inf`, "too close to measure", as no reading, as the contract says. On a robot of your own, let it count as very near: to stop once too often is the better mistake.
-#
+
+# %% [markdown]
 # ## Go further
 #
 # Not needed for the next notebook.
@@ -972,7 +979,8 @@ rclpy.try_shutdown()
 # - How old is what you publish? Compare the scan's stamp with now, and say `inf`, or nothing, when the last scan is older than half a second. What would be right for whoever listens?
 # - `message_filters` has a synchronizer that calls back with messages of the same time. When is that better than a timer, and what happens when one of the sensors stops?
 # - One wrong beam, 0.2 m in an empty room, stops a robot. Ask for two neighbours that agree, and say what you lose.
-#
+
+# %% [markdown]
 # ## Do you remember?
 #
 # <details><summary>Which beam looks ahead?</summary>
