@@ -633,7 +633,8 @@ class Driver(Node):
 # ```python
 # def _control(self) -> None:
 #     limits = self._limits()
-#     wanted = motion.make_safe(self._wanted(limits), self._near, limits)
+#     wanted = self._wanted(limits) if self._is_fresh(self._scan_time) else STOP
+#     safe = motion.make_safe(wanted, self._near, limits)
 #     period = self._period('laser_processing_rate')
 #     dt = clamp(self._now() - self._last_command_time, 0.0, MAX_DT_PERIODS * period)
 #     ...  # publish what speed_up_gently makes of it
