@@ -169,6 +169,15 @@ class Process:
         for pid in _children(self._init_pid):
             _signal(pid, signal.SIGINT)
 
+    def queued(self) -> dict[int, float]:
+        """Return for each thread of the command the seconds that it has waited for a core, while others had them."""
+        waited = {}
+        for pid in _children(self._init_pid):
+            for thread in Path(f"/proc/{pid}/task").glob("*"):
+                with contextlib.suppress(OSError, IndexError, ValueError):  # it has just ended
+                    waited[int(thread.name)] = int((thread / "schedstat").read_text().split()[1]) * 1e-9
+        return waited
+
     def kill(self) -> None:
         """End the whole tree and wait until it is gone."""
         self.end()

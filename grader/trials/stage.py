@@ -276,17 +276,22 @@ class Stage:
         return process
 
     def interrupt(self, limit: float = 5.0) -> None:
-        """Press Ctrl-C: send SIGINT to the node and wait for its end, `limit` wall seconds at most."""
+        """Press Ctrl-C: send SIGINT to the node and wait for its end, `limit` seconds at most.
+
+        The seconds are wall time without that in which other processes had the cores: a busy machine gives more.
+        """
         self.mark("interrupt")
         self.interrupted = True
+        before, queued = self.process.queued(), 0.0
         started = time.monotonic()
         self.process.interrupt()
-        deadline = started + limit
-        while self.process.exit_code() is None and time.monotonic() < deadline:
+        while self.process.exit_code() is None and time.monotonic() - started - queued < limit:
             # The clock goes on: a node that waits for its next message hears of the signal only when that has come.
             self.bridge.tick_by_wall()
+            waits = (now - before.get(thread, 0.0) for thread, now in self.process.queued().items())
+            queued = max(queued, *waits, 0.0)
         if self.process.exit_code() is not None:
-            self.choices["seconds_to_end"] = round(time.monotonic() - started, 2)
+            self.choices["seconds_to_end"] = round(time.monotonic() - started - queued, 2)
         # The node's last words may still be on their way.
         self.bridge.alive = lambda: True
         self.bridge.spin_until(lambda: False, 0.05)

@@ -115,6 +115,17 @@ def test_memory_files_and_core_dumps_are_limited():
     assert python("import resource; print(resource.getrlimit(resource.RLIMIT_CORE))").output == "(0, 0)\n"
 
 
+def test_it_is_known_how_long_a_command_waited_for_a_core():
+    """Ending within 2 s of Ctrl-C is judged without the time in which other processes had the cores."""
+    spin = "import threading\nfor _ in range(8): threading.Thread(target=lambda: [None for _ in iter(int, 1)]).start()"
+    with Process(["python3", "-c", spin], Wall(environment=toolchain.environment(home=sandbox.HOME)), Limits()) as busy:
+        deadline = time.monotonic() + 30.0
+        while max(busy.queued().values(), default=0.0) < 0.01 and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert 0.01 <= max(busy.queued().values()) <= busy.wall_seconds
+    assert busy.queued() == {}
+
+
 def test_an_interrupt_reaches_the_command_as_ctrl_c_does():
     code = (
         "import time\nprint('up', flush=True)\ntry:\n    time.sleep(1000)\nexcept KeyboardInterrupt:\n    print('bye')"
