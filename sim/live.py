@@ -42,6 +42,7 @@ BEHIND_S = 0.1  # of wall time: a longer stall of a busy machine is not caught u
 # and where a busy cell keeps the kernel from hearing it, nobody can tell.
 LOST_S, HIDDEN_LOST_S, UNHEARD_LOST_S = 15.0, 180.0, 600.0
 GRACE_S = 2.0  # how long `run` waits for a front end before it goes on without
+SHORT_GRACE_S = 0.2  # the same, once it has waited in vain and as long as no view has been heard of
 NO_RANGE = 65535  # centimetres on the wire: nothing seen
 ROOM_M = 0.01  # what is dragged keeps this distance from the hull
 
@@ -240,6 +241,7 @@ class Live:
     """
 
     _shown: ClassVar[weakref.WeakValueDictionary[str, Live]] = weakref.WeakValueDictionary()
+    _grace_s: ClassVar[float] = GRACE_S
 
     def __init__(
         self,
@@ -347,8 +349,8 @@ class Live:
         """
         if not 0 < seconds < math.inf:
             raise ValueError(f"seconds = {seconds} must be a finite number above 0")
-        if self._widget is not None:
-            self._seen_view.wait(GRACE_S)
+        if self._widget is not None and not self._seen_view.wait(Live._grace_s):
+            Live._grace_s = SHORT_GRACE_S
         try:  # an interrupt may come as soon as the thread runs
             self._do(lambda: self._run_for(seconds, until))
             self._start_thread()
@@ -490,6 +492,7 @@ class Live:
             if command["hidden"]:
                 command["patience"] = max(command["patience"], HIDDEN_LOST_S)
             self._seen_view.set()
+            Live._grace_s = GRACE_S
         with self._wake:
             self._inbox.append(command)
             self._wake.notify_all()
@@ -637,6 +640,8 @@ class Live:
     def _end_run(self) -> None:
         """Pause, and let `run` return."""
         self._pause()
+        # A run without a front end goes as fast as it can; nobody shall wait for the time that it was ahead.
+        self._pacer = Pacer(self._pacer.rate)
         with self._wake:
             self._left = self._until = None
             self._wake.notify_all()

@@ -453,6 +453,13 @@ def test_a_run_without_a_browser_is_as_fast_as_it_goes_and_the_same_as_drive(liv
     assert not live.is_running
 
 
+def test_nobody_waits_for_the_time_that_a_fast_run_was_ahead(live: Live) -> None:
+    live.set_rate(1.0)
+    live.run(1000.0)
+    live.start()
+    wait_for(lambda: live.simulator.time > 1000.1)
+
+
 def test_the_built_in_driver_makes_the_same_tour_as_without_the_view() -> None:
     world = load_world("office")
     with Live(Simulator(world)) as live:
