@@ -11,6 +11,7 @@ import contextlib
 import itertools
 import os
 import re
+import signal
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -145,10 +146,14 @@ def _usable(folder: Path) -> bool:
 
 
 def _sweep(folder: Path) -> None:
-    """Take away the empty groups of gradings that are no more."""
+    """Take away the groups of gradings that are no more, with what is left in them."""
     for left in folder.glob(f"{_PREFIX}*.*"):
         pid = left.name.split(".")[1]
         if pid.isdigit() and not Path("/proc", pid).exists():
+            # bubblewrap, killed at the wrong moment, can leave its half-built child waiting; nobody else would end it.
+            for member in _read(left / "cgroup.procs").split() if "-self" not in left.name else ():
+                with contextlib.suppress(OSError):
+                    os.kill(int(member), signal.SIGKILL)
             with contextlib.suppress(OSError):
                 left.rmdir()
 
