@@ -76,8 +76,7 @@ def test_no_exercise_ships_its_solution(name: str, source_page: Callable[[str], 
 
 def test_each_requirement_is_checked_in_some_notebook(rubric: Rubric, source_page: Callable[[str], Page]):
     asked = {name for page in map(source_page, NAMES) for cell in page.code() for name in pages.checked(cell)}
-    # Notebook 04 teaches I7 and says that it can be checked from 05 on; no notebook does so yet.
-    assert {requirement.id for requirement in rubric.requirements} - asked == {"I7"}
+    assert {requirement.id for requirement in rubric.requirements} - asked == set()
 
 
 def test_the_table_of_sections_is_as_the_rubric_and_the_notebooks_are(rubric: Rubric):
