@@ -197,6 +197,29 @@ def test_an_independent_reader_opens_the_bag(crash: Recording, tmp_path: Path) -
     assert read["/sensor_fusion_data"].linear_acceleration.z == 9.81
 
 
+def test_foxgloves_own_reader_decodes_the_bag_by_the_types_in_it(crash: Recording, tmp_path: Path) -> None:
+    """It knows no type beforehand, the contract's neither: all must stand in the file."""
+    pytest.importorskip("rosbags")
+    from mcap.reader import make_reader
+    from mcap_ros2.decoder import DecoderFactory
+
+    from sim.bag import BagMessage, write_bag
+
+    kind = "ros2_robot_controller/msg/SensorFusionData"
+    fused = BagMessage("/sensor_fusion_data", kind, 0.5, {"battery_level": 85.5, "linear_acceleration": {"z": 9.81}})
+    write_bag(crash, tmp_path / "bag", types={kind: FUSION}, messages=[fused])
+    (path,) = (tmp_path / "bag").glob("*.mcap")
+    with path.open("rb") as stream:
+        messages = list(make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages())
+    read = {channel.topic: (schema.name, message) for schema, channel, _, message in messages}
+    assert read["/scan"][0] == "sensor_msgs/msg/LaserScan"
+    assert list(read["/scan"][1].ranges) == crash.scan_ranges[-1].astype(np.float32).tolist()
+    assert read["/odom"][1].pose.pose.position.x == crash.odom_x[-1]
+    assert read["/sensor_fusion_data"][0] == kind
+    assert read["/sensor_fusion_data"][1].battery_level == 85.5
+    assert read["/sensor_fusion_data"][1].linear_acceleration.z == 9.81
+
+
 def test_a_field_that_the_type_does_not_have_is_named(crash: Recording, tmp_path: Path) -> None:
     pytest.importorskip("rosbags")
     from sim.bag import BagMessage, write_bag
