@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import re
 import subprocess
@@ -79,7 +80,8 @@ def play(notebook: NotebookNode, workspace: Path, kit: Path = pages.KIT) -> Perf
         )
         started = time.monotonic()
         try:
-            client.execute(env=environment(workspace, kit))
+            # A loop of its own, closed in the end: the one that nbclient would make stays open for ever.
+            asyncio.run(client.async_execute(env=environment(workspace, kit)))
         except CellExecutionError as error:
             played.error = _words(played, error)
         except (TimeoutError, RuntimeError) as error:  # a cell that hangs, a kernel that dies
