@@ -112,9 +112,13 @@ def test_a_group_is_gone_with_its_wall():
     assert not any(folder.exists() for folder in folders)
 
 
+@held
 @pytest.mark.sandbox
 def test_a_wall_does_not_outlive_its_grader_even_while_it_is_built(tmp_path: Path):
-    """The gate: a grader that is killed before bubblewrap has bound itself to it opens it for nobody."""
+    """The gate: a grader that is killed before bubblewrap has bound itself to it opens it for nobody.
+
+    And the guard: what bubblewrap leaves half-built is ended.
+    """
     code = (
         "import os, signal\nfrom grader import sandbox\n"
         "sandbox._child_pid = lambda fd: os.kill(os.getpid(), signal.SIGKILL)\n"
