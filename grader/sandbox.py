@@ -435,6 +435,8 @@ def _shows_through(folder: Path) -> bool:
 
 def _limited(command: Sequence[str], limits: Limits) -> list[str]:
     return [
+        # A grader in the background of a script has SIGINT ignored, which its children would inherit for good.
+        "env", "--default-signal=HUP,INT,QUIT,TERM",
         "prlimit", f"--as={limits.memory_bytes}", f"--nproc={limits.processes}", f"--fsize={limits.file_bytes}",
         "--nofile=1024", "--core=0", f"--cpu={int(limits.wall_seconds) * 2 + 10}", "--", *command,
     ]  # fmt: skip

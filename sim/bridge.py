@@ -252,10 +252,13 @@ class Bridge:
             return
         before, started = self._signs(), time.monotonic()
         self._advance(dt)
-        self._await_answer()
         if self._probe is not None:
+            # No waiting for an answer that is due: one by wall time would come meanwhile and seem to keep step.
+            self._barrier()
             self._watch(self._probe, before, started, dt)
-        elif self._suspiciously_silent(dt):
+            return
+        self._await_answer()
+        if self._suspiciously_silent(dt):
             self._silences += 1
             self._probe = _Probe(of_feedback=False)
 

@@ -139,7 +139,8 @@ def _defaults_file(workspace: Workspace) -> Path:
 
 def _write_colcon_defaults(workspace: Workspace) -> None:
     path = _defaults_file(workspace)
-    text = f'build:\n  event-handlers: ["status-", "terminal_title-"]\n  cmake-args: ["-DCMAKE_PROJECT_INCLUDE={toolchain.CMAKE_HOOK}"]\n'
+    handlers = '["status-", "terminal_title-"]'
+    text = f'build:\n  event-handlers: {handlers}\n  cmake-args: ["-DCMAKE_PROJECT_INCLUDE={toolchain.CMAKE_HOOK}"]\n'
     if not path.is_file() or path.read_text() != text:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
