@@ -72,7 +72,7 @@ def run(
     """Yield the runs, those that `log` holds already first; a new one is written to it as soon as it has ended.
 
     Raises:
-        GraderError: a grading failed; what was done so far stays in `log`.
+        GraderError: a grading failed, or the log is of something else; what was done so far stays in `log`.
     """
     done = load(log)
     yield from done[:count]
@@ -80,6 +80,10 @@ def run(
         under_stress = stress and number % 2 == 1
         with load_on_every_core() if under_stress else contextlib.nullcontext():
             found = _grade(submission, number, under_stress, requirements, arguments)
+        if done and (found.sha256, set(found.points)) != (done[0].sha256, set(done[0].points)):
+            raise GraderError(
+                f"{log} holds runs of another submission or requirements. Name another --log, or remove it."
+            )
         log.parent.mkdir(parents=True, exist_ok=True)
         with log.open("a") as stream:
             stream.write(json.dumps(found.__dict__) + "\n")
@@ -171,8 +175,6 @@ def main(options: argparse.Namespace) -> int:
         runs.append(each)
         how = "under stress" if each.stress else "calm"
         print(f"run {each.number + 1} of {options.runs}, {how}: {sum(each.points.values()):g} points", file=sys.stderr)
-    if len({each.sha256 for each in runs}) > 1:
-        raise GraderError(f"{log} holds runs of another submission. Name another --log or remove it.")
     print(render(runs))
     print(f"Runs: {log}")
     return 1 if flickering(runs) else 0

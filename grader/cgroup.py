@@ -135,14 +135,13 @@ def _post_guard(folders: set[Path]) -> None:
     """
     patterns = [f'"{folder}"/{_PREFIX}.{os.getpid()}.*' for folder in folders]
     script = _GUARD.replace("GROUPS", " ".join(patterns))
-    read_end, write_end = os.pipe()  # the writing end stays open as long as this process lives, and nobody inherits it
+    read_end, _write_end = os.pipe()  # the writing end is open as long as this process lives, and nobody inherits it
     quiet = [(os.POSIX_SPAWN_OPEN, stream, os.devnull, os.O_WRONLY, 0) for stream in (1, 2)]
     os.posix_spawn(
         "/bin/sh", ["sh", "-c", script], {"PATH": os.environ.get("PATH", os.defpath)},
         file_actions=[(os.POSIX_SPAWN_DUP2, read_end, 0), *quiet], setsid=True,
     )  # fmt: skip
     os.close(read_end)
-    del write_end  # kept open on purpose
 
 
 def _version_2(own: Path) -> Path | None:
