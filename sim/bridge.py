@@ -245,8 +245,8 @@ class Bridge:
 
     # -- time -----------------------------------------------------------------------------------------------------
 
-    def tick(self, dt: float = TICK_S) -> None:
-        """Advance the simulation by `dt` seconds and let the node answer."""
+    def tick(self, dt: float = TICK_S, further_rounds: int = 0) -> None:
+        """Advance the simulation by `dt` seconds and let the node answer, and go on for some rounds of its executor."""
         if self.pace == "real time":
             self.tick_by_wall(dt)
             return
@@ -257,7 +257,7 @@ class Bridge:
             self._barrier()
             self._watch(self._probe, before, started, dt)
             return
-        self._await_answer()
+        self._await_answer(_ROUNDS + further_rounds)
         if self._suspiciously_silent(dt):
             self._silences += 1
             self._probe = _Probe(of_feedback=False)
@@ -319,19 +319,20 @@ class Bridge:
 
     def _advance(self, dt: float) -> None:
         self._tick += 1
-        sent: Counter[type] = Counter()
-        for reading in self.simulator.step(dt):
-            self._publish(reading)
-            sent[type(reading)] += 1
-        most = max(sent.values(), default=0)
+        readings = [reading for each in self.simulator.step(dt) if (reading := self._let_through(each))]
+        messages = [(self._sensors[type(reading)], to_message(reading)) for reading in readings]
+        # In one go, for each message that comes alone costs the node a round of its executor.
+        for publisher, message in messages:
+            publisher.publish(message)
+        most = max(Counter(type(reading) for reading in readings).values(), default=0)
         if most > 1 and self.pace == "lockstep":
             # A round takes one message of each topic. All of them come before the clock, or chance would decide
             # which reading of the IMU is the latest when a timer looks.
             self._barrier(most)
         self._publish_clock()
 
-    def _await_answer(self) -> None:
-        self._barrier()
+    def _await_answer(self, rounds: int) -> None:
+        self._barrier(rounds)
         if not self._answers.due(self._tick) or not self.alive():
             return
         if self.spin_until(self._answered, _RESENT_AFTER_S):
@@ -382,18 +383,14 @@ class Bridge:
             if topic:
                 self._sensors[reading] = self.node.create_publisher(message, topic, qos)
 
-    def _publish(self, reading: Reading) -> None:
-        if type(reading) in self.muted:
-            return
-        if isinstance(reading, ScanReading):
-            filtered = self.filter_scan(reading)
-            if filtered is None:
-                return
-            reading = filtered
-        publisher = self._sensors.get(type(reading))
-        if publisher is not None:
-            self.on_published(reading)
-            publisher.publish(to_message(reading))
+    def _let_through(self, reading: Reading) -> Reading | None:
+        """Return the reading that the node gets of this one, None if it gets none."""
+        if type(reading) not in self._sensors or type(reading) in self.muted:
+            return None
+        heard = self.filter_scan(reading) if isinstance(reading, ScanReading) else reading
+        if heard is not None:
+            self.on_published(heard)
+        return heard
 
     def _publish_clock(self) -> None:
         _stamp(self._clock_message.clock, self.simulator.time)

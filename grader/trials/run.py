@@ -40,8 +40,8 @@ def run(
         contract: the install tree of the contract's interfaces.
         folder: where workers leave what they saw, one file a trial.
         seed: decides speeds, places and noise.
-        workers: how many trials run at once; by default one for each core, two at most. Those in real time, which
-            mostly wait, run beside them.
+        workers: how many trials run at once; by default one more than cores, for each waits at times, and three at
+            most. Those in real time, which mostly wait, run beside them.
         package: the package's source folder.
         progress: told the name of each trial that has ended.
     """
@@ -50,7 +50,7 @@ def run(
     for plan in plans:
         (slow if plan.real_time else todo).put(plan)
     found: dict[str, evidence.Trial] = {}
-    count = workers or min(2, os.cpu_count() or 1)
+    count = workers or min(3, 1 + (os.cpu_count() or 1))
     queues = [todo] * count + [slow] * (not slow.empty())
     workers_ = [_Worker(each, found, install, contract, folder, seed, package, progress) for each in queues]
     for worker in workers_:

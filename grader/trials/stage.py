@@ -377,10 +377,11 @@ class Stage:
             raise TrialOver(f"the node ended at {self.t:.2f} s with exit status {code}")
         if time.monotonic() - self._started > self._wall_limit:
             raise TrialOver(f"the trial took more than {self._wall_limit:g} s of wall time")
-        self.bridge.tick()
-        if any(goal.running for goal in self.goals):
-            # The robot that stands may be there: it is some rounds from the timer that stops it to the result.
-            self.bridge.settle(_ENDING_ROUNDS if self.commands and _stands(self.commands[-1]) else 1)
+        going = any(goal.running for goal in self.goals)
+        self.bridge.tick(further_rounds=int(going))
+        if going and self.commands and _stands(self.commands[-1]):
+            # It may be there: it is some rounds from the timer that stops it to the result.
+            self.bridge.settle(_ENDING_ROUNDS)
         self._sample()
         if any(goal.silent for goal in self.goals):
             self.bridge.await_feedback()

@@ -53,13 +53,16 @@ simulator = Simulator(load_world("open_field"), seed=1)
 bridge = Bridge(simulator, CONTROLLER, "robot_controller", domain_id=3, alive=lambda: process.poll() is None)
 commands = []
 bridge.on_command = lambda t, message: commands.append([round(t, 6), message.linear.x, message.angular.z])
+calls = []
+call = bridge._barrier_client.call_async
+bridge._barrier_client.call_async = lambda request: calls.append(bridge.time) or call(request)
 ready = bridge.await_node(lambda: False if sys.argv[2] == "blocked" else True)
 if sys.argv[3] == "kill":
     process.kill(); process.wait()
 for _ in range(int(sys.argv[4])):
     bridge.tick()
 print(json.dumps({"ready": ready, "pace": bridge.pace, "commands": commands, "t": simulator.time,
-                  "blocked": bridge.blocked, "x": simulator.pose.x}))
+                  "blocked": bridge.blocked, "x": simulator.pose.x, "calls": sum(t > 0 for t in calls)}))
 process.kill()
 bridge.close()
 """
@@ -92,6 +95,11 @@ def test_a_command_knows_the_scan_of_its_own_tick(tmp_path: Path):
     found = run(tmp_path, "timer")
     counts = {t: n for t, _, n in found["commands"]}  # type: ignore[attr-defined]
     assert all(n == pytest.approx(10 * t, abs=1.01) for t, n in counts.items() if t > 0.15)
+
+
+def test_a_sensor_that_the_node_does_not_get_costs_no_time(tmp_path: Path):
+    """Two rounds a tick are enough for a controller: the five readings of the IMU in each are not published."""
+    assert 80 <= run(tmp_path, "timer", ticks=40)["calls"] <= 90  # type: ignore[operator]
 
 
 def test_two_runs_give_the_same_commands_at_the_same_times(tmp_path: Path):
