@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from grader.course import feedback, stages
+from grader.course import cells, feedback, stages
 from grader.course.feedback import Checked
 from grader.course.workspace import find, open_workspace
 
@@ -20,13 +20,15 @@ def begin(notebook: str) -> None:
     """Open the workspace for a notebook ("05") and say what is in it.
 
     Makes `ws/src/ros2_robot_controller` beside the notebooks where it is missing, changes into it, and sets the
-    environment so that `!ros2`, `!colcon build` and `!python3` work in cells. Can be run again at any time.
+    environment so that `!ros2`, `!colcon build` and `!python3` work in cells. A `%%writefile` that meets a file which
+    was edited elsewhere then keeps a copy of it first. Can be run again at any time.
 
     Raises:
         ValueError: the course has no such notebook.
     """
     key = stages.number(notebook)
     workspace = open_workspace(key)
+    cells.watch(workspace)
     print(feedback.welcome(key, workspace))
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from grader.build import PACKAGE
 from grader.course import given
-from grader.course.workspace import Workspace
+from grader.course.workspace import Workspace, ignored_by_colcon
 from grader.errors import GraderError
 from grader.intake import laid_out
 
@@ -368,7 +368,7 @@ def _back_up(workspace: Workspace) -> Path | None:
     number = 1
     while (backup := workspace.root / f"backup-{number}").exists():
         number += 1
-    backup.mkdir(parents=True)
+    ignored_by_colcon(backup)  # it holds a package.xml, and colcon refuses two packages of one name
     for path in there:
         shutil.move(path, backup / path.name)
     return backup

@@ -6,11 +6,9 @@ import contextlib
 import hashlib
 import os
 import shutil
-import sys
 from collections.abc import MutableMapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from grader import build, toolchain
 from grader.errors import GraderError
@@ -77,7 +75,6 @@ def open_workspace(notebook: str) -> Workspace:
     os.chdir(found.package)
     _write_colcon_defaults(found)
     prepare(found, os.environ)
-    _watch_cells(found)
     return found
 
 
@@ -127,6 +124,12 @@ def discovery_range(interfaces: Path = Path("/sys/class/net")) -> str:
     return "LOCALHOST" if any(state == "up" for name, state in states.items() if name != "lo") else "SUBNET"
 
 
+def ignored_by_colcon(folder: Path) -> None:
+    """Make the folder if it is missing, and keep colcon from looking for packages in it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "COLCON_IGNORE").touch()
+
+
 def _in_front(path: str, *folders: Path) -> str:
     """Return a search path with `folders` in front, each once."""
     first = [str(folder) for folder in folders]
@@ -144,68 +147,3 @@ def _write_colcon_defaults(workspace: Workspace) -> None:
     if not path.is_file() or path.read_text() != text:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-
-
-# -- the running kernel -----------------------------------------------------------------------------------------------
-
-
-class _Watcher:
-    """Before each cell: see a new build, and let go of modules of the package whose files have changed."""
-
-    def __init__(self, workspace: Workspace) -> None:
-        self.workspace = workspace
-
-    def __call__(self, *_: object) -> None:
-        prepare(self.workspace, os.environ)
-        forget_changed_modules(self.workspace.package)
-
-
-def forget_changed_modules(package: Path) -> None:
-    """Forget the student's modules that this process has imported if one of their files has changed since.
-
-    Python reads a module once, so a cell that imports it again would go on with the old one.
-    """
-    loaded = {
-        name: Path(file)
-        for name, module in list(sys.modules.items())
-        if name.partition(".")[0] == PACKAGE
-        and (file := getattr(module, "__file__", None))
-        and Path(file).is_relative_to(package)
-    }
-    stamps = {name: _stamp(path) for name, path in loaded.items()}
-    if any(_STAMPS.get(name, stamp) != stamp for name, stamp in stamps.items()):
-        for name in loaded:
-            sys.modules.pop(name, None)
-            _STAMPS.pop(name, None)
-    else:
-        _STAMPS.update(stamps)
-
-
-_STAMPS: dict[str, tuple[int, int]] = {}
-
-
-def _stamp(path: Path) -> tuple[int, int]:
-    try:
-        found = path.stat()
-    except OSError:
-        return (0, 0)
-    return found.st_mtime_ns, found.st_size
-
-
-def _watch_cells(workspace: Workspace) -> None:
-    """Call the watcher before each cell, where this is a notebook; only the last one counts."""
-    # Two versions of a file, written within one second, would pass for the same in Python's cache.
-    sys.dont_write_bytecode = True
-    shell = _shell()
-    if shell is None:
-        return
-    for callback in list(shell.events.callbacks["pre_run_cell"]):
-        if isinstance(callback, _Watcher):
-            shell.events.unregister("pre_run_cell", callback)
-    shell.events.register("pre_run_cell", _Watcher(workspace))
-
-
-def _shell() -> Any:
-    """Return the interactive shell of a notebook's kernel, None elsewhere."""
-    module = sys.modules.get("IPython")
-    return module.get_ipython() if module is not None else None

@@ -10,15 +10,14 @@ from pathlib import Path
 import pytest
 
 from grader import notebook, toolchain
-from grader.course import stages
-from grader.course import workspace as places
+from grader.course import cells, stages
+from grader.course.cells import forget_changed_modules
 from grader.course.workspace import (
     PACKAGE,
     VARIABLE,
     Workspace,
     discovery_range,
     find,
-    forget_changed_modules,
     prepare,
 )
 from grader.errors import GraderError
@@ -134,8 +133,8 @@ def test_a_module_written_again_is_imported_again(workspace: Workspace, monkeypa
     package = workspace.package
     folder = package / "fresh_module"
     folder.mkdir(parents=True)
-    monkeypatch.setattr(places, "PACKAGE", "fresh_module")
-    monkeypatch.setattr(places, "_STAMPS", {})
+    monkeypatch.setattr(cells, "PACKAGE", "fresh_module")
+    monkeypatch.setattr(cells, "_STAMPS", {})
     monkeypatch.syspath_prepend(str(package))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     (folder / "__init__.py").write_text("")
