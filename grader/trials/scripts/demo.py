@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
 _LIMIT_S = 60.0  # the contract's robot crosses its world in less
-_QUICK_S = 20.0
 
 
 # The service calls go through the observer: it cannot see them otherwise, and a script could only claim them.
@@ -27,8 +26,4 @@ def demo(stage: Stage) -> None:
     stage.run(0.5)
     script = stage.play("scripts/demo.py")
     stage.run_until(lambda: script.exit_code() is not None, _LIMIT_S)
-    if script.exit_code() not in (0, None) and script.wall_seconds < _QUICK_S:
-        # A script that waits a second for an answer may find this machine busy: it gets a second chance.
-        script = stage.play("scripts/demo.py")
-        stage.run_until(lambda: script.exit_code() is not None, _LIMIT_S)
     stage.run(0.2)
