@@ -50,6 +50,12 @@ def answers(cell: NotebookNode) -> list[str]:
     return [match[0].strip() for match in re.finditer(rf"^ *(?:{known}) +(?:passed|not yet)\b.*$", text, re.MULTILINE)]
 
 
+def said_by_checks(notebook: NotebookNode) -> list[str]:
+    """Return all that the notebook's checks answered, what was seen and what is to be tried included."""
+    cells = [cell for cell in notebook.cells if pages.CHECK in pages.tags(cell)]
+    return [said(output) for cell in cells for output in cell.get("outputs", [])]
+
+
 def said(output: NotebookNode) -> str:
     """Return an output's plain text."""
     return str(output.get("text") or output.get("data", {}).get("text/plain", ""))
@@ -74,7 +80,7 @@ def play(notebook: NotebookNode, workspace: Path, kit: Path = pages.KIT) -> Perf
             store_widget_state=False,
             resources={"metadata": {"path": folder}},
             on_cell_start=lambda cell, **_: began.__setitem__(cell["id"], time.monotonic()),
-            on_cell_complete=lambda cell, **_: played.cell_seconds.__setitem__(
+            on_cell_executed=lambda cell, **_: played.cell_seconds.__setitem__(
                 cell["id"], time.monotonic() - began[cell["id"]]
             ),
         )

@@ -23,7 +23,8 @@ _PAGES = ("handout", "live-view", "ros2-command", "launch", "ros-from-wheels", "
 # The tools with which instructors and authors make, attack and release the course.
 _WITHHELD = (
     "grader/attacks/", "grader/certify.py", "grader/course/assignment.py", "grader/course/book.py",
-    "grader/course/pages.py", "grader/course/performance.py", "grader/course/release.py", "grader/course/student_kit/",
+    "grader/course/drafts.py", "grader/course/pages.py", "grader/course/performance.py", "grader/course/release.py",
+    "grader/course/student_kit/",
 )  # fmt: skip
 _NO_SOURCE = ("__pycache__", ".pyc", ".ipynb_checkpoints")
 _STAGES = f"grader/course/{course_stages.PACKED.name}"
@@ -76,7 +77,6 @@ def contents(*, stages: bool = True) -> dict[str, bytes]:
     found = {name: (KIT / name).read_bytes() for name in _named()}
     for path in sorted(_STUDENT.iterdir()):
         found[path.name] = path.read_bytes()
-    found["LICENSE"] = (course_stages.REFERENCE / "LICENSE").read_bytes()
     found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()
     found["requirements.txt"] = pins((KIT / "requirements.txt").read_text()).encode()
     found.pop(_STAGES, None)
@@ -86,7 +86,7 @@ def contents(*, stages: bool = True) -> dict[str, bytes]:
 
 
 def _named() -> Iterator[str]:
-    yield from (".ci/setup", ".ci/setup.py", ".gitignore", "rubric.yaml", "notebooks/README.md")
+    yield from (".ci/setup", ".ci/setup.py", ".gitignore", "LICENSE", "rubric.yaml", "notebooks/README.md")
     for pattern in ("notebooks/[0-9][0-9]_*.ipynb", "notebooks/pictures/[0-9][0-9]*.png"):
         yield from (path.relative_to(KIT).as_posix() for path in KIT.glob(pattern))
     yield from (f"docs/{page}.md" for page in _PAGES)

@@ -42,8 +42,7 @@ def test_untouched_and_alone_it_shows_what_is_stored(name: str, course: Course):
 def test_solved_its_checks_pass(name: str, course: Course):
     played = course.solved(name)
     assert played.error is None
-    answers = [line for cell in played.notebook.cells for line in performance.answers(cell)]
-    assert performance.unpassed(played.notebook) == [], "\n".join(answers)
+    assert performance.unpassed(played.notebook) == [], "\n".join(performance.said_by_checks(played.notebook))
 
 
 @pytest.mark.slow

@@ -73,6 +73,28 @@ def test_no_exercise_lies_solved_in_it(kit: Path):
             assert longest not in held, path
 
 
+def longest_quotation(solution: str, text: str) -> list[str]:
+    """Return the most lines in a row of a solution, blank ones apart, that stand in `text` in a row."""
+    lines, longest = solution.splitlines(), []
+    for begin in range(len(lines)):
+        end = begin
+        while end < len(lines) and "\n".join(lines[begin : end + 1]) in text:
+            end += 1
+        longest = max(longest, [line for line in lines[begin:end] if line.strip()], key=len)
+    return longest
+
+
+def test_the_program_of_the_kit_quotes_no_solution(kit: Path):
+    """Seven lines at most: the kit builds the contract's interfaces itself, and that takes the same CMake command."""
+    programs = {name: (kit / name).read_text() for name in names(kit) if name.endswith((".py", ".txt", ".yaml"))}
+    assert "grader/course/stages.py" in programs
+    for notebook in stages.NOTEBOOKS:
+        for path in stages.stage(notebook).exercises:
+            for name, text in programs.items():
+                quoted = longest_quotation(stages.exercise(notebook, path), text)
+                assert len(quoted) <= 7, f"{name} has of {path}:\n" + "\n".join(quoted)
+
+
 def test_without_stages_the_solutions_are_not_even_packed(tmp_path: Path):
     release.release(tmp_path / "kit.zip", stages=False)
     with zipfile.ZipFile(tmp_path / "kit.zip") as opened:
@@ -131,7 +153,7 @@ def test_the_course_is_gone_through_in_the_released_kit(kit: Path, rubric: Rubri
         notebook = book.read_stored(kit / "notebooks" / f"{name}.ipynb")
         played = performance.play(performance.solved(name, notebook, stages.exercise), workspace, kit)
         assert played.error is None
-        assert performance.unpassed(played.notebook) == []
+        assert performance.unpassed(played.notebook) == [], "\n".join(performance.said_by_checks(played.notebook))
     graded = in_kit(kit, "grade", str(workspace / "src" / stages.PACKAGE), "--out", str(tmp_path))
     assert graded.returncode == 0, graded.stderr
     assert json.loads((tmp_path / "report.json").read_text())["total"] == 100

@@ -9,7 +9,8 @@ import pytest
 
 from grader import build, toolchain
 from grader.course import given, stages
-from grader.course.stages import NOTEBOOKS, REFERENCE, Edit
+from grader.course.drafts import Edit
+from grader.course.stages import NOTEBOOKS, REFERENCE
 from grader.course.workspace import PACKAGE, Workspace
 from grader.errors import GraderError
 from grader.intake import laid_out
