@@ -6,29 +6,22 @@ in a cell sees what is seen here. Times are simulated seconds since the session 
 
 from __future__ import annotations
 
-import atexit
-import ctypes
-import importlib
 import math
 import os
-import signal
-import subprocess
-import sys
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace, TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from grader import build, toolchain
-from grader.course import needs
+from grader.course import interface_types, needs
+from grader.course.node_process import NodeProcess
 from grader.course.workspace import NOTEBOOK, Workspace, discovery_range, prepare
-from grader.errors import GraderError, KitError
+from grader.errors import KitError
 from sim import PROFILES, Pose, Recorder, Recording, Simulator, World, load_world
 
 if TYPE_CHECKING:
@@ -36,8 +29,6 @@ if TYPE_CHECKING:
     from sim.live import Live
 
 TICK_S = 0.05  # 20 Hz, as in sim.bridge, which cannot be imported without ROS
-_KILL_AFTER_S = 3.0
-_OUTPUT_CAP = 200_000
 _HEARD = ("cmd_vel", "sensor_fusion_data", "obstacle_distance")
 _NO_ACTION = "no node offers the action navigate_to_position"
 
@@ -96,7 +87,7 @@ class Run:
         self.simulator = Simulator(load_world(world) if isinstance(world, str) else world, PROFILES[profile], seed=seed)
         self._lock = threading.RLock()  # a live view's thread and a cell
         self._stage: WatchedStage | None = None
-        self._process: _NodeProcess | None = None
+        self._process: NodeProcess | None = None
         self._heard: Mapping[str, list[tuple[float, Any]]] = {}
         self._live: weakref.ref[Live] | None = None
         self._output = ""
@@ -242,10 +233,10 @@ class Run:
         install = self._install()
         if install is None:
             return
-        types(self._workspace)
+        interface_types.load(self._workspace)
         from grader.course.watched import TrialOver, WatchedStage
 
-        self._process = process = _NodeProcess(self._command(install), self._environment(install))
+        self._process = process = NodeProcess(self._command(install), self._environment(install))
         self._stage = WatchedStage(
             self.node, self.simulator, process, domain_id=self._workspace.domain_id, remappings=self._remappings,
             recorder=self._recorder,
@@ -355,175 +346,20 @@ class Run:
             view.stop()
 
 
-# -- processes --------------------------------------------------------------------------------------------------------
-
-
-class _NodeProcess:
-    """A node of the student's on this machine, in a process group of its own, with the methods that a Stage needs."""
-
-    def __init__(self, command: list[str], environment: Mapping[str, str]) -> None:
-        self.started = time.monotonic()
-        self._text = bytearray()
-        self._popen = _STARTER.submit(_start, command, dict(environment)).result()
-        self._gone = False
-        self._reader = threading.Thread(target=_read, args=(self._popen, self._text), daemon=True)
-        self._reader.start()
-        _PROCESSES.add(self)
-
-    @property
-    def wall_seconds(self) -> float:
-        return time.monotonic() - self.started
-
-    @property
-    def output(self) -> str:
-        return bytes(self._text).decode("utf-8", "replace")
-
-    def exit_code(self) -> int | None:
-        return self._popen.poll()
-
-    def interrupt(self) -> None:
-        with suppress(ProcessLookupError):
-            os.kill(self._popen.pid, signal.SIGINT)
-
-    def queued(self) -> dict[int, float]:
-        """Return nothing: what a notebook shows of an end is wall time."""
-        return {}
-
-    def kill(self) -> None:
-        """End the whole group and wait for it."""
-        if self._gone:
-            return  # its number may be another's by now
-        self._gone = True
-        with suppress(ProcessLookupError, PermissionError):
-            os.killpg(self._popen.pid, signal.SIGKILL)
-        with suppress(subprocess.TimeoutExpired):
-            self._popen.wait(_KILL_AFTER_S)
-        self._reader.join(_KILL_AFTER_S)
-        _PROCESSES.discard(self)
-
-
-def _start(command: list[str], environment: dict[str, str]) -> subprocess.Popen[bytes]:
-    return subprocess.Popen(
-        [sys.executable, "-c", _GUARD, str(os.getpid()), *command],
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment,
-        start_new_session=True,
-    )  # fmt: skip
-
-
-# A thread of its own that lasts as long as this process: the kernel sends the signal below when the *thread* ends that
-# started the node, and a live view's thread may start one.
-_STARTER = ThreadPoolExecutor(1, thread_name_prefix="starter")
-
-# The node dies with the kernel, however that ends: PR_SET_PDEATHSIG, set between fork and exec by this one-liner.
-_GUARD = """
-import ctypes, os, signal, sys
-ctypes.CDLL(None).prctl(1, signal.SIGKILL)
-if os.getppid() != int(sys.argv[1]): sys.exit(1)
-os.execv(sys.argv[2], sys.argv[2:])
-"""
-_PROCESSES: weakref.WeakSet[_NodeProcess] = weakref.WeakSet()
-
-
-def _read(popen: subprocess.Popen[bytes], text: bytearray) -> None:
-    assert popen.stdout is not None
-    with popen.stdout as stream:
-        while chunk := os.read(stream.fileno(), 65536):
-            if len(text) < _OUTPUT_CAP:
-                text += chunk
-
-
-@atexit.register
-def _kill_all() -> None:
-    for process in list(_PROCESSES):
-        process.kill()
-
-
-def _finish(process: _NodeProcess, stage: WatchedStage) -> None:
+def _finish(process: NodeProcess, stage: WatchedStage) -> None:
     process.kill()
     stage.close()
 
 
-# -- words ------------------------------------------------------------------------------------------------------------
-
-
-def _last_words(process: _NodeProcess | None) -> str:
+def _last_words(process: NodeProcess | None) -> str:
     """Return the last line that a node which has ended by itself had printed."""
-    if process is None or process.exit_code() is None:
-        return ""
-    lines = [line.strip() for line in process.output.splitlines() if line.strip()]
-    return f"; its last words: {lines[-1][:300]}" if lines else ""
+    return f"; its last words: {process.last_words}" if process is not None and process.last_words else ""
 
 
 def _pose() -> Any:
     from geometry_msgs.msg import Pose
 
     return Pose()
-
-
-# -- interface types --------------------------------------------------------------------------------------------------
-
-
-def types(workspace: Workspace) -> None:
-    """Make the contract's interface types importable in this process, beside the modules of the student's package.
-
-    The loader reads LD_LIBRARY_PATH only when a process starts, so the libraries are loaded by hand; those that ROS
-    looks up later by name it finds through the environment variable.
-    """
-    if f"{build.PACKAGE}.srv._set_speed" in sys.modules:
-        return
-    install = build.contract(build.cache_folder()).install
-    folder = str(install / "lib")
-    present = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
-    if folder not in present:
-        os.environ["LD_LIBRARY_PATH"] = os.pathsep.join([folder, *present])
-    _load_libraries(sorted(Path(folder).glob("lib*.so")))
-    with _importing_from(install / toolchain.SITE_IN_PREFIX, workspace.package / build.PACKAGE):
-        for kind in ("msg", "srv", "action"):
-            importlib.import_module(f"{build.PACKAGE}.{kind}")
-        importlib.import_module("grader.trials.types")
-        _load_type_support()
-
-
-def _load_libraries(paths: list[Path]) -> None:
-    """Load shared libraries whose dependencies are among them, in whatever order works."""
-    left = paths
-    while left:
-        failed = []
-        for path in left:
-            try:
-                ctypes.CDLL(str(path), ctypes.RTLD_GLOBAL)
-            except OSError:
-                failed.append(path)
-        if len(failed) == len(left):
-            raise GraderError(f"Cannot load the contract's interfaces: {failed[0].name}. Run `grader doctor`.")
-        left = failed
-
-
-@contextmanager
-def _importing_from(site: Path, own_modules: Path) -> Iterator[None]:
-    """Import the package's name from `site` alone; afterwards it means the types and `own_modules` together.
-
-    That is what `extend_path` in the package's `__init__.py` does, were it there and right. The name has to stay known
-    from then on: rosidl's C code asks for it with each message, and ends the process if it is not.
-    """
-    hidden = {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] == build.PACKAGE}
-    hidden.pop(build.PACKAGE, None)
-    sys.path.insert(0, str(site))
-    importlib.invalidate_caches()
-    try:
-        yield
-    finally:
-        sys.path.remove(str(site))
-        sys.modules.update(hidden)
-        sys.modules[build.PACKAGE].__path__.insert(0, str(own_modules))
-        importlib.invalidate_caches()
-
-
-def _load_type_support() -> None:
-    from grader.trials import types as found
-
-    for kind in (found.SensorFusionData, found.SetSpeed, found.GetRobotStatus, found.NavigateToPosition):
-        kind.__class__.__import_type_support__()
 
 
 # -- one session a node -----------------------------------------------------------------------------------------------

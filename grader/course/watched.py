@@ -1,6 +1,6 @@
 """A trial's stage in a notebook: the same lockstep, calls and goals, with messages and a recording to look at.
 
-Importable once the contract's types are (session.types).
+Importable once the contract's types are (interface_types.load).
 """
 
 from __future__ import annotations

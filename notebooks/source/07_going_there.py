@@ -285,9 +285,9 @@ else:
 # **Predict:** while that loop sleeps and loops for two seconds, how many odometry messages arrive? And what becomes of a cancel?
 
 # %%
-from grader.course import session, workspace
+from grader.course import interface_types, workspace
 
-session.types(workspace.find())  # the interface types, even where notebook 02 has not been built yet
+interface_types.load(workspace.find())  # the interface types, even where notebook 02 has not been built yet
 from ros2_robot_controller.action import NavigateToPosition
 
 # %%
