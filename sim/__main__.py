@@ -60,6 +60,8 @@ def summary(recording: Recording) -> str:
     for i, goal in enumerate(recording.world.goals, start=1):
         reached = ((recording.x - goal.x) ** 2 + (recording.y - goal.y) ** 2) ** 0.5
         lines.append(f"goal {i} at ({goal.x:.2f}, {goal.y:.2f}): came within {reached.min():.2f} m")
+    if recording.unrepeatable:
+        lines.append(recording.unrepeatable)
     return "\n".join(lines)
 
 

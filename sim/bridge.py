@@ -12,17 +12,20 @@ so a run takes as long as the node thinks and not as long as the clock says. How
 4. Wall-clock caps keep a dead or blocked node from holding up the run.
 
 A node that goes by wall time publishes while the clock stands still. One that answers too seldom, or has got a goal, is
-run in real time for a moment (`_Probe`), and stays in real time if it sends something when a tick is long over.
+run in real time for a moment (`Probe`), and stays in real time if it sends something when a tick is long over.
+
+What would come out otherwise in another run is written into `simulator.unrepeatable`, and so into its recording: a
+message that comes when the node has said that it is done, and nothing new has been sent, shows that other threads or
+another clock than ours decide when it comes.
 """
 
 from __future__ import annotations
 
-import array
 import math
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import rclpy
 from geometry_msgs.msg import Twist as TwistMessage
@@ -37,24 +40,22 @@ from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState, Imu, LaserScan
 
-from sim.geometry import Pose, Twist
+from sim.messages import START_S, set_stamp, to_message
+from sim.pace import Answers, Doubts, Probe
 from sim.sensors import BatteryReading, ImuReading, OdometryReading, Reading, ScanReading
 from sim.simulator import Simulator
 
-# ROS time at the simulator's time 0. Not 0: for rclpy that means "no clock has been heard yet".
-START_S = 100
+__all__ = ["CONTROLLER", "PROCESSOR", "START_S", "TICK_S", "Bridge", "Topics", "to_message"]
+
 TICK_S = 0.05  # 20 Hz: the odometry's rate, and twice the control loop's
 
 _ROUNDS = 2  # of the node's executor for a tick: one for its messages, one for the timers
-_AFTERMATH = 3  # callbacks here that a message may take until it is known, such as feedback
 _BARRIER_CAP_S = 5.0  # of wall time, for a node that lives: long, so that a busy machine changes nothing
 _BLOCKED_CAP_S = 0.1  # the same, once it has missed one
 _DUE_CAP_S = 0.3  # for a message that is due
+_CATCH_UP_CAP_S = 0.5  # for what has come already
 _RESENT_AFTER_S = 0.05  # a clock that got lost is sent again after this
-_MISSES_ALLOWED = 3  # messages that were due and did not come before the node counts as irregular
 _SILENCES_ALLOWED = 3  # how often it is looked into that answers come more seldom than they should
-_PROBE_TICKS = 24  # how long a suspect is watched at most
-_STEADY_TICKS = 6  # how long at least
 _UNEVEN = (0.6, 1.4, 1.0)  # of a tick each: a loop of 20 Hz by wall time must not seem to keep step
 _PROMPT_S = 0.01  # of wall time after a barrier: what comes later was not caused by the tick
 _QUIET_S = 0.5  # a graph that has not changed for so long after the node's first answer has come up
@@ -78,63 +79,6 @@ class Topics:
 
 CONTROLLER = Topics(scan="scan", odom="odom", command="cmd_vel", answer="cmd_vel", answer_s=0.1)
 PROCESSOR = Topics(scan="raw_scan", imu="imu/data", battery="battery/state", answer="sensor_fusion_data")
-
-
-@dataclass
-class _Answers:
-    """When the node's answers came, in ticks; learns their period."""
-
-    period: int | None = None
-    last: int | None = None
-    misses: int = 0
-    count: int = 0
-
-    def note(self, tick: int) -> None:
-        self.count += 1
-        if self.last is not None and tick > self.last:
-            gap = tick - self.last
-            # Two equal gaps make a period.
-            self.period, self._gap = (gap if gap == self._gap else None), gap
-        self.last = tick
-
-    _gap: int = field(default=0, repr=False)
-
-    def due(self, tick: int) -> bool:
-        if self.period is None or self.last is None or self.misses >= _MISSES_ALLOWED:
-            return False
-        return tick >= self.last + self.period
-
-    def missed(self) -> None:
-        self.misses += 1
-        self.period, self._gap = None, 0
-
-
-@dataclass
-class _Probe:
-    """Watches whether signs of life come with the ticks, or while the clock stands still."""
-
-    of_feedback: bool
-    """Whether feedback has to come, so that none at all speaks for wall time, and commands with the ticks for nothing.
-
-    A node may steer by a timer on the clock, and sleep by wall time in the loop that sends feedback and ends the goal.
-    """
-    ticks: int = 0
-    prompt: int = 0
-    """In how many ticks there was a sign."""
-    late: int = 0
-    """How many signs came when the tick was long over."""
-
-    def verdict(self) -> str:
-        """Return the pace of a node that behaves so, "" while that is open."""
-        by_wall = self.late > self.prompt / 4
-        if self.late >= 2 and by_wall:
-            return "real time"
-        regular = self.prompt * 3 >= self.ticks or not (self.of_feedback or self.prompt)
-        if self.ticks >= _STEADY_TICKS and self.late == 0 and regular:
-            return "lockstep"
-        if self.ticks < _PROBE_TICKS:
-            return ""
-        return "real time" if by_wall or (self.of_feedback and not self.prompt) else "lockstep"
 
 
 class Bridge:
@@ -169,6 +113,8 @@ class Bridge:
         self.blocked = False
         """The node has left a barrier unanswered; it is busy in a callback, or gone."""
         self.irregular = False
+        self.doubts = Doubts()
+        """What speaks against another run being the same; `simulator.unrepeatable` has it as a sentence."""
         self.follow_commands = True
         self.filter_scan: Callable[[ScanReading], ScanReading | None] = lambda scan: scan
         self.on_command: Callable[[float, TwistMessage], None] = lambda _t, _message: None
@@ -185,13 +131,14 @@ class Bridge:
         # Several times as quick as the usual executor, which puts its list of what to wait for together each time.
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self.node)
-        self._answers = _Answers()
+        self._answers = Answers()
         self._tick = 0
         self._wall_due = 0.0
         self._answer_type: object = None
         self._feedback = 0
-        self._probe: _Probe | None = None
+        self._probe: Probe | None = None
         self._silences = 0
+        self._idle = False  # the node has said that it is done, and nothing has been sent to it since
         self._make_publishers(reliable)
         self._barrier_client = self.node.create_client(GetParameterTypes, f"{node_name}/get_parameter_types")
         if topics.command:
@@ -249,18 +196,20 @@ class Bridge:
         """Advance the simulation by `dt` seconds and let the node answer, and go on for some rounds of its executor."""
         if self.pace == "real time":
             self.tick_by_wall(dt)
-            return
-        before, started = self._signs(), time.monotonic()
-        self._advance(dt)
-        if self._probe is not None:
+            self.doubts.real_time = True
+        elif self._probe is not None:
+            before, started = self._signs(), time.monotonic()
+            self._advance(dt)
             # No waiting for an answer that is due: one by wall time would come meanwhile and seem to keep step.
             self._barrier()
             self._watch(self._probe, before, started, dt)
-            return
-        self._await_answer(_ROUNDS + further_rounds)
-        if self._suspiciously_silent(dt):
-            self._silences += 1
-            self._probe = _Probe(of_feedback=False)
+        else:
+            self._advance(dt)
+            self._await_answer(_ROUNDS + further_rounds)
+            if self._suspiciously_silent(dt):
+                self._silences += 1
+                self._probe = Probe(of_feedback=False)
+        self.simulator.unrepeatable = self.doubts.sentence()
 
     def tick_by_wall(self, dt: float = TICK_S) -> None:
         """Advance the simulation by `dt` seconds and let as much wall time pass, whether the node answers or not."""
@@ -275,7 +224,7 @@ class Bridge:
     def await_feedback(self) -> None:
         """Watch in the next ticks whether the feedback of a goal, or the commands, come by wall time."""
         if self.pace == "lockstep" and self._probe is None:
-            self._probe = _Probe(of_feedback=True)
+            self._probe = Probe(of_feedback=True)
 
     def note_feedback(self) -> None:
         """Take note of a feedback message: like an answer, it is a sign of life."""
@@ -283,6 +232,10 @@ class Bridge:
 
     def spin_until(self, condition: Callable[[], bool], wall_seconds: float) -> bool:
         """Serve callbacks, the clock standing still, until `condition` holds. Return whether it does."""
+        self._idle = False  # who waits has asked for something
+        return self._serve(condition, wall_seconds)
+
+    def _serve(self, condition: Callable[[], bool], wall_seconds: float) -> bool:
         deadline = time.monotonic() + wall_seconds
         while not condition():
             left = deadline - time.monotonic()
@@ -302,13 +255,13 @@ class Bridge:
         silent = (self._tick - (self._answers.last or 0)) * dt
         return silent > self.topics.answer_s + 1e-9 and self._silences < allowed
 
-    def _watch(self, probe: _Probe, before: tuple[int, int], started: float, dt: float) -> None:
+    def _watch(self, probe: Probe, before: tuple[int, int], started: float, dt: float) -> None:
         """Let wall time pass after a tick, and look whether something comes that the tick did not cause."""
-        self.spin_until(lambda: False, _PROMPT_S)
+        self._overhear(lambda: False, _PROMPT_S)
         answers, feedback = self._signs()
         probe.prompt += feedback > before[1] if probe.of_feedback else answers > before[0]
         end = started + _UNEVEN[probe.ticks % len(_UNEVEN)] * dt
-        self.spin_until(lambda: False, max(0.0, end - time.monotonic()))
+        self._overhear(lambda: False, max(0.0, end - time.monotonic()))
         probe.late += sum(self._signs()) - answers - feedback
         probe.ticks += 1
         if verdict := probe.verdict():
@@ -320,6 +273,9 @@ class Bridge:
     def _advance(self, dt: float) -> None:
         self._tick += 1
         readings = [reading for each in self.simulator.step(dt) if (reading := self._let_through(each))]
+        if self._idle:
+            self._overhear(self._caught_up(), _CATCH_UP_CAP_S)
+            self._idle = False
         messages = [(self._sensors[type(reading)], to_message(reading)) for reading in readings]
         # In one go, for each message that comes alone costs the node a round of its executor.
         for publisher, message in messages:
@@ -333,13 +289,14 @@ class Bridge:
 
     def _await_answer(self, rounds: int) -> None:
         self._barrier(rounds)
-        if not self._answers.due(self._tick) or not self.alive():
+        if not self.alive():
             return
-        if self.spin_until(self._answered, _RESENT_AFTER_S):
+        self.doubts.overslept += self.blocked
+        if not self._answers.due(self._tick) or self._overhear(self._answered, _RESENT_AFTER_S):
             return
         self._publish_clock()
         self._barrier()
-        if not self.spin_until(self._answered, _DUE_CAP_S):
+        if not self._overhear(self._answered, _DUE_CAP_S):
             self._answers.missed()
             self.irregular = True
 
@@ -348,23 +305,39 @@ class Bridge:
 
     def _barrier(self, rounds: int = _ROUNDS) -> None:
         """Return when the node has served so many calls, each of which it does after subscriptions and timers."""
+        self._idle = False
         if not self._barrier_client.service_is_ready():
-            self.spin_until(lambda: False, 0.002)
+            self.doubts.unasked_for += self.alive()
+            self._serve(lambda: False, 0.002)
             return
         calls = [self._barrier_client.call_async(GetParameterTypes.Request()) for _ in range(rounds)]
-        if not self.spin_until(calls[-1].done, _BLOCKED_CAP_S if self.blocked else _BARRIER_CAP_S):
+        if not self._serve(calls[-1].done, _BLOCKED_CAP_S if self.blocked else _BARRIER_CAP_S):
             for call in calls:
                 self._barrier_client.remove_pending_request(call)
             self.blocked = True
             return
         self.blocked = False
-        for _ in range(_AFTERMATH):
-            self._executor.spin_once(timeout_sec=0.0)
+        self._serve(self._caught_up(), _CATCH_UP_CAP_S)
+        self._idle = True
+
+    def _caught_up(self) -> Callable[[], bool]:
+        """Return what says whether everything has been served that is here by now."""
+        last = self._executor.create_task(lambda: None)  # it comes after them
+        assert last is not None
+        return last.done
+
+    def _overhear(self, condition: Callable[[], bool], wall_seconds: float) -> bool:
+        """Serve callbacks until `condition` holds; count the answers of a node that nothing has been sent to."""
+        before = self._answers.count
+        met = self._serve(condition, wall_seconds)
+        if self._idle:
+            self.doubts.unasked += self._answers.count - before
+        return met
 
     def _wait_for_wall(self, dt: float) -> None:
         # A pause (a service call, a slow start) is not caught up: that would run the node faster than real time.
         self._wall_due = max(self._wall_due + dt, time.monotonic() - dt)
-        self.spin_until(lambda: time.monotonic() >= self._wall_due, dt + 0.05)
+        self._serve(lambda: time.monotonic() >= self._wall_due, dt + 0.05)
 
     # -- topics ---------------------------------------------------------------------------------------------------
 
@@ -393,7 +366,8 @@ class Bridge:
         return heard
 
     def _publish_clock(self) -> None:
-        _stamp(self._clock_message.clock, self.simulator.time)
+        self._idle = False
+        set_stamp(self._clock_message.clock, self.simulator.time)
         self._clock.publish(self._clock_message)
 
     def _take_command(self, message: TwistMessage) -> None:
@@ -428,70 +402,3 @@ class Bridge:
             )
         except RuntimeError:  # it left between the two questions
             return names
-
-
-def to_message(reading: Reading) -> LaserScan | Odometry | Imu | BatteryState:
-    """Return a sensor's reading as the ROS message that its driver would publish."""
-    if isinstance(reading, ScanReading):
-        return _scan_message(reading)
-    if isinstance(reading, OdometryReading):
-        return _odometry_message(reading.stamp, reading.pose, reading.twist)
-    if isinstance(reading, ImuReading):
-        return _imu_message(reading)
-    return _battery_message(reading)
-
-
-def _stamp(stamp: object, t: float) -> None:
-    nanoseconds = START_S * 1_000_000_000 + round(t * 1e9)
-    stamp.sec, stamp.nanosec = divmod(nanoseconds, 1_000_000_000)  # type: ignore[attr-defined]
-
-
-def _scan_message(reading: ScanReading) -> LaserScan:
-    message = LaserScan()
-    _stamp(message.header.stamp, reading.stamp)
-    message.header.frame_id = "laser"
-    message.angle_min = float(reading.angle_min)
-    message.angle_increment = float(reading.angle_increment)
-    message.angle_max = float(reading.angle_min + reading.angle_increment * max(0, len(reading.ranges) - 1))
-    message.range_min = float(reading.range_min)
-    message.range_max = float(reading.range_max)
-    # array.array is the one type that the setter takes without looking at every element.
-    message.ranges = array.array("f", reading.ranges.astype("f4").tobytes())
-    return message
-
-
-def _odometry_message(t: float, pose: Pose, twist: Twist) -> Odometry:
-    message = Odometry()
-    _stamp(message.header.stamp, t)
-    message.header.frame_id = "odom"
-    message.child_frame_id = "base_link"
-    message.pose.pose.position.x = float(pose.x)
-    message.pose.pose.position.y = float(pose.y)
-    message.pose.pose.orientation.z = math.sin(pose.yaw / 2)
-    message.pose.pose.orientation.w = math.cos(pose.yaw / 2)
-    message.twist.twist.linear.x = float(twist.v)
-    message.twist.twist.angular.z = float(twist.omega)
-    return message
-
-
-def _imu_message(reading: ImuReading) -> Imu:
-    message = Imu()
-    _stamp(message.header.stamp, reading.stamp)
-    message.header.frame_id = "imu_link"
-    message.orientation.z = math.sin(reading.yaw / 2)
-    message.orientation.w = math.cos(reading.yaw / 2)
-    acceleration, velocity = reading.linear_acceleration, reading.angular_velocity
-    for vector, values in ((message.linear_acceleration, acceleration), (message.angular_velocity, velocity)):
-        vector.x, vector.y, vector.z = (float(value) for value in values)
-    return message
-
-
-def _battery_message(reading: BatteryReading) -> BatteryState:
-    message = BatteryState()
-    _stamp(message.header.stamp, reading.stamp)
-    message.percentage = float(reading.percentage)
-    message.voltage = float(reading.voltage)
-    message.current = float(reading.current)
-    message.charge = message.capacity = message.design_capacity = message.temperature = math.nan
-    message.present = True
-    return message

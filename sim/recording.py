@@ -61,6 +61,8 @@ class Recording:
         scan_angles: of the beams, rad, in the lidar's frame; `lidar` is that frame's pose on the robot.
         contacts, events: as the simulator reported them.
         presences: which obstacles were there, from when to when.
+        unrepeatable: why another run need not be the same though the seed is, in one sentence; "" if nothing speaks
+            against it.
         movers: name of each moving obstacle -> its centre at each sample, shape (samples, 2), NaN while it is away.
         notes: whatever else the one who recorded wants to say, plain JSON.
     """
@@ -81,6 +83,7 @@ class Recording:
     presences: tuple[Presence, ...] = ()
     movers: dict[str, Array] = field(default_factory=dict)
     notes: dict[str, Any] = field(default_factory=dict)
+    unrepeatable: str = ""
 
     def __getattr__(self, name: str) -> Array:
         """Give the columns as attributes: `recording.x` is `recording.samples["x"]`."""
@@ -149,6 +152,7 @@ class Recording:
             "presences": [_presence_out(p, self.world) for p in self.presences],
             "movers": list(self.movers),
             "notes": self.notes,
+            "unrepeatable": self.unrepeatable,
         }
         arrays: dict[str, Any] = {"meta": np.frombuffer(json.dumps(meta).encode(), np.uint8)}
         arrays |= {f"sample_{name}": self.samples[name] for name in COLUMNS}
@@ -197,6 +201,7 @@ class Recording:
             presences=tuple(_presence_in(entry, world) for entry in meta["presences"]),
             movers=movers,
             notes=dict(meta["notes"]),
+            unrepeatable=str(meta.get("unrepeatable", "")),  # files of older versions have none
         )
 
 
@@ -273,6 +278,7 @@ class Recorder:
             presences=simulator.presences,
             movers={n: np.array([places.get(n, away) for places in self._places]).reshape(-1, 2) for n in names},
             notes=dict(self.notes),
+            unrepeatable=simulator.unrepeatable,
         )
 
 

@@ -39,7 +39,10 @@ class Replay:
         r = self._recording
         data = json.dumps(self._data(), separators=(",", ":"), allow_nan=False).replace("</", "<\\/")
         title = html.escape(f"{r.world.name}: {r.duration:.1f} s simulated, {r.distance:.2f} m driven")
-        for key, value in (("TITLE", title), ("SCENE", self._scene()), ("DATA", data), ("VIEWBOX", self._view_box())):
+        note = f'<p class="note">{html.escape(r.unrepeatable)}</p>' if r.unrepeatable else ""
+        for key, value in (
+            ("TITLE", title), ("NOTE", note), ("SCENE", self._scene()), ("DATA", data), ("VIEWBOX", self._view_box()),
+        ):  # fmt: skip
             template = template.replace(f"{{{{{key}}}}}", value)
         for name, color in COLORS.items():
             template = template.replace(f"{{{{{name}}}}}", color)

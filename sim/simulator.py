@@ -96,6 +96,11 @@ class Simulator:
         self.profile = profile
         self.noise = noise
         self._seed = world.seed if seed is None else seed
+        self.unrepeatable = ""
+        """Why another run need not be the same though the seed is, in one sentence; "" if nothing speaks against it.
+
+        Whoever commands the robot says so, for example a bridge to a node with threads of its own.
+        """
         self.reset()
 
     # ------------------------------------------------------------------ time
@@ -105,6 +110,7 @@ class Simulator:
         if seed is not None:
             self._seed = seed
         p = self.profile
+        self.unrepeatable = ""
         self._tick = 0
         self._scene = Scene()
         self._movers: dict[str, Mover] = {}

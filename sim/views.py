@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import math
+import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -51,7 +52,8 @@ class View(Figure):
     def _repr_png_(self) -> tuple[bytes, dict[str, str]]:
         out = io.BytesIO()
         self.savefig(out, format="png", dpi=96)
-        return out.getvalue(), {"alt": self.get_suptitle()}
+        note = self.get_supxlabel().replace("\n", " ")
+        return out.getvalue(), {"alt": f"{self.get_suptitle()}. {note}" if note else self.get_suptitle()}
 
 
 def map_view(what: Recording | World | Simulator, at: float | None = None, *, title: str | None = None) -> View:
@@ -75,6 +77,8 @@ def map_view(what: Recording | World | Simulator, at: float | None = None, *, ti
         draw_run(axes, what, at)
         default = _run_title(what, at)
     figure.suptitle(default if title is None else title)
+    if isinstance(what, Recording):
+        _doubt(figure, what)
     _finish_map(axes)
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
     figure.set_size_inches(7.0, min(max(6.3 * (y1 - y0) / (x1 - x0) + 1.1, 2.6), 8.0))
@@ -89,6 +93,7 @@ def time_view(recording: Recording, thresholds: Mapping[str, float] | None = Non
     draw_distances(axes[2], recording, THRESHOLDS if thresholds is None else thresholds)
     axes[2].set_xlabel("simulated time (s)")
     figure.suptitle(title if title is not None else _run_title(recording, None))
+    _doubt(figure, recording)
     return figure
 
 
@@ -101,6 +106,7 @@ def run_view(recording: Recording, thresholds: Mapping[str, float] | None = None
     draw_speeds(axes[0], axes[1], recording)
     draw_distances(axes[2], recording, THRESHOLDS if thresholds is None else thresholds)
     figure.suptitle(_run_title(recording, at))
+    _doubt(figure, recording)
     return figure
 
 
@@ -129,6 +135,7 @@ def compare_view(a: Recording, b: Recording, labels: tuple[str, str] = ("first",
     _widen_both_ways(turn)
     difference = "the same path" if apart is None else f"apart by more than 1 cm from {apart:.2f} s on"
     figure.suptitle(f"{a.world.name}: {labels[0]} and {labels[1]}, {difference}")
+    _doubt(figure, a if a.unrepeatable else b)
     return figure
 
 
@@ -292,6 +299,13 @@ def _first_difference(a: Recording, b: Recording) -> float | None:
 def _run_title(recording: Recording, at: float | None) -> str:
     moment = f", at {at:.2f} s" if at is not None else ""
     return f"{recording.world.name}: {recording.duration:.1f} s simulated, {recording.distance:.2f} m driven{moment}"
+
+
+def _doubt(figure: Figure, recording: Recording) -> None:
+    """Say below a run why another one need not be the same."""
+    if recording.unrepeatable:
+        columns = round(14 * figure.get_figwidth())  # of small letters
+        figure.supxlabel(textwrap.fill(recording.unrepeatable, columns), fontsize=8, color="#555555")
 
 
 def _label(axes: Axes, label: str) -> None:

@@ -1,5 +1,6 @@
 """Recordings: what they hold, that they survive a file, that equal runs are bit-equal, that others can read them."""
 
+import json
 import os
 import subprocess
 import sys
@@ -78,6 +79,25 @@ def test_what_is_saved_is_what_is_loaded(crossing: Recording, tmp_path: Path) ->
     assert loaded.contacts == crossing.contacts
     assert loaded.presences == crossing.presences
     assert (tmp_path / "run.npz").stat().st_size < 400_000
+
+
+def test_a_doubt_that_the_run_can_be_repeated_is_in_the_file_and_ends_with_a_reset(tmp_path: Path) -> None:
+    simulator = Simulator(World())
+    simulator.unrepeatable = "Not repeatable: the wind blew."
+    Recorder(simulator).recording().save(tmp_path / "run.npz")
+    assert Recording.load(tmp_path / "run.npz").unrepeatable == "Not repeatable: the wind blew."
+    simulator.reset()
+    assert Recorder(simulator).recording().unrepeatable == ""
+
+
+def test_a_file_from_before_there_were_doubts_is_read(crash: Recording, tmp_path: Path) -> None:
+    crash.save(tmp_path / "run.npz")
+    with np.load(tmp_path / "run.npz") as data:
+        arrays = dict(data)
+    meta = json.loads(arrays["meta"].tobytes())
+    del meta["unrepeatable"]
+    np.savez(tmp_path / "old.npz", **(arrays | {"meta": np.frombuffer(json.dumps(meta).encode(), np.uint8)}))
+    assert Recording.load(tmp_path / "old.npz").unrepeatable == ""
 
 
 def test_obstacles_added_at_run_time_are_in_the_file(tmp_path: Path) -> None:

@@ -4,7 +4,9 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 import pytest
@@ -12,7 +14,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from sim import Box, Recorder, Recording, Simulator, Tourist, Twist, Wall, World, drive, load_world
-from sim.__main__ import main
+from sim.__main__ import main, summary
 from sim.replay import Replay
 from sim.views import COLORS, compare_view, map_view, run_view, time_view
 
@@ -67,6 +69,32 @@ def test_time_lines_have_units_and_thresholds(crash: Recording) -> None:
     assert labels(figure) == {"simulated time (s)", "v (m/s)", "omega (rad/s)", "distance (m)"}
     assert any(line.get_ydata()[0] == 0.4 for line in figure.axes[2].get_lines())
     assert any("my_threshold 0.4 m" in text.get_text() for text in figure.axes[2].texts)
+
+
+@pytest.mark.parametrize(
+    "view",
+    [
+        map_view,
+        time_view,
+        run_view,
+        lambda r: compare_view(r, r),
+        lambda r: compare_view(r, replace(r, unrepeatable="")),
+    ],
+)
+def test_below_a_run_that_need_not_come_out_the_same_again_stands_why(view: Any, crash: Recording) -> None:
+    doubtful = replace(crash, unrepeatable="Not repeatable: the wind blew.")
+    figure = view(doubtful)
+    figure.canvas.draw()
+    assert figure.get_supxlabel() == "Not repeatable: the wind blew."
+    assert figure._repr_png_()[1]["alt"].endswith(". Not repeatable: the wind blew.")
+    assert view(crash).get_supxlabel() == ""
+
+
+def test_the_replay_and_the_console_say_it_too(crash: Recording) -> None:
+    doubtful = replace(crash, unrepeatable="Not repeatable: <wind> blew.")
+    assert summary(doubtful).splitlines()[-1] == "Not repeatable: <wind> blew."
+    assert '<p class="note">Not repeatable: &lt;wind&gt; blew.</p>' in Replay(doubtful).html()
+    assert 'class="note"' not in Replay(crash).html()
 
 
 def test_two_runs_are_compared_and_the_moment_they_part_is_named(crash: Recording) -> None:

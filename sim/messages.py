@@ -1,0 +1,83 @@
+"""A sensor's readings as ROS messages, stamped with ROS time. No rclpy: whoever has a publisher sends them."""
+
+from __future__ import annotations
+
+import array
+import math
+from typing import Any
+
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState, Imu, LaserScan
+
+from sim.geometry import Pose, Twist
+from sim.sensors import BatteryReading, ImuReading, OdometryReading, Reading, ScanReading
+
+# ROS time at the simulator's time 0. Not 0: for rclpy that means "no clock has been heard yet".
+START_S = 100
+
+
+def to_message(reading: Reading) -> LaserScan | Odometry | Imu | BatteryState:
+    """Return a sensor's reading as the ROS message that its driver would publish."""
+    if isinstance(reading, ScanReading):
+        return _scan_message(reading)
+    if isinstance(reading, OdometryReading):
+        return _odometry_message(reading.stamp, reading.pose, reading.twist)
+    if isinstance(reading, ImuReading):
+        return _imu_message(reading)
+    return _battery_message(reading)
+
+
+def set_stamp(stamp: Any, t: float) -> None:
+    """Write the ROS time of the simulator's time `t` (s) into a builtin_interfaces/Time."""
+    stamp.sec, stamp.nanosec = divmod(START_S * 1_000_000_000 + round(t * 1e9), 1_000_000_000)
+
+
+def _scan_message(reading: ScanReading) -> LaserScan:
+    message = LaserScan()
+    set_stamp(message.header.stamp, reading.stamp)
+    message.header.frame_id = "laser"
+    message.angle_min = float(reading.angle_min)
+    message.angle_increment = float(reading.angle_increment)
+    message.angle_max = float(reading.angle_min + reading.angle_increment * max(0, len(reading.ranges) - 1))
+    message.range_min = float(reading.range_min)
+    message.range_max = float(reading.range_max)
+    # array.array is the one type that the setter takes without looking at every element.
+    message.ranges = array.array("f", reading.ranges.astype("f4").tobytes())
+    return message
+
+
+def _odometry_message(t: float, pose: Pose, twist: Twist) -> Odometry:
+    message = Odometry()
+    set_stamp(message.header.stamp, t)
+    message.header.frame_id = "odom"
+    message.child_frame_id = "base_link"
+    message.pose.pose.position.x = float(pose.x)
+    message.pose.pose.position.y = float(pose.y)
+    message.pose.pose.orientation.z = math.sin(pose.yaw / 2)
+    message.pose.pose.orientation.w = math.cos(pose.yaw / 2)
+    message.twist.twist.linear.x = float(twist.v)
+    message.twist.twist.angular.z = float(twist.omega)
+    return message
+
+
+def _imu_message(reading: ImuReading) -> Imu:
+    message = Imu()
+    set_stamp(message.header.stamp, reading.stamp)
+    message.header.frame_id = "imu_link"
+    message.orientation.z = math.sin(reading.yaw / 2)
+    message.orientation.w = math.cos(reading.yaw / 2)
+    acceleration, velocity = reading.linear_acceleration, reading.angular_velocity
+    for vector, values in ((message.linear_acceleration, acceleration), (message.angular_velocity, velocity)):
+        vector.x, vector.y, vector.z = (float(value) for value in values)
+    return message
+
+
+def _battery_message(reading: BatteryReading) -> BatteryState:
+    message = BatteryState()
+    set_stamp(message.header.stamp, reading.stamp)
+    message.percentage = float(reading.percentage)
+    message.voltage = float(reading.voltage)
+    message.current = float(reading.current)
+    message.charge = message.capacity = message.design_capacity = message.temperature = math.nan
+    message.present = True
+    return message
