@@ -26,7 +26,7 @@ import numpy as np
 
 from sim.drive import Driver, Seen, Tourist
 from sim.geometry import Point, Pose
-from sim.obstacles import Box, Circle, CirclePart, Obstacle, Path, Polygon, PolygonPart, SegmentPart, transformed
+from sim.obstacles import Box, Circle, CirclePart, Obstacle, Path, Polygon, PolygonPart, SegmentPart, moved_to
 from sim.scene import Scene
 from sim.sensors import OdometryReading, ScanReading
 from sim.simulator import Simulator
@@ -583,14 +583,12 @@ class Live:
         obstacle = next((o for o, _ in self.simulator.obstacles if o.name == name and _can_be_dragged(o)), None)
         if obstacle is None:
             return
-        moved = transformed(obstacle, 0.0, False, (x - obstacle.pose.x, y - obstacle.pose.y))
         robot = self.simulator.pose
-        nearest = Scene([moved]).nearest(robot.x, robot.y)
+        nearest = Scene([moved_to(obstacle, (x, y))]).nearest(robot.x, robot.y)
         if nearest is not None and nearest.distance < self.simulator.profile.radius + ROOM_M:
             self._say(f"{name} cannot stand where the robot is")
             return
-        self.simulator.remove_obstacle(name)
-        self.simulator.add_obstacle(moved)
+        self.simulator.move_obstacle(name, x, y)
         self._news = True
 
     def _say(self, note: str) -> None:

@@ -12,10 +12,10 @@ from sim.obstacles import Chase, Motion, Obstacle, Path
 class Mover:
     """The motion of one obstacle; x, y is its centre now (m, map frame)."""
 
-    def __init__(self, obstacle: Obstacle, motion: Motion) -> None:
+    def __init__(self, obstacle: Obstacle, motion: Motion, has_started: bool = False) -> None:
         self.x, self.y = obstacle.pose.x, obstacle.pose.y
         self._motion = motion
-        self._started = False
+        self.has_started = has_started
         self._travelled = 0.0
         self._before = (self.x, self.y, 0.0)  # place and metres travelled before the last step
         self._after = (self.x, self.y)
@@ -24,18 +24,18 @@ class Mover:
 
     def hear(self, event: str) -> None:
         """Begin, if this is the event that the motion waits for."""
-        self._started = self._started or self._motion.starts == event
+        self.has_started = self.has_started or self._motion.starts == event
 
     def advance(self, dt: float, now: float, robot_x: float, robot_y: float) -> float:
         """Move on by dt seconds, given the time (s) and the robot's place; return how far it went in metres."""
         motion = self._motion
         distance = math.hypot(robot_x - self.x, robot_y - self.y)
-        if not self._started:
+        if not self.has_started:
             if isinstance(motion.starts, str) or now < motion.starts:
                 return 0.0
             if isinstance(motion, Path) and motion.wakes_within is not None and not distance <= motion.wakes_within:
                 return 0.0
-            self._started = True
+            self.has_started = True
         self._before = (self.x, self.y, self._travelled)
         if isinstance(motion, Chase):
             step = min(motion.speed * dt, distance - motion.standoff)

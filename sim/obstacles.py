@@ -298,6 +298,11 @@ def transformed(obstacle: Obstacle, rotate: float, mirror: bool, shift: Point) -
             return replace(obstacle, rectangles=flip, origin=to.pose(obstacle.origin), motion=motion)
 
 
+def moved_to(obstacle: Obstacle, place: Point) -> Obstacle:
+    """Return the obstacle with its centre at `place` (m, map frame), turned as it is, and its way shifted along."""
+    return transformed(obstacle, 0.0, False, (place[0] - obstacle.pose.x, place[1] - obstacle.pose.y))
+
+
 @dataclass(frozen=True)
 class _Mapping:
     """Mirror at the x axis, then rotate about the origin, then shift."""

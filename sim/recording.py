@@ -60,10 +60,11 @@ class Recording:
         scan_ranges: m, shape (scans, beams).
         scan_angles: of the beams, rad, in the lidar's frame; `lidar` is that frame's pose on the robot.
         contacts, events: as the simulator reported them.
-        presences: which obstacles were there, from when to when.
+        presences: which obstacles were there, from when to when, as they came.
         unrepeatable: why another run need not be the same though the seed is, in one sentence; "" if nothing speaks
             against it.
-        movers: name of each moving obstacle -> its centre at each sample, shape (samples, 2), NaN while it is away.
+        movers: name of each obstacle that moved, by itself or put elsewhere -> its centre at each sample, shape
+            (samples, 2), NaN while it is away.
         notes: whatever else the one who recorded wants to say, plain JSON.
     """
 
@@ -112,6 +113,26 @@ class Recording:
     def pose_at(self, index: int) -> Pose:
         """Return the true pose at a sample."""
         return Pose(*(float(self.samples[c][index]) for c in ("x", "y", "yaw")))
+
+    def index_at(self, time: float) -> int:
+        """Return the last sample that is not after `time` (s), the first if there is none."""
+        return max(0, int(np.searchsorted(self.samples["t"], time + 1e-9, side="right")) - 1)
+
+    def track(self, presence: Presence) -> Array | None:
+        """Return where an obstacle's centre was at each sample, m, shape (samples, 2); None if it never moved.
+
+        While it was away it reads where it was last, or where it would come.
+        """
+        track = self.movers.get(presence.obstacle.name)
+        if track is None:
+            return None
+        t = self.samples["t"]
+        there = ~np.isnan(track[:, 0]) & (t >= presence.since) & (t <= presence.until)
+        if not there.any():
+            return np.tile((presence.obstacle.pose.x, presence.obstacle.pose.y), (len(t), 1))
+        latest = np.maximum.accumulate(np.where(there, np.arange(len(t)), -1))
+        filled: Array = track[np.where(latest < 0, int(np.argmax(there)), latest)]
+        return filled
 
     def digest(self) -> str:
         """Return a hash of everything in the recording: equal if and only if two runs were equal to the last bit."""
@@ -247,7 +268,10 @@ class Recorder:
                 *(command.v, command.omega, simulator.clearance(), self._closest),
             )
         )
-        self._places.append({o.name: place for o, place in simulator.obstacles if o.motion is not None})
+        moved = simulator.moved
+        self._places.append(
+            {o.name: place for o, place in simulator.obstacles if o.motion is not None or o.name in moved}
+        )
 
     def event(self, kind: str, subject: str = "") -> None:
         """Add an event of one's own, at the simulator's time."""
@@ -259,8 +283,6 @@ class Recorder:
         table = np.array(self._rows, dtype=np.float64)
         scans = [(i, s) for i, s in self._scans if i < len(self._rows)]
         beams = simulator.profile.lidar.beams
-        names = sorted({name for places in self._places for name in places})
-        away = (math.nan, math.nan)
         return Recording(
             world=simulator.world,
             profile=simulator.profile.name,
@@ -276,10 +298,23 @@ class Recorder:
             contacts=simulator.contacts,
             events=tuple(sorted((*simulator.events, *self._events), key=lambda e: e.time)),
             presences=simulator.presences,
-            movers={n: np.array([places.get(n, away) for places in self._places]).reshape(-1, 2) for n in names},
+            movers=self._tracks(table[:, 0]),
             notes=dict(self.notes),
             unrepeatable=simulator.unrepeatable,
         )
+
+    def _tracks(self, t: Array) -> dict[str, Array]:
+        """Return where each obstacle that ever moved was at each sample."""
+        away = (math.nan, math.nan)
+        names = sorted({name for places in self._places for name in places})
+        tracks = {n: np.array([places.get(n, away) for places in self._places]).reshape(-1, 2) for n in names}
+        for presence in self._simulator.presences:
+            # Until somebody put it elsewhere, nobody took down where it stood.
+            obstacle, track = presence.obstacle, tracks.get(presence.obstacle.name)
+            if track is not None and obstacle.motion is None:
+                stood = np.isnan(track[:, 0]) & (t >= presence.since) & (t <= presence.until)
+                track[stood] = (obstacle.pose.x, obstacle.pose.y)
+        return tracks
 
 
 def _presence_out(presence: Presence, world: World) -> list[Any]:

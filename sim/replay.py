@@ -84,9 +84,7 @@ class Replay:
                 {
                     "since": p.since,
                     "until": p.until if math.isfinite(p.until) else None,
-                    "track": [_rounded(c[keep]) for c in r.movers[p.obstacle.name].T]
-                    if p.obstacle.name in r.movers
-                    else None,
+                    "track": None if (track := r.track(p)) is None else [_rounded(c) for c in track[keep].T],
                     "at": [p.obstacle.pose.x, p.obstacle.pose.y],
                 }
                 for p in r.presences

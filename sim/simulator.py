@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sim.geometry import Point, Pose, Twist, advance, normalize_angle
 from sim.movers import Mover
-from sim.obstacles import Obstacle, When, with_name
+from sim.obstacles import Obstacle, When, moved_to, with_name
 from sim.robot import COURSE, RobotProfile
 from sim.scene import Nearest, Scene
 from sim.sensors import (
@@ -116,6 +116,7 @@ class Simulator:
         self._movers: dict[str, Mover] = {}
         self._waiting: dict[str, Obstacle] = {}
         self._vanishing: dict[str, When] = {}
+        self._moved: frozenset[str] = frozenset()
         self._contacts: list[Contact] = []
         self._presences: list[Presence] = []
         self._events: list[Event] = []
@@ -219,7 +220,7 @@ class Simulator:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What happened beside the robot's motion: contacts, appearances, triggers, hazards."""
+        """What happened beside the robot's motion: contacts, appearances, moves by hand, triggers, hazards."""
         return tuple(self._events)
 
     @property
@@ -234,8 +235,13 @@ class Simulator:
 
     @property
     def presences(self) -> tuple[Presence, ...]:
-        """Every obstacle since the reset, with the times between which it was there."""
+        """Every obstacle since the reset as it came, with the times between which it was there."""
         return tuple(self._presences)
+
+    @property
+    def moved(self) -> frozenset[str]:
+        """The names of the obstacles that stand elsewhere than they came, put there by `move_obstacle`."""
+        return self._moved
 
     def clearance(self) -> float:
         """Return the metres from the hull to the nearest surface: inf in an open world, below 0 inside an obstacle."""
@@ -291,6 +297,30 @@ class Simulator:
         """
         if self._waiting.pop(name, None) is None:
             self._withdraw(name)
+
+    def move_obstacle(self, name: str, x: float, y: float) -> None:
+        """Put an obstacle elsewhere at once: its centre at x, y (m, map frame), turned as it was.
+
+        It stays the same obstacle: a recording shows one, with its path. What moves by itself begins its way anew from
+        there, the way shifted along. The centre is `obstacle.pose`: a wall's middle, a map's lower left corner. If the
+        hull is there, that is a contact.
+
+        Raises:
+            KeyError: there is none of that name.
+            ValueError: x or y is not finite.
+        """
+        if not (math.isfinite(x) and math.isfinite(y)):
+            raise ValueError(f"({x}, {y}) is not finite; give metres in the map frame")
+        if name in self._waiting:
+            self._waiting[name] = moved_to(self._waiting[name], (x, y))
+            return
+        moved = moved_to(self._scene.remove(name), (x, y))
+        self._scene.add(moved)
+        if moved.motion is not None:
+            self._movers[name] = Mover(moved, moved.motion, self._movers[name].has_started)
+        self._moved |= {name}
+        self._events.append(Event(self.time, "moved", name))
+        self._note_contacts(abs(self._v))
 
     def place_robot(self, pose: Pose, *, odometry_notices: bool = True) -> None:
         """Put the robot elsewhere, standing still. With `odometry_notices=False` it is kidnapped: odometry stays.
@@ -486,6 +516,7 @@ class Simulator:
                 self._presences[i] = replace(presence, until=self.time)
         self._movers.pop(name, None)
         self._vanishing.pop(name, None)
+        self._moved -= {name}
         self._touching -= {name}
         self._pressed = None
         self._events.append(Event(self.time, "vanishes", name))

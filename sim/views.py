@@ -6,7 +6,6 @@ Every function returns a Figure and touches no global state: good in a notebook,
 from __future__ import annotations
 
 import io
-import math
 import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -114,7 +113,7 @@ def compare_view(a: Recording, b: Recording, labels: tuple[str, str] = ("first",
     """Return two runs in one picture: both paths on the map, speeds and closest ranges over the same time."""
     figure = View(figsize=(13.0, 6.0), layout="constrained")
     plan, (speed, turn, distance) = _map_and_lines(figure)
-    draw_obstacles(plan, [p.obstacle for p in a.presences])
+    _draw_obstacles_at(plan, a, a.t[-1])
     draw_goals(plan, a.world.goals)
     for run, label, color, style in ((a, labels[0], COLORS["path"], "-"), (b, labels[1], COLORS["other"], "--")):
         line: dict[str, Any] = {"color": color, "linestyle": style, "label": label, "linewidth": 1.6}
@@ -148,8 +147,8 @@ def draw_world(axes: Axes, world: World) -> None:
     draw_goals(axes, world.goals)
 
 
-def draw_obstacles(axes: Axes, obstacles: Iterable[Obstacle], alpha: float = 1.0) -> None:
-    """Draw obstacles where their own figures say; a scripted path is dotted."""
+def draw_obstacles(axes: Axes, obstacles: Iterable[Obstacle], alpha: float = 1.0, ways: bool = True) -> None:
+    """Draw obstacles where their own figures say, and dotted the ways that some of them go."""
     for obstacle in obstacles:
         color = COLORS["mover" if obstacle.motion is not None else "obstacle"]
         lines: list[tuple[Point, Point]] = []
@@ -167,7 +166,7 @@ def draw_obstacles(axes: Axes, obstacles: Iterable[Obstacle], alpha: float = 1.0
                     axes.add_patch(PolygonPatch(corners, color=color, lw=0.6, alpha=alpha, zorder=2))
         if lines:
             axes.add_collection(LineCollection(lines, colors=color, linewidths=2.5, alpha=alpha, zorder=2))
-        if isinstance(obstacle.motion, Path):
+        if ways and isinstance(obstacle.motion, Path):
             route = [(obstacle.pose.x, obstacle.pose.y), *obstacle.motion.waypoints]
             axes.plot(*zip(*route, strict=True), ":", color=color, linewidth=1.2, zorder=1)
 
@@ -195,15 +194,8 @@ def draw_scan(axes: Axes, scan: ScanReading, sensor: Pose) -> None:
 def draw_run(axes: Axes, recording: Recording, at: float | None = None) -> None:
     """Draw a recorded run on a map; the robot, the scan and what moves are shown at time `at` (s), else at the end."""
     time = recording.t[-1] if at is None else at
-    index = int(np.searchsorted(recording.t, time + 1e-9, side="right")) - 1
-    index = max(index, 0)
-    for presence in recording.presences:
-        obstacle = presence.obstacle
-        track = recording.movers.get(obstacle.name)
-        if track is not None and not np.isnan(track[index]).any():
-            obstacle = _shifted(obstacle, (float(track[index, 0]), float(track[index, 1])))
-        there = presence.since <= time < presence.until or (presence.until == math.inf and presence.since <= time)
-        draw_obstacles(axes, [obstacle], alpha=1.0 if there else 0.25)
+    index = recording.index_at(time)
+    _draw_obstacles_at(axes, recording, time)
     draw_goals(axes, recording.world.goals)
     kept = np.flatnonzero(recording.scan_index <= index)
     if kept.size:
@@ -259,6 +251,19 @@ def draw_distances(axes: Axes, recording: Recording, thresholds: Mapping[str, fl
         axes.text(0.5, 0.5, "nothing in range", transform=axes.transAxes, ha="center", color=COLORS["closest"])
     _label(axes, "distance (m)")
     _legend(axes)
+
+
+def _draw_obstacles_at(axes: Axes, recording: Recording, time: float) -> None:
+    """Draw obstacles where they were at `time` (s), faintly those that were not there then."""
+    index = recording.index_at(time)
+    dragged = {e.subject for e in recording.events if e.kind == "moved" and e.time < time}
+    for presence in recording.presences:
+        obstacle, track = presence.obstacle, recording.track(presence)
+        if track is not None:
+            obstacle = _shifted(obstacle, (float(track[index, 0]), float(track[index, 1])))
+        there = presence.since <= time < presence.until
+        way = obstacle.name not in dragged  # or it would be the one that it left
+        draw_obstacles(axes, [obstacle], alpha=1.0 if there else 0.25, ways=way)
 
 
 def _mark_contacts(axes: Axes, recording: Recording) -> None:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sim import Box, Circle, Path, Seen, Simulator, Tourist, Twist, Wall, World, drive, load_world
+from sim import Box, Circle, Path, Recorder, Seen, Simulator, Tourist, Twist, Wall, World, drive, load_world
 from sim.live import HIDDEN_LOST_S, LOST_S, NO_RANGE, Feed, Live, Message, Pacer
 
 ROOT = FilePath(__file__).parents[2]
@@ -374,8 +374,20 @@ def test_of_many_moves_between_two_steps_only_the_last_is_made() -> None:
     for i in range(50):
         d.browser.order("move", name="crate", x=1.0 + 0.01 * i, y=1.0)
     d.go(0.1)
-    assert len(d.live.simulator.presences) == 2
+    assert [(e.kind, e.subject) for e in d.live.simulator.events] == [("moved", "crate")]
     assert d.browser.obstacles["crate"]["at"] == [1.49, 1.0]
+
+
+def test_a_dragged_obstacle_leaves_no_ghosts_in_the_recording() -> None:
+    d = desk(World(obstacles=(BOX,)), driver=lambda _: Twist())
+    recorder = Recorder(d.live.simulator)
+    for x in (1.0, 1.2, 1.4):
+        d.browser.order("move", name="crate", x=x, y=1.0)
+        d.go(0.1)
+        recorder.take([])
+    (presence,) = recorder.recording().presences
+    assert presence.until == math.inf
+    assert recorder.recording().movers["crate"][-1].tolist() == pytest.approx([1.4, 1.0])
 
 
 def test_walls_stay_where_they_are() -> None:

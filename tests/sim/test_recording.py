@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim import Recorder, Recording, RecordingError, Simulator, Tourist, Wall, World, drive, load_world
+from sim import Box, Circle, Recorder, Recording, RecordingError, Simulator, Tourist, Wall, World, drive, load_world
 
 ROOT = Path(__file__).parents[2]
 
@@ -110,6 +110,59 @@ def test_obstacles_added_at_run_time_are_in_the_file(tmp_path: Path) -> None:
     (presence,) = Recording.load(tmp_path / "run.npz").presences
     assert presence.obstacle == Wall((1.0, 0.0), (2.0, 0.0), 0.1, name="wall 1")
     assert (presence.since, presence.until) == (0.0, 0.5)
+
+
+# ------------------------------------------------------------------------------------------- obstacles put elsewhere
+
+
+@pytest.fixture
+def dragged() -> Recording:
+    """A crate stands at x = 2 m, is put to 3 m at 0.5 s, and is taken away at 1 s. A post stays."""
+    simulator = Simulator(World(obstacles=(Box((2.0, 1.0), (0.4, 0.4), name="crate"), Circle((5.0, 5.0), 0.1))))
+    recorder = Recorder(simulator)
+    for act in (lambda: simulator.move_obstacle("crate", 3.0, 1.0), lambda: simulator.remove_obstacle("crate")):
+        for _ in range(10):
+            recorder.take(simulator.step(0.05))
+        act()
+    recorder.take(simulator.step(0.05))
+    return recorder.recording()
+
+
+def test_a_dragged_obstacle_is_one_obstacle_with_a_path(dragged: Recording) -> None:
+    assert [p.obstacle.name for p in dragged.presences] == ["crate", "circle 1"]
+    assert list(dragged.movers) == ["crate"]
+    x = dragged.movers["crate"][:, 0]
+    assert x[:11].tolist() == [2.0] * 11
+    assert x[11:21].tolist() == [3.0] * 10
+    assert np.isnan(x[21])
+
+
+def test_an_obstacle_is_shown_where_it_was_then_and_where_it_was_last_after_it_has_gone(dragged: Recording) -> None:
+    crate, post = dragged.presences
+    track = dragged.track(crate)
+    assert track is not None
+    assert track[[0, 10, 11, 21], 0].tolist() == [2.0, 2.0, 3.0, 3.0]
+    assert dragged.track(post) is None
+
+
+def test_an_obstacle_that_comes_again_under_its_old_name_has_a_path_of_its_own() -> None:
+    simulator = Simulator(World(obstacles=(Box((2.0, 1.0), (0.4, 0.4), name="crate"),)))
+    recorder = Recorder(simulator)
+    recorder.take(simulator.step(0.05))
+    simulator.remove_obstacle("crate")
+    recorder.take(simulator.step(0.05))
+    simulator.add_obstacle(Box((4.0, 1.0), (0.4, 0.4), name="crate"))
+    recorder.take(simulator.step(0.05))
+    simulator.move_obstacle("crate", 5.0, 1.0)
+    recorder.take(simulator.step(0.05))
+    recording = recorder.recording()
+    tracks = [recording.track(presence) for presence in recording.presences]
+    assert [track[:, 0].tolist() for track in tracks if track is not None] == [[2.0] * 5, [4.0] * 4 + [5.0]]
+
+
+def test_the_path_of_a_dragged_obstacle_is_in_the_file(dragged: Recording, tmp_path: Path) -> None:
+    dragged.save(tmp_path / "run.npz")
+    assert Recording.load(tmp_path / "run.npz").digest() == dragged.digest()
 
 
 # ------------------------------------------------------------------------------------------------- files of others

@@ -370,8 +370,8 @@ def cart(motion: Path | Chase) -> Simulator:
     return exact(World(obstacles=(Circle((3.0, 0.0), 0.3, name="cart", motion=motion),)))
 
 
-def place(simulator: Simulator) -> tuple[float, float]:
-    return next(p for o, p in simulator.obstacles if o.name == "cart")
+def place(simulator: Simulator, name: str = "cart") -> tuple[float, float]:
+    return next(p for o, p in simulator.obstacles if o.name == name)
 
 
 def test_a_cart_follows_its_waypoints_and_stops() -> None:
@@ -439,6 +439,73 @@ def test_a_chaser_follows_and_keeps_its_distance() -> None:
     simulator.command(-0.3, 0.0)
     simulator.step(5.0)
     assert math.dist(place(simulator), (simulator.pose.x, simulator.pose.y)) == pytest.approx(0.8, abs=0.01)
+
+
+# ------------------------------------------------------------------------------------------- obstacles put elsewhere
+
+
+def test_an_obstacle_that_is_put_elsewhere_stands_there_for_lidar_and_hull() -> None:
+    simulator = exact(World(obstacles=(Box((2.0, 1.0), (0.4, 0.4), name="crate"),)))
+    simulator.move_obstacle("crate", 1.0, 0.0)
+    assert simulator.true_ranges()[180] == pytest.approx(0.8)
+    assert simulator.clearance() == pytest.approx(0.8 - 0.171)
+    assert place(simulator, "crate") == (1.0, 0.0)
+
+
+def test_it_stays_one_obstacle_that_was_there_all_the_time() -> None:
+    simulator = exact(World(obstacles=(Box((2.0, 1.0), (0.4, 0.4), name="crate"),)))
+    for x in (1.0, 1.5, 2.5):
+        simulator.step(0.5)
+        simulator.move_obstacle("crate", x, 1.0)
+    (presence,) = simulator.presences
+    assert (presence.since, presence.until) == (0.0, math.inf)
+    assert [(e.time, e.kind, e.subject) for e in simulator.events] == [(t, "moved", "crate") for t in (0.5, 1.0, 1.5)]
+    assert simulator.moved == {"crate"}
+    simulator.reset()
+    assert (place(simulator, "crate"), simulator.moved) == ((2.0, 1.0), frozenset())
+
+
+def test_a_cart_that_is_put_elsewhere_goes_its_way_shifted_and_does_not_wait_anew() -> None:
+    simulator = cart(Path(((3.0, 4.0),), speed=0.5, starts="go"))
+    simulator.trigger("go")
+    simulator.step(2.0)
+    simulator.move_obstacle("cart", 5.0, 1.0)
+    simulator.step(2.0)
+    assert place(simulator) == pytest.approx((5.0, 2.0))
+
+
+def test_an_obstacle_that_has_not_appeared_yet_will_appear_where_it_was_put() -> None:
+    simulator = exact(World(obstacles=(Circle((2.0, 0.0), 0.2, name="ghost", appears=1.0),)))
+    simulator.move_obstacle("ghost", 3.0, 0.0)
+    assert simulator.obstacles == ()
+    simulator.step(1.0)
+    assert place(simulator, "ghost") == (3.0, 0.0)
+
+
+def test_an_obstacle_put_onto_the_robot_is_a_contact_and_no_second_one_when_it_is_pushed_on() -> None:
+    simulator = exact(World(obstacles=(Circle((2.0, 0.0), 0.2, name="stone"),)))
+    for x in (0.3, 0.31, 0.32):
+        simulator.move_obstacle("stone", x, 0.0)
+        simulator.step(0.1)
+    assert [contact.obstacle for contact in simulator.contacts] == ["stone"]
+
+
+def test_a_hull_pressed_against_an_obstacle_drives_on_when_that_is_put_elsewhere() -> None:
+    simulator = exact(World(obstacles=(Box((1.0, 0.0), (0.2, 1.0), name="crate"),)))
+    simulator.command(0.5, 0.0)
+    simulator.step(3.0)
+    simulator.move_obstacle("crate", 5.0, 5.0)
+    simulator.step(1.0)
+    assert simulator.pose.x > 1.0
+
+
+def test_what_is_not_there_or_nowhere_cannot_be_put_elsewhere() -> None:
+    simulator = exact(WALL_AT_2)
+    with pytest.raises(KeyError, match="no obstacle named 'crate'"):
+        simulator.move_obstacle("crate", 0.0, 0.0)
+    with pytest.raises(ValueError, match="not finite"):
+        simulator.move_obstacle("wall", math.nan, 0.0)
+    assert simulator.moved == frozenset()
 
 
 # ------------------------------------------------------------------------------------------------------------- reset

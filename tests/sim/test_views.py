@@ -1,5 +1,6 @@
 """Pictures and the command line. What they look like is judged by eye; here is what must be on them."""
 
+import json
 import re
 import shutil
 import subprocess
@@ -15,6 +16,7 @@ from matplotlib.figure import Figure
 
 from sim import Box, Recorder, Recording, Simulator, Tourist, Twist, Wall, World, drive, load_world
 from sim.__main__ import main, summary
+from sim.obstacles import Path as Way
 from sim.replay import Replay
 from sim.views import COLORS, compare_view, map_view, run_view, time_view
 
@@ -62,6 +64,49 @@ def test_the_map_shows_a_cart_where_it_was_at_that_time(cart: Recording) -> None
         return float(boxes[0][1])
 
     assert middle(0.0) < middle(2.0) < middle(4.0)
+
+
+@pytest.fixture(scope="module")
+def dragged() -> Recording:
+    """A crate is dragged from x = 2 m to 3 m at 1 s, and a cart from its way at 2 m to another at 3 m."""
+    cart = Box((2.0, -2.0), (0.2, 0.2), name="cart", motion=Way(((2.0, -1.0),), 0.1))
+    simulator = Simulator(World(obstacles=(Box((2.0, 1.0), (0.4, 0.4), name="crate"), cart)))
+    recorder = Recorder(simulator)
+    for i in range(40):
+        recorder.take(simulator.step(0.05))
+        if i == 19:
+            simulator.move_obstacle("crate", 3.0, 1.0)
+            simulator.move_obstacle("cart", 3.0, -2.0)
+    return recorder.recording()
+
+
+def boxes(figure: Figure, color: str) -> list[tuple[float, float | None]]:
+    """Return x of the middle and the opacity of each box in a colour."""
+    found = [p for axes in figure.axes for p in axes.patches if to_hex(p.get_facecolor()) == COLORS[color].lower()]
+    return [(round(float(p.get_path().vertices[:-1].mean(axis=0)[0]), 3), p.get_alpha()) for p in found]
+
+
+def test_the_map_shows_a_dragged_obstacle_once_where_it_was_at_that_time(dragged: Recording) -> None:
+    for view, x in ((map_view(dragged, at=0.5), 2.0), (map_view(dragged, at=1.5), 3.0), (run_view(dragged), 3.0)):
+        assert boxes(view, "obstacle") == [(x, 1.0)]
+        assert [x for x, _ in boxes(view, "mover")] == [x]
+    assert boxes(compare_view(dragged, dragged), "obstacle") == [(3.0, 1.0)]
+
+
+def test_the_old_way_of_a_dragged_cart_is_not_drawn(dragged: Recording) -> None:
+    def dotted(at: float) -> int:
+        return sum(line.get_linestyle() == ":" for line in map_view(dragged, at=at).axes[0].get_lines())
+
+    assert (dotted(0.5), dotted(1.5)) == (1, 0)
+
+
+def test_in_the_replay_a_dragged_obstacle_is_one_shape_with_a_track(dragged: Recording) -> None:
+    page = Replay(dragged).html()
+    assert page.count("<title>crate</title>") == 1
+    (data,) = re.findall(r"^const D = (.*);$", page, re.MULTILINE)
+    crate = json.loads(data)["obstacles"][0]
+    assert (crate["since"], crate["until"]) == (0.0, None)
+    assert (crate["track"][0][0], crate["track"][0][-1]) == (2.0, 3.0)
 
 
 def test_time_lines_have_units_and_thresholds(crash: Recording) -> None:
