@@ -61,7 +61,7 @@ tour
 #
 # - **Click** anywhere on the map: the robot goes there.
 # - **Drag** a desk into a doorway, and send the robot through that door.
-# - Press **Space** on the map to pause it, and set the speed to 4× to have less patience.
+# - Press **Space** on the map to pause it, and set the speed to 5× if you have less patience.
 #
 # The next cell lets 12 simulated seconds pass, and then pauses.
 
@@ -219,7 +219,10 @@ robot
 
 # %% [markdown]
 # It stands still: nobody tells it anything.
-# But it talks, and the `ros2` command lets you listen.
+# You will drive it from cells further down.
+# To keep it in sight, click with the right mouse button beside the map and choose *Create New View for Cell Output*.
+#
+# The robot talks, and the `ros2` command lets you listen.
 # A line that begins with `!` is one for the shell, as you would type it in a terminal.
 
 # %%

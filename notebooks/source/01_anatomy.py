@@ -107,6 +107,7 @@ trial = Path(tempfile.mkdtemp())
 # %% [markdown]
 # Some files are given.
 # `%%writefile` at the top of a cell writes the rest of the cell into a file, below the package's folder.
+# It asks nothing: had you changed the file in an editor meanwhile, a copy of it would be kept in `ws/kept`, and a line would say so.
 # First, two that are for plain Python tools, such as an editor or a linter; ROS itself builds with the `CMakeLists.txt` that you write below.
 
 # %% tags=["given"]
