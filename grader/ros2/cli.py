@@ -5,8 +5,11 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
+import re
+import signal
 import sys
 from collections.abc import Callable
+from typing import NoReturn
 
 from . import aside, environment
 
@@ -55,7 +58,10 @@ def main(argv: list[str] | None = None) -> int:
         argcomplete.autocomplete(parser, exclude=["-h", "--help"])
     if name in ABSENT:
         parser.exit(2, f"ros2 {name}: not here; {ABSENT[name]}\n")
-    args = parser.parse_args(words)
+    args, unknown = parser.parse_known_args(words)
+    if unknown:
+        tip = '\nValues go in quotes, as one word: "{speed: 0.2}"' if hasattr(args, "values_word") else ""
+        parser.error(f"unrecognized arguments: {' '.join(unknown)}{tip}")
     if name is None:
         parser.print_help()
         return 0
@@ -66,9 +72,30 @@ def main(argv: list[str] | None = None) -> int:
     return _run(chosen, args)
 
 
+class Parser(argparse.ArgumentParser):
+    """Asks for the word that was probably meant."""
+
+    def error(self, message: str) -> NoReturn:
+        """Say what is wrong, and end."""
+        from .commands import hints
+
+        if found := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
+            message += hints.near(found[1], re.findall(r"[\w-]+", found[2]))
+        super().error(message)
+
+
 def _run(chosen: Callable[[argparse.Namespace], int], args: argparse.Namespace) -> int:
     from .commands.answers import Refusal
 
+    interrupted = False
+
+    def interrupt(*_: object) -> None:
+        nonlocal interrupted
+        interrupted = True
+        raise KeyboardInterrupt
+
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, interrupt)
     try:
         code = chosen(args)
         sys.stdout.flush()
@@ -77,6 +104,10 @@ def _run(chosen: Callable[[argparse.Namespace], int], args: argparse.Namespace) 
         return refusal.code
     except KeyboardInterrupt:
         return 2
+    except RuntimeError:
+        if not interrupted:
+            raise
+        return 2  # Ctrl-C in the middle of rclpy's C++, which makes an error of its own of it
     except BrokenPipeError:  # `ros2 topic list | head -1`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
@@ -94,7 +125,7 @@ def _typed() -> list[str]:
 
 
 def _parser(name: str | None) -> tuple[argparse.ArgumentParser, Callable[[argparse.Namespace], int] | None]:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="ros2",
         description="ros2 of the ROS 2 course kit: the words of the real command, on wheels alone.",
         epilog="Example: ros2 topic echo --once /odom",

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from . import messages
+from . import completing, hints, messages
 from .answers import Refusal
 from .graph import Graph, NamesAndTypes, full_name, graph, spin, split_name
 
@@ -30,9 +30,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     kind.set_defaults(run=show_type)
     send = verbs.add_parser("send_goal", help="Send an action goal")
     action_argument(send)
-    given = send.add_argument("action_type", help="Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')")
-    given.completer = complete_types  # type: ignore[attr-defined]  # read by argcomplete
-    send.add_argument("goal", help="Goal request values in YAML format (e.g. '{order: 10}')")
+    completing.add(
+        send, "action_type", completing.types("action", "action_name", action_type),
+        help="Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')",
+    )  # fmt: skip
+    messages.add_values(
+        send, "action", "action_type", "Goal request values in YAML format (e.g. '{order: 10}')", "goal"
+    )
     send.add_argument("-f", "--feedback", action="store_true", help="Echo feedback messages for the goal")
     send.add_argument("-t", "--timeout", metavar="N", type=float, help="Seconds to wait for the result, then cancel")
     send.set_defaults(run=run_send_goal)
@@ -40,22 +44,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def action_argument(parser: argparse.ArgumentParser) -> None:
     """Declare the name of an action, which the shell completes."""
-    argument = parser.add_argument("action_name", help="Name of the ROS action (e.g. '/fibonacci')")
-    argument.completer = complete  # type: ignore[attr-defined]  # read by argcomplete
+    complete = completing.from_graph(lambda seen: [name for name, _types in actions(seen)])
+    completing.add(parser, "action_name", complete, help="Name of the ROS action (e.g. '/fibonacci')")
 
 
-def complete(prefix: str, **_: Any) -> list[str]:
-    """Return the actions that begin so."""
-    with graph() as seen:
-        seen.settle()
-        return [name for name, _types in actions(seen) if name.startswith(prefix)]
-
-
-def complete_types(prefix: str, **_: Any) -> list[str]:
-    """Return the action types that begin so."""
-    from .interface import every
-
-    return [name for name in every("action") if name.startswith(prefix)]
+def action_type(seen: Graph, name: str) -> str | None:
+    """Wait for an action, and return its type."""
+    found = seen.wait_for(lambda: dict(actions(seen)).get(full_name(name)))
+    return found[0] if found else None
 
 
 def actions(seen: Graph) -> NamesAndTypes:
@@ -63,6 +59,13 @@ def actions(seen: Graph) -> NamesAndTypes:
     from rclpy.action.graph import get_action_names_and_types
 
     return sorted(get_action_names_and_types(seen.node))
+
+
+def served(seen: Graph) -> NamesAndTypes:
+    """Return the actions that nodes serve."""
+    from rclpy.action.graph import get_action_server_names_and_types_by_node as served_by
+
+    return [found for one in seen.others() for found in served_by(seen.node, *one)]
 
 
 def show_list(args: argparse.Namespace) -> int:
@@ -118,7 +121,7 @@ def run_send_goal(args: argparse.Namespace) -> int:
     from rclpy.action.client import ActionClient
 
     kind = messages.load(args.action_type, "action")
-    values = messages.from_yaml(args.goal)
+    values = messages.given(args)
     with graph() as seen:
         client = ActionClient(seen.node, kind, args.action_name)
         goal = kind.Goal()
@@ -128,22 +131,24 @@ def run_send_goal(args: argparse.Namespace) -> int:
             print(f"Feedback:\n    {messages.to_yaml(said.feedback)}", flush=True)
 
         print("Waiting for an action server to become available...", flush=True)
-        client.wait_for_server()
+        hints.wait(client.server_is_ready, args.action_name, args.action_type, lambda: served(seen))
         print(f"Sending goal:\n     {messages.to_yaml(goal)}", flush=True)
         asked = client.send_goal_async(goal, feedback if args.feedback else None)
         spin(seen.node, asked.done)
         handle = asked.result()
         if handle is None or not handle.accepted:
-            print("Goal was rejected :(")
+            print("Goal was rejected.")
             client.destroy()
-            return 1
+            return 0  # as with the real command
         print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n", flush=True)
         result = handle.get_result_async()
+        code = 0
         try:
             if not spin(seen.node, result.done, args.timeout):
                 print(f"Timeout of {args.timeout:g} s is over.")
                 _cancel(seen, handle, result)
         except KeyboardInterrupt:
+            code = 2
             _cancel(seen, handle, result)
         answer = result.result() if result.done() else None
         if answer is None:
@@ -152,7 +157,7 @@ def run_send_goal(args: argparse.Namespace) -> int:
         print(f"Result:\n    {messages.to_yaml(answer.result)}")
         print(f"Goal finished with status: {names.get(answer.status, answer.status)}")
         client.destroy()
-    return 0
+    return code
 
 
 def _cancel(seen: Graph, handle: Any, result: Any) -> None:

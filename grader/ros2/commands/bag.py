@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import os
 import re
 import sys
 import time
@@ -15,7 +16,7 @@ from typing import Any
 
 from . import messages
 from .answers import Refusal
-from .graph import Graph, full_name, graph, spin
+from .graph import Graph, full_name, graph, interrupt_later, spin, steady_clock
 
 LOOK_S = 0.5  # how often to look for new topics
 
@@ -115,7 +116,7 @@ class Recorder:
             self._subscribe(name, types[0], kind, text, publishers)
 
     def _subscribe(self, name: str, type_name: str, kind: Any, text: str, publishers: list[Any]) -> None:
-        from .qos import asked
+        from .qos import matching
 
         hash_ = publishers[0].topic_type_hash
         connection = self.writer.add_connection(
@@ -130,10 +131,7 @@ class Recorder:
         def take(raw: bytes) -> None:
             self.writer.write(connection, node.get_clock().now().nanoseconds, raw)
 
-        flags = argparse.Namespace(
-            qos_profile=None, qos_depth=1000, qos_history=None, qos_reliability=None, qos_durability=None
-        )
-        node.create_subscription(kind, name, take, asked(flags, publishers), raw=True)
+        node.create_subscription(kind, name, take, matching(publishers, depth=1000), raw=True)
         self.topics.add(name)
         say("rosbag2_recorder", f"Subscribed to topic '{name}'")
 
@@ -180,31 +178,25 @@ def run_record(args: argparse.Namespace) -> int:
         raise Refusal(f"[ERROR] [ros2bag]: Output folder '{folder}' already exists.")
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # a bag that is told to end must still be closed
     plugin = StoragePlugin.MCAP if args.storage == "mcap" else StoragePlugin.SQLITE3
-    with Writer(folder, version=9, storage_plugin=plugin) as writer, graph(**_sim(args)) as seen:
+    # Whenever Ctrl-C comes, what has been recorded so far becomes a bag.
+    with (
+        contextlib.suppress(KeyboardInterrupt),
+        Writer(folder, version=9, storage_plugin=plugin) as writer,
+        contextlib.suppress(KeyboardInterrupt),
+        graph(sim_time=args.use_sim_time) as seen,
+    ):
         recorder = Recorder(seen, writer, wanted)
         say("rosbag2_recorder", "Listening for topics...")
-        recorder.look()
-        seen.node.create_timer(LOOK_S / 5, recorder.look, clock=_steady())
+        with interrupt_later():
+            recorder.look()
+        seen.node.create_timer(LOOK_S / 5, recorder.look, clock=steady_clock())
         say("rosbag2_recorder", "Recording...")
-        with contextlib.suppress(KeyboardInterrupt):
-            spin(seen.node, lambda: False)
+        spin(seen.node, lambda: False)
+    # The writer signs with its own name where the distribution belongs.
+    metadata = folder / "metadata.yaml"
+    metadata.write_text(metadata.read_text().replace("ros_distro: rosbags", f"ros_distro: {os.environ['ROS_DISTRO']}"))
     say("rosbag2_recorder", "Recording stopped")
     return 0
-
-
-def _sim(args: argparse.Namespace) -> dict[str, Any]:
-    if not args.use_sim_time:
-        return {}
-    from rclpy.parameter import Parameter
-
-    return {"parameter_overrides": [Parameter("use_sim_time", value=True)]}
-
-
-def _steady() -> Any:
-    from rclpy.clock import Clock
-    from rclpy.clock_type import ClockType
-
-    return Clock(clock_type=ClockType.STEADY_TIME)
 
 
 @contextlib.contextmanager
@@ -217,6 +209,9 @@ def _opened(path: Path) -> Any:
     try:
         with Reader(folder) as reader:
             yield reader
+    except FileNotFoundError as error:
+        why = "it has no metadata.yaml, so it is no bag, or its recording was broken off"
+        raise Refusal(f"[ERROR] [ros2bag]: Could not read bag '{path}': {why}") from error
     except ReaderError as error:
         raise Refusal(f"[ERROR] [ros2bag]: Could not read bag '{path}': {error}") from error
 

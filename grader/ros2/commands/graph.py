@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import tempfile
 import time
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
+
+from .answers import Refusal
 
 T = TypeVar("T")
 NamesAndTypes = list[tuple[str, list[str]]]
@@ -139,6 +142,10 @@ class Graph:
         """Return the services with their types."""
         return sorted((n, t) for n, t in self.node.get_service_names_and_types() if hidden or not is_hidden(n))
 
+    def others(self) -> list[tuple[str, str]]:
+        """Return name and namespace of every node but this one."""
+        return [one for one in self.node.get_node_names_and_namespaces() if one[0] != self.node.get_name()]
+
     def topic_type(self, topic: str) -> str | None:
         """Wait for a topic, and return its type."""
         found = self.wait_for(lambda: dict(self.node.get_topic_names_and_types()).get(full_name(topic)))
@@ -167,10 +174,16 @@ def is_hidden(name: str) -> bool:
 
 
 @contextlib.contextmanager
-def graph(rest_s: float | None = None, **options: Any) -> Iterator[Graph]:
-    """Yield a graph, with a hidden node of our own in it."""
+def graph(rest_s: float | None = None, name: str | None = None, sim_time: bool = False) -> Iterator[Graph]:
+    """Yield a graph, with a node of our own in it, a hidden one unless it is given a name.
+
+    Raises:
+        Refusal: a name that was asked for cannot be one in ROS.
+    """
     work = Slowness()
     import rclpy
+    from rclpy.exceptions import NameValidationException
+    from rclpy.parameter import Parameter
     from rclpy.signals import SignalHandlerOptions
     from rclpy.utilities import try_shutdown
 
@@ -179,13 +192,54 @@ def graph(rest_s: float | None = None, **options: Any) -> Iterator[Graph]:
     try:
         # Nobody asks this node for parameters: without their services it starts faster and clutters nothing.
         with quick_discovery(slowness):
-            node = rclpy.create_node(f"_ros2cli_{os.getpid()}", start_parameter_services=False, **options)
+            node = rclpy.create_node(
+                name or f"_ros2cli_{os.getpid()}",
+                start_parameter_services=False,
+                parameter_overrides=[Parameter("use_sim_time", value=True)] if sim_time else [],
+            )
         try:
             yield Graph(node, rest_s, slowness)
         finally:
             node.destroy_node()
+    except NameValidationException as error:
+        raise Refusal(str(error)) from None
     finally:
         try_shutdown()
+
+
+@contextlib.contextmanager
+def interrupt_later() -> Iterator[Callable[[], None]]:
+    """Put Ctrl-C off; yield a function that lets it through if it has been pressed, as the end does too.
+
+    In the middle of rclpy's C++ a KeyboardInterrupt would come out as a RuntimeError about a failed conversion.
+    A second Ctrl-C does not wait.
+    """
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    pressed: list[int] = []
+
+    def press(number: int, frame: Any) -> None:
+        pressed.append(number)
+        if len(pressed) > 1:
+            deliver(number, frame)
+
+    def deliver(number: int, frame: Any) -> None:
+        handler = before[signal.Signals(number)]
+        assert callable(handler)
+        handler(number, frame)
+
+    def check() -> None:
+        if pressed:
+            deliver(pressed[0], None)
+
+    put_off = [number for number, handler in before.items() if callable(handler)]
+    for number in put_off:
+        signal.signal(number, press)
+    try:
+        yield check
+        check()
+    finally:
+        for number in put_off:
+            signal.signal(number, before[number])
 
 
 def spin(node: Any, until: Callable[[], bool], timeout_s: float | None = None) -> bool:
@@ -196,14 +250,28 @@ def spin(node: Any, until: Callable[[], bool], timeout_s: float | None = None) -
     executor = rclpy.executors.SingleThreadedExecutor()
     executor.add_node(node)
     try:
-        while not until():
-            if limit is not None and time.monotonic() > limit:
-                return False
-            executor.spin_once(timeout_sec=0.1)
-        return True
+        with interrupt_later() as check:
+            return _spin(executor, until, limit, check)
     finally:
         executor.remove_node(node)
         executor.shutdown()
+
+
+def _spin(executor: Any, until: Callable[[], bool], limit: float | None, check: Callable[[], None]) -> bool:
+    while not until():
+        check()
+        if limit is not None and time.monotonic() > limit:
+            return False
+        executor.spin_once(timeout_sec=0.1)
+    return True
+
+
+def steady_clock() -> Any:
+    """Return a clock for timers that go on while simulated time stands still."""
+    from rclpy.clock import Clock
+    from rclpy.clock_type import ClockType
+
+    return Clock(clock_type=ClockType.STEADY_TIME)
 
 
 def add_graph_arguments(parser: Any) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from . import messages, prefixes
+from . import hints, messages, prefixes
 from .answers import Refusal
 
 KINDS = {"msg": "Messages", "srv": "Services", "action": "Actions"}
@@ -103,10 +103,11 @@ def definition(package: str, kind: str, name: str) -> Path:
     """Return the file that defines an interface."""
     prefix = prefixes.prefix(package)
     if prefix is None:
-        raise Refusal(f"Unknown package '{package}'")
+        raise Refusal(f"Unknown package '{package}'{hints.near(package, prefixes.names('rosidl_interfaces'))}")
     path = prefix / "share" / package / kind / f"{name}.{kind}"
     if not path.is_file():
-        raise Refusal(f"Could not find the interface '{path}'")
+        near = hints.near(f"{package}/{kind}/{name}", every(kind))
+        raise Refusal(f"Could not find the interface '{path}'{near}")
     return path
 
 
@@ -115,7 +116,8 @@ def run_show(args: argparse.Namespace) -> int:
     name = sys.stdin.readline().strip() if args.type == "-" else args.type
     parts = name.split("/")
     if len(parts) != 3:
-        raise Refusal(f"Invalid name '{name}'. Expected three parts separated by '/'")
+        near = hints.near(name, [one for one in every() if one.split("/")[-1] == parts[-1]])
+        raise Refusal(f"Invalid name '{name}'. Expected three parts separated by '/'{near}")
     if parts[1] not in KINDS:
         raise Refusal(f"Invalid name '{name}'. The middle part is one of {', '.join(KINDS)}")
     comments = not args.no_comments

@@ -120,6 +120,23 @@ def from_yaml(text: str) -> Any:
     return found
 
 
+def add_values(parser: Any, kind: str, of: str, text: str, name: str = "values") -> None:
+    """Declare the values of a message of the type that the word `of` names: as a word, or read from stdin."""
+    from . import completing
+
+    group = parser.add_mutually_exclusive_group()
+    completing.add(group, name, completing.values(kind, of), nargs="?", default=None, help=text)
+    group.add_argument("--stdin", action="store_true", help="Read values from standard input")
+    parser.set_defaults(values_word=name)
+
+
+def given(args: Any) -> Any:
+    """Return the values that a command line gives."""
+    import sys
+
+    return from_yaml(sys.stdin.read() if args.stdin else getattr(args, args.values_word) or "")
+
+
 def fill(message: Any, values: Mapping[str, Any], now: Any = None) -> None:
     """Put values into a message; `auto` for a header and `now` for a time stand for the present."""
     for name, value in values.items():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from . import completing, hints
 from .answers import Refusal
 from .graph import NamesAndTypes, add_graph_arguments, full_name, graph, is_hidden, split_name
 
@@ -26,15 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def node_argument(parser: argparse.ArgumentParser, **rest: Any) -> None:
     """Declare the name of a node, which the shell completes."""
-    argument = parser.add_argument("node_name", help="Node name to request information", **rest)
-    argument.completer = complete  # type: ignore[attr-defined]  # read by argcomplete
-
-
-def complete(prefix: str, **_: Any) -> list[str]:
-    """Return the nodes that begin so."""
-    with graph() as seen:
-        seen.settle()
-        return [name for name in seen.nodes() if name.startswith(prefix)]
+    complete = completing.from_graph(lambda seen: seen.nodes())
+    completing.add(parser, "node_name", complete, help="Node name to request information", **rest)
 
 
 def show_list(args: argparse.Namespace) -> int:
@@ -64,7 +58,9 @@ def show_info(args: argparse.Namespace) -> int:
 
     with graph(args.spin_time) as seen:
         if not seen.has_node(args.node_name):
-            raise Refusal(f"Unable to find node '{args.node_name}'")
+            raise Refusal(
+                f"Unable to find node '{args.node_name}'{hints.near(full_name(args.node_name), seen.nodes())}"
+            )
         seen.settle()
         node, (base, space) = seen.node, split_name(args.node_name)
         lists: list[tuple[str, NamesAndTypes]] = [

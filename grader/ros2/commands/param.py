@@ -8,6 +8,7 @@ from typing import Any
 
 import yaml
 
+from . import hints
 from .answers import Refusal
 from .graph import Graph, add_graph_arguments, full_name, graph, spin
 from .node import node_argument
@@ -85,7 +86,7 @@ class Parameters:
 
         self.node, self.name, self.seen = seen.node, full_name(node), seen
         if not seen.has_node(node):
-            raise Refusal("Node not found")
+            raise Refusal(f"Node not found{hints.near(self.name, seen.nodes())}")
         self.client = AsyncParameterClient(seen.node, self.name)
         if not self.client.wait_for_services(timeout_sec=ANSWER_S):
             raise Refusal(f"Wait for service timed out: {self.name} offers no parameter services")
@@ -101,6 +102,10 @@ class Parameters:
     def names(self, prefixes: list[str] | None = None) -> list[str]:
         """Return the names."""
         return sorted(self.answer(self.client.list_parameters(prefixes or [], 0)).result.names)
+
+    def near(self, name: str) -> str:
+        """Return a line that asks for the nearest name, if the node has none that is the same."""
+        return hints.near(name, self.names())
 
     def values(self, names: list[str]) -> list[Any]:
         """Return the values, as messages."""
@@ -170,9 +175,11 @@ def show_list(args: argparse.Namespace) -> int:
 def show_get(args: argparse.Namespace) -> int:
     """Print a value with its type."""
     with graph(args.spin_time) as seen:
-        values = Parameters(seen, args.node_name).values([args.parameter_name])
+        parameters = Parameters(seen, args.node_name)
+        values = parameters.values([args.parameter_name])
+        hint = parameters.near(args.parameter_name)
     if not values or values[0].type == 0:
-        raise Refusal("Parameter not set")
+        raise Refusal(f"Parameter not set{hint}")
     title = "" if args.hide_type else TITLES[values[0].type] + " "
     print(f"{title}{shown(values[0])}")
     return 0
@@ -189,10 +196,11 @@ def run_set(args: argparse.Namespace) -> int:
 
         wanted = Parameter(name=args.parameter_name, value=get_parameter_value(text))
         (result,) = parameters.answer(parameters.client.set_parameters([wanted])).results
+        hint = "" if result.successful else parameters.near(args.parameter_name)
     if result.successful:
         print("Set parameter successful" + (f": {result.reason}" if result.reason else ""))
     else:
-        print("Setting parameter failed" + (f": {result.reason}" if result.reason else ""))
+        print("Setting parameter failed" + (f": {result.reason}" if result.reason else "") + hint)
     return 0
 
 
@@ -212,6 +220,10 @@ def show_describe(args: argparse.Namespace) -> int:
     with graph(args.spin_time) as seen:
         parameters = Parameters(seen, args.node_name)
         found = parameters.answer(parameters.client.describe_parameters(args.parameter_names)).descriptors
+        missing = [] if found else [name for name in args.parameter_names if name not in parameters.names()]
+        hint = parameters.near(missing[0]) if missing else ""
+    if missing:
+        raise Refusal(f"{missing[0]}: Parameter not set{hint}")
     for one in found:
         print(f"Parameter name: {one.name}")
         print(f"  Type: {TYPES[one.type]}")

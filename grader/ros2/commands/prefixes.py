@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from . import hints
+
 
 def every() -> list[Path]:
     """Return the prefixes in the order in which they are searched."""
@@ -49,4 +51,4 @@ def advice(package: str) -> str:
             return f"\nIt is built in {install}, which is not sourced here: source {install}/setup.bash"
         if (folder / "src" / package / "package.xml").is_file():
             return f"\nIts source is in {folder}/src: cd {folder} && colcon build && source install/setup.bash"
-    return ""
+    return hints.near(package, names("packages"))

@@ -21,6 +21,12 @@ def add_qos_arguments(parser: argparse.ArgumentParser, default: str = "") -> Non
     parser.add_argument("--qos-durability", choices=("system_default", "transient_local", "volatile", "unknown"))
 
 
+def matching(publishers: list[Any], depth: int = -1) -> Any:
+    """Return a profile with which all publishers are heard."""
+    flags = {"qos_profile": None, "qos_history": None, "qos_reliability": None, "qos_durability": None}
+    return asked(argparse.Namespace(qos_depth=depth, **flags), publishers)
+
+
 def asked(args: argparse.Namespace, publishers: list[Any] | None = None) -> Any:
     """Return the profile that the flags ask for; what they leave open is chosen so that all publishers are heard."""
     from rclpy import qos

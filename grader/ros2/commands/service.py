@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
-from typing import Any
 
-from . import messages
+from . import completing, hints, messages
 from .answers import Refusal
-from .graph import add_graph_arguments, full_name, graph, spin
+from .graph import Graph, NamesAndTypes, add_graph_arguments, graph, spin
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,31 +32,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     find.set_defaults(run=show_found)
     call = verbs.add_parser("call", help="Call a service")
     service_argument(call)
-    given = call.add_argument("service_type", help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
-    given.completer = complete_types  # type: ignore[attr-defined]  # read by argcomplete
-    call.add_argument("values", nargs="?", default="{}", help="Values to fill the service request with in YAML format")
+    completing.add(
+        call, "service_type", completing.types("srv", "service_name", Graph.service_type),
+        help="Type of the ROS service (e.g. 'std_srvs/srv/Empty')",
+    )  # fmt: skip
+    messages.add_values(call, "srv", "service_type", "Values to fill the service request with in YAML format")
     call.add_argument("-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz")
     call.set_defaults(run=run_call)
 
 
 def service_argument(parser: argparse.ArgumentParser) -> None:
     """Declare the name of a service, which the shell completes."""
-    argument = parser.add_argument("service_name", help="Name of the ROS service (e.g. '/add_two_ints')")
-    argument.completer = complete  # type: ignore[attr-defined]  # read by argcomplete
-
-
-def complete(prefix: str, **_: Any) -> list[str]:
-    """Return the services that begin so."""
-    with graph() as seen:
-        seen.settle()
-        return [name for name, _types in seen.services() if name.startswith(prefix)]
-
-
-def complete_types(prefix: str, **_: Any) -> list[str]:
-    """Return the service types that begin so."""
-    from .interface import every
-
-    return [name for name in every("srv") if name.startswith(prefix)]
+    complete = completing.from_graph(lambda seen: [name for name, _types in seen.services()])
+    completing.add(parser, "service_name", complete, help="Name of the ROS service (e.g. '/add_two_ints')")
 
 
 def show_list(args: argparse.Namespace) -> int:
@@ -96,7 +82,7 @@ def show_found(args: argparse.Namespace) -> int:
 def run_call(args: argparse.Namespace) -> int:
     """Call a service and print the answer; a service that is not there is waited for, as the real command does."""
     kind = messages.load(args.service_type, "srv")
-    values = messages.from_yaml(args.values)
+    values = messages.given(args)
     if args.rate is not None and not args.rate > 0:
         raise Refusal("rate must be greater than zero")
     with graph() as seen:
@@ -105,8 +91,7 @@ def run_call(args: argparse.Namespace) -> int:
         messages.fill(request, values, seen.node.get_clock().now().to_msg())
         if not client.wait_for_service(0.2):
             print("waiting for service to become available...", flush=True)
-            _remark_on_type(seen, args)
-            client.wait_for_service()
+            hints.wait(client.service_is_ready, args.service_name, args.service_type, lambda: served(seen))
         while True:
             print(f"requester: making request: {request!r}\n", flush=True)
             begin = time.monotonic()
@@ -120,7 +105,6 @@ def run_call(args: argparse.Namespace) -> int:
             time.sleep(max(0.0, begin + 1 / args.rate - time.monotonic()))
 
 
-def _remark_on_type(seen: Any, args: argparse.Namespace) -> None:
-    types = dict(seen.node.get_service_names_and_types()).get(full_name(args.service_name))
-    if types and args.service_type not in types:
-        print(f"WARNING: {args.service_name} is of type {', '.join(types)}, not {args.service_type}", file=sys.stderr)
+def served(seen: Graph) -> NamesAndTypes:
+    """Return the services that other nodes offer; what a client of ours asks for is not among them."""
+    return [found for one in seen.others() for found in seen.node.get_service_names_and_types_by_node(*one)]

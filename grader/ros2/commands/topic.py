@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from . import topic_flow
+from . import completing, hints, topic_flow, topic_meters
 from .answers import Refusal
 from .graph import add_graph_arguments, full_name, graph
 
@@ -46,19 +46,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     find.set_defaults(run=show_found)
 
     topic_flow.add_verbs(verbs)
+    topic_meters.add_verbs(verbs)
 
 
 def topic_argument(parser: argparse.ArgumentParser) -> None:
     """Declare the name of a topic, which the shell completes."""
-    argument = parser.add_argument("topic_name", help="Name of the ROS topic (e.g. '/chatter')")
-    argument.completer = complete  # type: ignore[attr-defined]  # read by argcomplete
+    completing.add(parser, "topic_name", complete, help="Name of the ROS topic (e.g. '/chatter')")
 
 
-def complete(prefix: str, **_: Any) -> list[str]:
-    """Return the topics that begin so."""
-    with graph() as seen:
-        seen.settle()
-        return [name for name, _types in seen.topics() if name.startswith(prefix)]
+complete = completing.from_graph(lambda seen: [name for name, _types in seen.topics()])
 
 
 def show_list(args: argparse.Namespace) -> int:
@@ -89,7 +85,7 @@ def show_info(args: argparse.Namespace) -> int:
     name = full_name(args.topic_name)
     with graph(args.spin_time) as seen:
         if seen.topic_type(name) is None:
-            raise Refusal(f"Unknown topic '{args.topic_name}'")
+            raise Refusal(f"Unknown topic '{args.topic_name}'{hints.near(name, dict(seen.topics()))}")
         seen.settle()
         types = dict(seen.topics(hidden=True)).get(name, [])
         print("Type:", types[0] if len(types) == 1 else types)

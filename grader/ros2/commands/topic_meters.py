@@ -1,0 +1,174 @@
+"""`ros2 topic hz | bw | delay`: how often, how much and how late."""
+
+# mypy: disallow-untyped-calls=False
+# rclpy is typed in parts: a call of an untyped function there says nothing about our code.
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import time
+from collections import deque
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+from .answers import Refusal
+from .graph import add_graph_arguments, graph, spin, steady_clock
+from .qos import matching
+from .topic_flow import subscription
+
+WINDOWS = {"hz": 10000, "bw": 100, "delay": 10000}  # messages, as with the real command
+
+
+def add_verbs(verbs: Any) -> None:
+    """Declare words and flags."""
+    from .topic import topic_argument
+
+    for name, text, meter in (
+        ("hz", "Print the average publishing rate to screen", Rate),
+        ("bw", "Display bandwidth used by topic", Bandwidth),
+        ("delay", "Display delay of topic from timestamp in header", Delay),
+    ):
+        verb = verbs.add_parser(name, help=text)
+        add_graph_arguments(verb)
+        topic_argument(verb)
+        verb.add_argument("--window", "-w", type=int, default=WINDOWS[name], help="Window size, in messages")
+        if name == "hz":
+            verb.add_argument("--filter", dest="filter_expr", metavar="EXPR", help="Only count messages m that match")
+            verb.add_argument("--wall-time", action="store_true", help="Count by wall time also with --use-sim-time")
+        verb.set_defaults(run=lambda args, meter=meter: meter(args).run())
+
+
+class Meter:
+    """Counts what comes, and says something each second."""
+
+    raw = True
+    """Whether messages are taken as bytes, which costs less."""
+    greeting = ""
+
+    def __init__(self, args: argparse.Namespace) -> None:
+        self.args = args
+        self.samples: deque[tuple[float, float]] = deque(maxlen=args.window)
+        self.count = 0
+        self.clock: Any = None
+
+    def run(self) -> int:
+        """Listen until Ctrl-C."""
+        with graph(self.args.spin_time, sim_time=self.args.use_sim_time) as seen:
+            self.clock = seen.node.get_clock()
+            name, kind, publishers = subscription(seen, self.args, wait=True)
+            seen.node.create_subscription(kind, name, self.take, matching(publishers), raw=self.raw)
+            if self.greeting:
+                print(self.greeting.format(name), flush=True)
+            told = 0
+
+            def tell() -> None:
+                nonlocal told
+                if self.count == told:
+                    if told:
+                        print("no new messages", flush=True)
+                    return
+                told = self.count
+                self.say(list(self.samples))
+
+            seen.node.create_timer(1.0, tell, clock=steady_clock())
+            spin(seen.node, lambda: False)
+        return 0
+
+    def take(self, message: Any) -> None:
+        """Take a message; before simulated time is known it would be of no use."""
+        if self.args.use_sim_time and self.clock.now().nanoseconds == 0:
+            return
+        self.samples.append((self.now(), self.measure(message)))
+        self.count += 1
+
+    def now(self) -> float:
+        """Return the time by which is counted, in seconds."""
+        return time.monotonic()
+
+    def measure(self, message: Any) -> float:  # noqa: ARG002 - the others need it
+        """Return what is noted of a message."""
+        return 0.0
+
+    def say(self, samples: list[tuple[float, float]]) -> None:
+        """Print what the times and measures of the last messages tell."""
+        raise NotImplementedError
+
+
+class Rate(Meter):
+    """How often messages come."""
+
+    def __init__(self, args: argparse.Namespace) -> None:
+        super().__init__(args)
+        self.keep = compile(args.filter_expr, "--filter", "eval") if args.filter_expr else None
+        self.raw = self.keep is None
+
+    def take(self, message: Any) -> None:
+        """Take a message that matches."""
+        if self.keep is None or eval(self.keep, {"m": message}):
+            super().take(message)
+
+    def now(self) -> float:
+        """Return simulated time if that is asked for."""
+        by_clock = self.args.use_sim_time and not self.args.wall_time
+        return float(self.clock.now().nanoseconds * 1e-9) if by_clock else time.monotonic()
+
+    def say(self, samples: list[tuple[float, float]]) -> None:
+        """Print the rate, and how even it is."""
+        gaps = [b - a for (a, _), (b, _) in pairwise(samples)]
+        if not gaps:
+            return
+        mean = statistics.fmean(gaps)
+        print(f"average rate: {1 / mean if mean else 0:.3f}\n\t{spread(gaps, len(samples))}", flush=True)
+
+
+class Bandwidth(Meter):
+    """How many bytes come."""
+
+    greeting = "Subscribed to [{}]"
+
+    def measure(self, message: Any) -> float:
+        """Return the message's size in bytes."""
+        return len(message)
+
+    def say(self, samples: list[tuple[float, float]]) -> None:
+        """Print bytes a second, and how large messages are."""
+        if len(samples) < 2:
+            return
+        sizes = [number for _, number in samples]
+        rate = size(sum(sizes) / max(time.monotonic() - samples[0][0], 1e-9), "/s")
+        print(f"{rate} from {len(samples)} messages")
+        low, high = size(min(sizes)), size(max(sizes))
+        print(f"\tMessage size mean: {size(statistics.fmean(sizes))} min: {low} max: {high}", flush=True)
+
+
+class Delay(Meter):
+    """How old the messages' stamps are when they come."""
+
+    raw = False
+
+    def measure(self, message: Any) -> float:
+        """Return the age in seconds, by the clock that is asked for."""
+        if not hasattr(message, "header"):
+            raise Refusal("msg does not have header")
+        stamp = message.header.stamp
+        return float(self.clock.now().nanoseconds - stamp.sec * 10**9 - stamp.nanosec) * 1e-9
+
+    def say(self, samples: list[tuple[float, float]]) -> None:
+        """Print the age."""
+        delays = [delay for _, delay in samples]
+        print(f"average delay: {statistics.fmean(delays):.3f}\n\t{spread(delays, len(delays))}", flush=True)
+
+
+def spread(values: Sequence[float], window: int) -> str:
+    """Return how seconds are spread, as the real command prints it."""
+    return f"min: {min(values):.3f}s max: {max(values):.3f}s std dev: {statistics.pstdev(values):.5f}s window: {window}"
+
+
+def size(value: float, per: str = "") -> str:
+    """Return a number of bytes for people."""
+    for unit, of in (("MB", 1000**2), ("KB", 1000)):
+        if value >= of:
+            return f"{value / of:.2f} {unit}{per}"
+    return f"{value:.0f} B{per}"
