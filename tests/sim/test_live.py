@@ -40,7 +40,7 @@ def wait_for(condition: Callable[[], object], seconds: float = 20.0) -> None:
 
 
 class Browser:
-    """Stands for a browser's view: keeps what it is told as live_view.js does."""
+    """Stands for a browser's view: keeps what it is told as view.js does."""
 
     def __init__(self, live: Live, view: str = "a") -> None:
         self.live, self.view = live, view
@@ -48,7 +48,7 @@ class Browser:
         self.scans: list[bytes] = []
         self.obstacles: dict[str, Any] = {}
         self.path: list[float] = []
-        live._channel = self
+        live._audience.channel = self
         live.receive({"kind": "hello", "view": view})
 
     def send(self, content: Message, buffers: list[bytes]) -> None:
@@ -664,7 +664,7 @@ else:
         def send(self, content, buffers):
             frames.append(content["t"])
     live = Live(simulator, step=bridge.tick, on_goal=lambda x, y: goals.publish(PointStamped()), rate=math.inf)
-    live._channel = Channel()
+    live._audience.channel = Channel()
     live.receive({"kind": "hello", "view": "a"})
     live.run(2.0)
     if sys.argv[1] == "goal":

@@ -1,4 +1,4 @@
-// What the browser shows of sim/live.py, for anywidget. The protocol is described by `Feed` there. No imports.
+// What the browser shows of a live robot, for anywidget. The protocol is described by sim/live/feed.py. No imports.
 
 const NO_RANGE = 65535;
 const RATES = [0.25, 0.5, 1, 2, 5, 10, null]; // null: as fast as it goes
