@@ -1,12 +1,14 @@
 """Measure how many times faster than real time the grader's lockstep runs a node, by executor.
 
-    python -m benchmarks.lockstep [--seconds N] [--repeat N] [PACKAGE ...]
+    python -m benchmarks.lockstep [--seconds N] [--repeat N] [--smallest] [PACKAGE ...]
 
-Each package's robot_controller drives in an open field at 20 ticks a simulated second (10 Hz scans, 20 Hz odometry),
-walled in as in a trial, and is then sent to a place far away. By default: the reference, and the variants of the
-tests. Start is the wall time from the process's start until the node is up and the clock runs. "per CPU s" counts the
-time that observer and node have computed: they mostly take turns, so it is near what an idle machine shows, whatever
-else this one is doing.
+First the smallest real node (smallest_node.py: scan, odom, a timer at 10 Hz, cmd_vel), with a single-threaded and with
+a multi-threaded executor: what ROS and lockstep cost by themselves. Then each package's robot_controller drives in an
+open field at 20 ticks a simulated second (10 Hz scans, 20 Hz odometry), walled in as in a trial, and is then sent to a
+place far away. By default: the reference, and the variants of the tests. The table is Markdown, ready for RESULTS.md.
+Start is the wall time from the process's start until the node is up and the clock runs. "per CPU s" counts the time
+that observer and node have computed: they mostly take turns, so it is near what an idle machine shows, whatever else
+this one is doing.
 """
 
 from __future__ import annotations
@@ -14,13 +16,14 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import math
 import os
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,15 +38,49 @@ _ROOT = Path(__file__).parents[1]
 class _Timing:
     """What a run measured: wall seconds until the node was up; simulated seconds per wall and per CPU second."""
 
-    start_s: float = 0.0
-    driving: float = 0.0
-    driving_cpu: float = 0.0
-    navigating: float = 0.0
-    navigating_cpu: float = 0.0
+    start_s: float = math.nan
+    driving: float = math.nan
+    driving_cpu: float = math.nan
+    navigating: float = math.nan
+    navigating_cpu: float = math.nan
     pace: str = ""
+    unrepeatable: str = ""
 
 
-def measure(install: Path, seconds: float, seed: int) -> _Timing:
+SMALLEST = {"single": "smallest node, single-threaded", "multi": "smallest node, multi-threaded"}
+AIMS = {"single": "aim 25", "multi": "aim 8"}
+
+
+def measure_smallest(executor: str, seconds: float, seed: int) -> _Timing:
+    """Run the smallest node for `seconds` of simulated time. Only inside a network of its own."""
+    from sim import Simulator, load_world
+    from sim.bridge import CONTROLLER, TICK_S, Bridge
+
+    domain_id, started = 1 + seed % 100, time.perf_counter()
+    command = [sys.executable, "-m", "benchmarks.smallest_node", executor]
+    with subprocess.Popen(command, env={**os.environ, "ROS_DOMAIN_ID": str(domain_id)}) as node:
+        simulator = Simulator(load_world("open_field"), seed=seed)
+        bridge = Bridge(
+            simulator, CONTROLLER, "robot_controller", domain_id=domain_id, alive=lambda: node.poll() is None
+        )
+        try:
+            if not bridge.await_node(lambda: True):
+                sys.exit("the smallest node did not come up")
+            timing = _Timing(start_s=time.perf_counter() - started)
+            for _ in range(round(0.5 / TICK_S)):
+                bridge.tick()
+            wall, cpu = time.perf_counter(), _cpu_s()
+            for _ in range(round(seconds / TICK_S)):
+                bridge.tick()
+            timing.driving, timing.driving_cpu = seconds / (time.perf_counter() - wall), seconds / (_cpu_s() - cpu)
+            timing.pace, timing.unrepeatable = bridge.pace, simulator.unrepeatable
+        finally:
+            node.kill()
+            bridge.close()
+    return timing
+
+
+def measure(install: str, seconds: float, seed: int) -> _Timing:
     """Run one node for twice `seconds` of simulated time. Only inside a trial host's network and environment."""
     from grader.trials.host import run_trial  # needs the environment that `main` makes
     from grader.trials.stage import Stage
@@ -58,7 +95,7 @@ def measure(install: Path, seconds: float, seed: int) -> _Timing:
         pose = stage.simulator.odometry().pose
         stage.navigate(pose.x + 1000.0, pose.y)
         timing.navigating, timing.navigating_cpu = _factors(stage)
-        timing.pace = stage.bridge.pace
+        timing.pace, timing.unrepeatable = stage.bridge.pace, stage.simulator.unrepeatable
 
     def _factors(stage: Stage) -> tuple[float, float]:
         wall, cpu = time.perf_counter(), _cpu_s()
@@ -66,7 +103,7 @@ def measure(install: Path, seconds: float, seed: int) -> _Timing:
         return seconds / (time.perf_counter() - wall), seconds / (_cpu_s() - cpu)
 
     plan = TrialPlan("lockstep", "", script, "robot_controller", "open_field", ())
-    facts = run_trial(plan, Request("lockstep", str(install), seed, 1 + seed % 100, ""))
+    facts = run_trial(plan, Request("lockstep", install, seed, 1 + seed % 100, ""))
     if facts.ended or facts.script_error:
         sys.exit(facts.ended or facts.script_error)
     return timing
@@ -98,8 +135,9 @@ def packages(folder: Path) -> Iterator[tuple[str, list[Path]]]:
         yield variant.name, sorted(path.parent for path in make(variant, folder).glob("*/package.xml"))
 
 
-def _run(install: Path, contract: Path, seconds: float, seed: int, home: Path) -> _Timing:
-    inside = [sys.executable, "-m", "benchmarks.lockstep", "--inside", str(install)]
+def _run(what: str, contract: Path, seconds: float, seed: int, home: Path) -> _Timing:
+    """Measure an install tree, or the smallest node with an executor, in a process and a network of its own."""
+    inside = [sys.executable, "-m", "benchmarks.lockstep", "--inside", what]
     done = subprocess.run(
         sandbox.private_network([*inside, "--seconds", str(seconds), "--seed", str(seed)]),
         env=toolchain.observer_environment(contract, home=home), cwd=_ROOT, capture_output=True, text=True, check=False,
@@ -116,36 +154,54 @@ def main() -> None:
     )
     parser.add_argument("--seconds", type=float, default=20.0, help="simulated, per turn (default %(default)s)")
     parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--smallest", action="store_true", help="measure the smallest node only")
     parser.add_argument("--seed", type=int, default=1, help=argparse.SUPPRESS)
-    parser.add_argument("--inside", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--inside", help=argparse.SUPPRESS)
     parser.add_argument("packages", nargs="*", type=Path, help="package folders to measure instead")
     options = parser.parse_args()
     if options.inside:
-        print(json.dumps(vars(measure(options.inside, options.seconds, options.seed))))
+        small = options.inside in SMALLEST
+        timing = (measure_smallest if small else measure)(options.inside, options.seconds, options.seed)
+        print(json.dumps(vars(timing)))
         return
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         contract = build.contract(build.cache_folder()).install
         chosen = [(path.name, [path]) for path in options.packages] or packages(folder)
         print(f"{options.seconds:g} s driving, then as long navigating; median (worst) of {options.repeat}", end="; ")
-        print(f"load {os.getloadavg()[0]:.1f}, {os.cpu_count()} cores")
-        print(f"{'':22} {'start s':>14} {'driving x':>14} {'per CPU s':>14} {'navigating x':>14} {'per CPU s':>14}")
-        for name, paths in chosen:
-            install = build.build(paths, build.cache_folder()).install
-            runs = [_run(install, contract, options.seconds, seed, folder) for seed in range(1, 1 + options.repeat)]
-            cells = [
-                _cell([run.start_s for run in runs], worst=max),
-                _cell([run.driving for run in runs], worst=min),
-                _cell([run.driving_cpu for run in runs], worst=min),
-                _cell([run.navigating for run in runs], worst=min),
-                _cell([run.navigating_cpu for run in runs], worst=min),
-            ]
-            print(f"{name:22} {' '.join(cells)}  {', '.join(sorted({run.pace for run in runs}))}", flush=True)
+        print(f"load {os.getloadavg()[0]:.1f}, {os.cpu_count()} cores; times real time\n")
+        print("| node | start s | driving | driving per CPU s | navigating | navigating per CPU s | pace |")
+        print("|---|---|---|---|---|---|---|")
+
+        def row(name: str, what: str, aim: str = "") -> None:
+            seeds = range(1, 1 + options.repeat)
+            print(_row(name, aim, [_run(what, contract, options.seconds, seed, folder) for seed in seeds]), flush=True)
+
+        for executor, name in SMALLEST.items():
+            row(name, executor, AIMS[executor])
+        if not options.smallest:
+            for name, paths in chosen:
+                row(name, str(build.build(paths, build.cache_folder()).install))
 
 
-def _cell(values: list[float], worst: object) -> str:
-    assert callable(worst)
-    return f"{statistics.median(values):6.1f} ({worst(values):5.1f})"
+def _row(name: str, aim: str, runs: list[_Timing]) -> str:
+    """Return a line of the table; `aim` stands beside the factor that it is about."""
+    cells = [
+        _cell([run.start_s for run in runs], worst=max),
+        _cell([run.driving for run in runs], worst=min) + (f", {aim}" if aim else ""),
+        _cell([run.driving_cpu for run in runs], worst=min),
+        _cell([run.navigating for run in runs], worst=min),
+        _cell([run.navigating_cpu for run in runs], worst=min),
+    ]
+    pace = ", ".join(sorted({run.pace for run in runs}))
+    doubtful = sum(bool(run.unrepeatable) for run in runs)
+    return f"| {name} | {' | '.join(cells)} | {pace}{f', {doubtful} perhaps not repeatable' if doubtful else ''} |"
+
+
+def _cell(values: list[float], worst: Callable[[list[float]], float]) -> str:
+    if math.isnan(values[0]):
+        return ""
+    return f"{statistics.median(values):.1f} ({worst(values):.1f})"
 
 
 if __name__ == "__main__":
