@@ -241,7 +241,8 @@ def draw_distances(axes: Axes, recording: Recording, thresholds: Mapping[str, fl
         axes.axhline(value, color=COLORS["threshold"], linewidth=1.0, linestyle=":")
         axes.annotate(
             f"{name} {value:g} m", (right, value), (0, 2), textcoords="offset points", ha="right", fontsize=8,
-            color=COLORS["threshold"], bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.5},
+            color=COLORS["threshold"], zorder=1.5,  # below the lines: it must not hide one
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.5},
         )  # fmt: skip
     for i, contact in enumerate(recording.contacts):
         axes.axvline(contact.time, color=COLORS["contact"], linewidth=1.2, label="contact" if i == 0 else None)
