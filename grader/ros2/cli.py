@@ -55,7 +55,8 @@ def main(argv: list[str] | None = None) -> int:
     if completing:
         import argcomplete
 
-        argcomplete.autocomplete(parser, exclude=["-h", "--help"])
+        # Flags only behind a dash: where one name fits, Tab shall write it, not list it among them.
+        argcomplete.autocomplete(parser, always_complete_options=False, exclude=["-h", "--help"])
     if name in ABSENT:
         parser.exit(2, f"ros2 {name}: not here; {ABSENT[name]}\n")
     args, unknown = parser.parse_known_args(words)

@@ -12,6 +12,8 @@ from . import completing, hints, messages
 from .answers import Refusal
 from .graph import Graph, NamesAndTypes, full_name, graph, spin, split_name
 
+ANSWER_S = 5.0  # how long an answer is waited for after Ctrl-C
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the words and flags."""
@@ -117,7 +119,6 @@ def show_info(args: argparse.Namespace) -> int:
 
 def run_send_goal(args: argparse.Namespace) -> int:
     """Send a goal and follow it to its end; Ctrl-C cancels it."""
-    from action_msgs.msg import GoalStatus
     from rclpy.action.client import ActionClient
 
     kind = messages.load(args.action_type, "action")
@@ -134,37 +135,50 @@ def run_send_goal(args: argparse.Namespace) -> int:
         hints.wait(client.server_is_ready, args.action_name, args.action_type, lambda: served(seen))
         print(f"Sending goal:\n     {messages.to_yaml(goal)}", flush=True)
         asked = client.send_goal_async(goal, feedback if args.feedback else None)
-        spin(seen.node, asked.done)
-        handle = asked.result()
-        if handle is None or not handle.accepted:
-            print("Goal was rejected.")
-            client.destroy()
-            return 0  # as with the real command
-        print(f"Goal accepted with ID: {bytes(handle.goal_id.uuid).hex()}\n", flush=True)
-        result = handle.get_result_async()
         code = 0
         try:
+            spin(seen.node, asked.done)
+            if (result := _accepted(asked)) is None:
+                print("Goal was rejected.")
+                return 0  # as with the real command
+            print(f"Goal accepted with ID: {bytes(asked.result().goal_id.uuid).hex()}\n", flush=True)
             if not spin(seen.node, result.done, args.timeout):
                 print(f"Timeout of {args.timeout:g} s is over.")
-                _cancel(seen, handle, result)
+                _cancel(seen, asked.result(), result)
         except KeyboardInterrupt:
             code = 2
-            _cancel(seen, handle, result)
-        answer = result.result() if result.done() else None
-        if answer is None:
-            raise Refusal(f"Exception while getting result: {result.exception()!r}")
-        names = {getattr(GoalStatus, n): n.removeprefix("STATUS_") for n in dir(GoalStatus) if n[:7] == "STATUS_"}
-        print(f"Result:\n    {messages.to_yaml(answer.result)}")
-        print(f"Goal finished with status: {names.get(answer.status, answer.status)}")
+            # A goal that has been sent but not answered yet would be driven to, with nobody to cancel it.
+            spin(seen.node, asked.done, ANSWER_S)
+            if (result := _accepted(asked)) is None:
+                return code
+            _cancel(seen, asked.result(), result)
+        _show(result)
         client.destroy()
     return code
+
+
+def _accepted(asked: Any) -> Any | None:
+    """Return a future of the goal's result if it has been accepted."""
+    handle = asked.result() if asked.done() else None
+    return None if handle is None or not handle.accepted else handle.get_result_async()
+
+
+def _show(result: Any) -> None:
+    from action_msgs.msg import GoalStatus
+
+    answer = result.result() if result.done() else None
+    if answer is None:
+        raise Refusal(f"Exception while getting result: {result.exception()!r}")
+    names = {getattr(GoalStatus, n): n.removeprefix("STATUS_") for n in dir(GoalStatus) if n[:7] == "STATUS_"}
+    print(f"Result:\n    {messages.to_yaml(answer.result)}")
+    print(f"Goal finished with status: {names.get(answer.status, answer.status)}")
 
 
 def _cancel(seen: Graph, handle: Any, result: Any) -> None:
     print("Canceling goal...", flush=True)
     cancelled = handle.cancel_goal_async()
-    spin(seen.node, cancelled.done, 5.0)
+    spin(seen.node, cancelled.done, ANSWER_S)
     answer = cancelled.result()
     if answer is not None and answer.goals_canceling:
         print("Goal canceled.", flush=True)
-    spin(seen.node, result.done, 5.0)
+    spin(seen.node, result.done, ANSWER_S)

@@ -176,6 +176,9 @@ def _complete_files(prefix: str, parsed_args: argparse.Namespace, **_: object) -
 
 
 def _complete_arguments(prefix: str, parsed_args: argparse.Namespace, **_: object) -> list[str]:
+    from . import modules
+
+    modules.install()  # the file imports them
     try:
         path, _words = find(parsed_args.package_name, parsed_args.launch_file_name, [])
         names = [argument.name for argument, _ in declared(read_any(path).entities)]

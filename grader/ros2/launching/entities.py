@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from .errors import caller
 
 if TYPE_CHECKING:
-    from .actions import DeclareLaunchArgument
     from .context import LaunchContext
+    from .state_actions import DeclareLaunchArgument
 
 Entities = Sequence["LaunchDescriptionEntity"]
 
@@ -142,7 +142,7 @@ class LaunchDescription(LaunchDescriptionEntity):
 
 def declared(entities: Entities, conditional: bool = False) -> Iterator[tuple[DeclareLaunchArgument, bool]]:
     """Yield the arguments that entities declare, and whether only under a condition."""
-    from .actions import DeclareLaunchArgument
+    from .state_actions import DeclareLaunchArgument
 
     for entity in entities:
         under = conditional or getattr(entity, "condition", None) is not None

@@ -19,6 +19,7 @@ from . import (
     conditions,
     context,
     entities,
+    event_actions,
     events,
     handlers,
     parameters,
@@ -27,6 +28,7 @@ from . import (
     ros_substitutions,
     service,
     sources,
+    state_actions,
     substitutions,
 )
 from .errors import SubstitutionFailure, UnsupportedError, caller
@@ -74,7 +76,7 @@ def table() -> dict[str, dict[str, Any]]:
     launch_sources = _pick(sources, "AnyLaunchDescriptionSource", "PythonLaunchDescriptionSource")
     return {
         "launch": core,
-        "launch.actions": _classes(actions) | _classes(process),
+        "launch.actions": _classes(actions, state_actions, event_actions, process),
         "launch.substitutions": subs,
         "launch.conditions": _classes(conditions) | {"evaluate_condition_expression": conditions.truth},
         "launch.event_handlers": _classes(handlers),

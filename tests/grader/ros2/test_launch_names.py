@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import asyncio
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -15,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from ros2_runs import COMMAND, FILES, tidy
+from ros2_runs import COMMAND, FILES, ROOT, tidy
 
 from grader.ros2.launching import modules
 from grader.ros2.launching.context import LaunchContext
@@ -96,6 +97,15 @@ def test_the_table_has_the_49_names_and_each_its_test():
     assert len(TABLE) == 49
     assert {test for *_, test in TABLE} <= written
     assert [sum(tier == t for t, *_ in TABLE) for tier in range(6)] == [6, 4, 9, 8, 8, 14]
+
+
+def test_the_page_lists_the_49_names():
+    """As `Name`, a method as `.name()`; one more comes for its likeness to another."""
+    page = (ROOT / "docs/launch.md").read_text()
+    rows = [line for line in page.splitlines() if line.startswith("| ")]
+    shown = {name for row in rows for name in re.findall(r"`(\w+|\.\w+\(\))`", row)}
+    short = {name if "add_" in name else re.sub(r"^\w+(\.\w+)$", r"\1()", name) for _, _, name, _ in TABLE}
+    assert shown == {name.removeprefix("LaunchDescription.") for name in short} | {"NotEqualsSubstitution"}
 
 
 def test_each_name_is_at_its_real_place_and_only_where_a_launch_file_runs():

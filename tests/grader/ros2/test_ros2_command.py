@@ -38,6 +38,14 @@ def test_interfaces_are_shown_with_what_is_inside_them(ros2):
         (["run", "demo", "fail"], 3, "[ros2run]: Process exited with failure 3\n", ""),
         (["interface", "proto", "std_srvs/srv/SetBool"], 0, '"data: false\n"\n', ""),
         (["nope"], 2, "", "invalid choice: 'nope'"),
+        (["topc", "list"], 2, "", "\nDid you mean topic?"),
+        (["topic", "lst"], 2, "", "\nDid you mean list?"),
+        (["run", "dmo", "show"], 1, "", "Package 'dmo' not found\nDid you mean demo?"),
+        (["interface", "show", "std_msgs/Strin"], 1, "", "separated by '/'\n"),
+        (["interface", "show", "std_msgs/String"], 1, "", "separated by '/'\nDid you mean std_msgs/msg/String?"),
+        (["interface", "show", "std_msgs/msg/Strin"], 1, "", "\nDid you mean std_msgs/msg/String?"),
+        (["service", "call", "/s", "std_srvs/srv/SetBool", "data:", "true"], 2, "", "go in quotes, as one word"),
+        (["bag", "info", "."], 1, "", "Could not read bag '.': it has no metadata.yaml"),
         (["daemon", "stop"], 2, "", "ros2 daemon: not here; there is no daemon"),
         (["pkg", "create", "Bad-Name"], 1, "", "Package name 'Bad-Name' is not allowed"),
     ],
@@ -110,6 +118,8 @@ def test_a_new_package_builds(ros2, tmp_path, build_type):
         ("ros2 topic e", {"echo"}),
         ("ros2 interface show std_srvs/srv/Tr", {"std_srvs/srv/Trigger"}),
         ("ros2 pkg prefix dem", {"demo"}),
+        ("ros2 launch demo arguments.launch.py sp", {"speed:="}),
+        ('ros2 service call /s std_srvs/srv/SetBool "', {'"{data: false}"'}),
     ],
 )
 def test_names_complete(demo, tmp_path, line, expected):
