@@ -7,11 +7,11 @@ from there.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from sim.geometry import Point, Pose, normalize_angle
+from sim.polygon import is_convex, signed_area, triangulate
 
 When = float | str
 """A moment: seconds of simulated time, or the name of an event given to `Simulator.trigger`."""
@@ -187,7 +187,7 @@ class Polygon(_Common):
         corners = [middle.point_from_parent(p) for p in self.points]
         if signed_area(corners) < 0:
             corners.reverse()
-        if _is_convex(corners):
+        if is_convex(corners):
             return (PolygonPart(tuple(corners)),)
         return tuple(PolygonPart(t) for t in triangulate(corners))
 
@@ -236,38 +236,6 @@ def room(low: Point, high: Point, prefix: str = "") -> tuple[Wall, Wall, Wall, W
         Wall((x1, y1), (x0, y1), name=f"{label}north wall"),
         Wall((x0, y1), (x0, y0), name=f"{label}west wall"),
     )
-
-
-def signed_area(points: Iterable[Point]) -> float:
-    """Return the polygon's area in m², positive when its corners run counter-clockwise."""
-    corners = list(points)
-    ring = zip(corners, corners[1:] + corners[:1], strict=True)
-    return 0.5 * math.fsum(a[0] * b[1] - b[0] * a[1] for a, b in ring)
-
-
-def triangulate(corners: list[Point]) -> list[tuple[Point, Point, Point]]:
-    """Return triangles that fill a simple counter-clockwise polygon, by cutting off ears.
-
-    Raises:
-        ValueError: the outline crosses itself.
-    """
-    ring = list(corners)
-    triangles: list[tuple[Point, Point, Point]] = []
-    while len(ring) > 3:
-        for i in range(len(ring)):
-            a, b, c = ring[i - 1], ring[i], ring[(i + 1) % len(ring)]
-            if _turn(a, b, c) > 0 and not any(_in_triangle(p, a, b, c) for p in ring if p not in (a, b, c)):
-                triangles.append((a, b, c))
-                del ring[i]
-                break
-        else:
-            flat = [i for i in range(len(ring)) if _turn(ring[i - 1], ring[i], ring[(i + 1) % len(ring)]) == 0]
-            if not flat:
-                raise ValueError("the outline crosses itself")
-            del ring[flat[0]]  # a corner on a straight line bounds nothing
-    if _turn(*ring) > 0:
-        triangles.append((ring[0], ring[1], ring[2]))
-    return triangles
 
 
 def with_name(obstacle: Obstacle, name: str) -> Obstacle:
@@ -328,23 +296,3 @@ def transformed_pose(pose: Pose, rotate: float, mirror: bool, shift: Point) -> P
 
 def _rectangle(x0: float, y0: float, x1: float, y1: float) -> tuple[Point, Point, Point, Point]:
     return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
-
-
-def _turn(a: Point, b: Point, c: Point) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-def _in_triangle(p: Point, a: Point, b: Point, c: Point) -> bool:
-    return _turn(a, b, p) >= 0 and _turn(b, c, p) >= 0 and _turn(c, a, p) >= 0
-
-
-def _is_convex(corners: list[Point]) -> bool:
-    """Tell whether a counter-clockwise outline turns left at every corner and goes round once."""
-    n = len(corners)
-    if any(_turn(corners[i - 1], corners[i], corners[(i + 1) % n]) <= 0 for i in range(n)):
-        return False
-    heading = [
-        math.atan2(corners[(i + 1) % n][1] - c[1], corners[(i + 1) % n][0] - c[0]) for i, c in enumerate(corners)
-    ]
-    turned = math.fsum(normalize_angle(heading[i] - heading[i - 1]) for i in range(n))
-    return abs(turned - math.tau) < 1e-6

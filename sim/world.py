@@ -9,9 +9,9 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from sim import worldfile
+from sim.document import WorldError
 from sim.geometry import Point, Pose
 from sim.obstacles import Box, Circle, GridMap, Obstacle, Polygon, Wall, transformed, transformed_pose, with_name
-from sim.worldfile import WorldError
 
 __all__ = ["World", "WorldError", "load_world", "world_names"]
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path as FilePath
-from typing import Any, Literal, NoReturn, cast
+from typing import Any, Literal, cast
 
 import yaml
 
 from sim import gridmap
-from sim.geometry import Point, Pose
+from sim.document import Node, WorldError, is_number
+from sim.geometry import Pose
 from sim.obstacles import (
     Box,
     Chase,
@@ -24,13 +23,10 @@ from sim.obstacles import (
     Wall,
     When,
     room,
-    signed_area,
 )
+from sim.polygon import crosses_itself, signed_area
 
-
-class WorldError(Exception):
-    """A world file cannot be used: the message names the file, the key and what to write instead."""
-
+__all__ = ["WorldError", "fields", "obstacle_to_document", "read", "to_document"]
 
 KINDS = {"walls": Wall, "boxes": Box, "circles": Circle, "polygons": Polygon, "maps": GridMap}
 
@@ -65,7 +61,7 @@ def fields(document: Any, where: str, folder: FilePath | None) -> dict[str, Any]
     Raises:
         WorldError: a key is missing, unknown or makes no sense.
     """
-    top = _Node(document if document is not None else {}, where, "")
+    top = Node(document if document is not None else {}, where, "")
     result: dict[str, Any] = {}
     for key in ("name", "title"):
         if top.has(key):
@@ -138,7 +134,7 @@ def _plain(value: Any) -> Any:
     return [_plain(v) for v in value] if isinstance(value, tuple) else value
 
 
-def _room(item: _Node) -> list[Obstacle]:
+def _room(item: Node) -> list[Obstacle]:
     low, high, name = item.point("min"), item.point("max"), item.text("name", "")
     if not (low[0] < high[0] and low[1] < high[1]):
         item.fail("max", f"the room from {list(low)} to {list(high)} is empty", "give a corner right of and above min")
@@ -146,14 +142,14 @@ def _room(item: _Node) -> list[Obstacle]:
     return list(room(low, high, name))
 
 
-def _wall(item: _Node) -> Wall:
+def _wall(item: Node) -> Wall:
     start, end = item.point("start"), item.point("end")
     if start == end:
         item.fail("end", f"the wall begins and ends at {list(start)}", "give two different points")
     return Wall(start, end, item.not_negative("thickness", 0.0), **_common(item))
 
 
-def _polygon(item: _Node) -> Polygon:
+def _polygon(item: Node) -> Polygon:
     points = item.points("points")
     if len(points) < 3 or signed_area(points) == 0:
         item.fail(
@@ -161,12 +157,12 @@ def _polygon(item: _Node) -> Polygon:
             "these corners enclose no area",
             "give three corners or more, like [[0, 0], [1, 0], [0, 1]]",
         )
-    if _crosses_itself(points):
+    if crosses_itself(points):
         item.fail("points", "the outline crosses itself", "give the corners in the order in which one walks round it")
     return Polygon(points, **_common(item))
 
 
-def _map(item: _Node, folder: FilePath | None) -> GridMap:
+def _map(item: Node, folder: FilePath | None) -> GridMap:
     if item.has("rectangles"):
         rectangles = tuple(_rectangle(part) for part in item.items("rectangles"))
         return GridMap(rectangles, item.pose("origin"), **_common(item))
@@ -180,9 +176,9 @@ def _map(item: _Node, folder: FilePath | None) -> GridMap:
     return GridMap(rectangles, origin, **_common(item))
 
 
-def _rectangle(item: _Node) -> tuple[float, float, float, float]:
+def _rectangle(item: Node) -> tuple[float, float, float, float]:
     values = item.value
-    if not (isinstance(values, list) and len(values) == 4 and all(_is_number(v) for v in values)):
+    if not (isinstance(values, list) and len(values) == 4 and all(is_number(v) for v in values)):
         item.fail("", f"expected [x_min, y_min, x_max, y_max], got {values!r}", "write four numbers in metres")
     x0, y0, x1, y1 = (float(v) for v in values)
     if not (x0 < x1 and y0 < y1):
@@ -190,7 +186,7 @@ def _rectangle(item: _Node) -> tuple[float, float, float, float]:
     return x0, y0, x1, y1
 
 
-def _common(item: _Node) -> dict[str, Any]:
+def _common(item: Node) -> dict[str, Any]:
     common: dict[str, Any] = {
         "name": item.text("name", ""),
         "appears": item.when("appears", None),
@@ -201,7 +197,7 @@ def _common(item: _Node) -> dict[str, Any]:
     return common
 
 
-def _motion(item: _Node) -> Motion:
+def _motion(item: Node) -> Motion:
     kind = item.choice("kind", ("path", "chase"), "path")
     speed = item.positive("speed")
     starts = cast(When, item.when("starts", 0.0))
@@ -220,148 +216,3 @@ def _motion(item: _Node) -> Motion:
         )
     item.no_more_keys()
     return motion
-
-
-def _crosses_itself(points: tuple[Point, ...]) -> bool:
-    """Tell whether two edges of the outline that are no neighbours meet."""
-    n = len(points)
-    edges = [(points[i], points[(i + 1) % n]) for i in range(n)]
-    return (
-        any(_meet(*edges[i], *edges[j]) for i in range(n) for j in range(i + 2, n) if not (i == 0 and j == n - 1))
-        or len(set(points)) < n
-    )
-
-
-def _meet(a: Point, b: Point, c: Point, d: Point) -> bool:
-    def side(p: Point, q: Point, r: Point) -> float:
-        return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
-
-    if max(a[0], b[0]) < min(c[0], d[0]) or max(c[0], d[0]) < min(a[0], b[0]):
-        return False
-    if max(a[1], b[1]) < min(c[1], d[1]) or max(c[1], d[1]) < min(a[1], b[1]):
-        return False
-    return side(a, b, c) * side(a, b, d) <= 0 and side(c, d, a) * side(c, d, b) <= 0
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
-class _Node:
-    """One mapping or value of the file, with the place where it stands, so that every complaint can say where."""
-
-    def __init__(self, value: Any, where: str, key: str) -> None:
-        self.value = value
-        self.where = where
-        self.key = key
-        self._known: set[str] = set()
-
-    def fail(self, key: str, problem: str, remedy: str) -> NoReturn:
-        """Raise a WorldError about a key of this node."""
-        place = ".".join(part for part in (self.key, key) if part)
-        raise WorldError(f"{self.where}: {place or 'the file'}: {problem}. Remedy: {remedy}.")
-
-    def _mapping(self) -> dict[str, Any]:
-        if not isinstance(self.value, dict):
-            self.fail("", f"expected keys with values, got {self.value!r}", "write one `key: value` per line")
-        return self.value
-
-    def has(self, key: str) -> bool:
-        self._known.add(key)
-        return self._mapping().get(key) is not None
-
-    def _get(self, key: str, kind: str, example: str, accept: Callable[[Any], bool], default: Any = ...) -> Any:
-        if not self.has(key):
-            if default is ...:
-                self.fail(key, "is missing", f"add {kind}, for example `{key}: {example}`")
-            return default
-        value = self._mapping()[key]
-        if not accept(value):
-            self.fail(key, f"expected {kind}, got {value!r}", f"write for example `{key}: {example}`")
-        return value
-
-    def no_more_keys(self) -> None:
-        """Complain about a key that nobody asked for: it is most likely a slip of the pen."""
-        for key in self._mapping():
-            if key not in self._known:
-                near = difflib.get_close_matches(str(key), sorted(self._known), n=1)
-                remedy = (
-                    f"write {near[0]!r}, if that is meant"
-                    if near
-                    else f"remove it; keys here are {', '.join(sorted(self._known))}"
-                )
-                raise WorldError(
-                    f"{self.where}: {self.key + '.' if self.key else ''}{key}: unknown key. Remedy: {remedy}"
-                )
-
-    def child(self, key: str) -> _Node:
-        self._known.add(key)
-        return _Node(self._mapping()[key], self.where, f"{self.key}.{key}" if self.key else key)
-
-    def items(self, key: str) -> list[_Node]:
-        """Return the entries of a list, none when the key is absent."""
-        if not self.has(key):
-            return []
-        value = self._mapping()[key]
-        prefix = f"{self.key}.{key}" if self.key else key
-        if not isinstance(value, list):
-            self.fail(key, f"expected a list, got {value!r}", f"begin each entry of {key} with `- `")
-        return [_Node(entry, self.where, f"{prefix}[{i}]") for i, entry in enumerate(value)]
-
-    def text(self, key: str, default: Any = ...) -> str:
-        return str(self._get(key, "a text", "a few words", lambda v: isinstance(v, str), default))
-
-    def whole(self, key: str) -> int:
-        def accept(v: Any) -> bool:
-            return isinstance(v, int) and not isinstance(v, bool) and v >= 0
-
-        return int(self._get(key, "a whole number, 0 or more", "7", accept))
-
-    def number(self, key: str, default: Any = ...) -> float:
-        return float(self._get(key, "a number", "1.57", _is_number, default))
-
-    def positive(self, key: str, default: Any = ...) -> Any:
-        value = self._get(key, "a number above 0", "0.5", lambda v: _is_number(v) and v > 0, default)
-        return None if value is None else float(value)
-
-    def not_negative(self, key: str, default: Any = ...) -> float:
-        return float(self._get(key, "a number, 0 or more", "0.1", lambda v: _is_number(v) and v >= 0, default))
-
-    def choice(self, key: str, options: tuple[str, ...], default: str) -> str:
-        return str(self._get(key, f"one of {', '.join(options)}", options[0], lambda v: v in options, default))
-
-    def when(self, key: str, default: Any) -> When | None:
-        def accept(v: Any) -> bool:
-            return (isinstance(v, str) and v != "") or (_is_number(v) and v >= 0)
-
-        value = self._get(key, "a time in seconds or the name of an event", "5.0", accept, default)
-        return float(value) if _is_number(value) else cast(When | None, value)
-
-    def point(self, key: str) -> Point:
-        value = self._get(key, "two numbers in metres", "[1.0, 2.0]", _is_point)
-        return float(value[0]), float(value[1])
-
-    def size(self, key: str) -> tuple[float, float]:
-        value = self._get(key, "two numbers above 0, in metres", "[0.4, 0.3]", lambda v: _is_point(v) and min(v) > 0)
-        return float(value[0]), float(value[1])
-
-    def points(self, key: str) -> tuple[Point, ...]:
-        def accept(v: Any) -> bool:
-            return isinstance(v, list) and len(v) > 0 and all(_is_point(p) for p in v)
-
-        value = self._get(key, "a list of points in metres", "[[1.0, 0.0], [2.0, 0.5]]", accept)
-        return tuple((float(p[0]), float(p[1])) for p in value)
-
-    def pose(self, key: str) -> Pose:
-        self._get(key, "a pose", "{x: 1.0, y: 2.0, yaw: 0.0}", lambda _: True)
-        return self.child(key).as_pose()
-
-    def as_pose(self) -> Pose:
-        """Return this node as {x, y, yaw} (yaw in radians, 0 when absent)."""
-        pose = Pose(self.number("x"), self.number("y"), self.number("yaw", 0.0))
-        self.no_more_keys()
-        return pose
-
-
-def _is_point(value: Any) -> bool:
-    return isinstance(value, list) and len(value) == 2 and all(_is_number(v) for v in value)

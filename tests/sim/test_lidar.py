@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from sim import Box, Circle, Obstacle, Polygon, Pose, Wall
 from sim.lidar import Beams, Shapes, cast
-from sim.obstacles import signed_area
+from sim.polygon import signed_area
 
 RANGE = 12.0
 TOLERANCE = 1e-9

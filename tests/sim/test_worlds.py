@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from sim import Box, Chase, Circle, Path, Polygon, Pose, Simulator, Wall, World, WorldError, load_world, world_names
 from sim.gridmap import merge, read_pgm
-from sim.obstacles import PolygonPart, signed_area
+from sim.obstacles import PolygonPart
+from sim.polygon import signed_area
 
 EVERYTHING = """
 title: All that a file can say

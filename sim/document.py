@@ -1,0 +1,160 @@
+"""One value of a world file with the place where it stands, so that every complaint can say where and what instead."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Callable
+from typing import Any, NoReturn, cast
+
+from sim.geometry import Point, Pose
+from sim.obstacles import When
+
+
+class WorldError(Exception):
+    """A world file cannot be used: the message names the file, the key and what to write instead."""
+
+
+def is_number(value: Any) -> bool:
+    """Tell whether a value is a finite number; True and False are none."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+class Node:
+    """One mapping or value of the file, with the place where it stands.
+
+    Whoever asks for a key gets its value, checked, or a WorldError that names file, key and remedy. A key that is
+    absent or null brings the default, where there is one.
+    """
+
+    def __init__(self, value: Any, where: str, key: str) -> None:
+        self.value = value
+        self.where = where
+        self.key = key
+        self._known: set[str] = set()
+
+    def fail(self, key: str, problem: str, remedy: str) -> NoReturn:
+        """Raise a WorldError about a key of this node."""
+        place = ".".join(part for part in (self.key, key) if part)
+        raise WorldError(f"{self.where}: {place or 'the file'}: {problem}. Remedy: {remedy}.")
+
+    def _mapping(self) -> dict[str, Any]:
+        if not isinstance(self.value, dict):
+            self.fail("", f"expected keys with values, got {self.value!r}", "write one `key: value` per line")
+        return self.value
+
+    def has(self, key: str) -> bool:
+        """Tell whether a key is given, and not as null."""
+        self._known.add(key)
+        return self._mapping().get(key) is not None
+
+    def _get(self, key: str, kind: str, example: str, accept: Callable[[Any], bool], default: Any = ...) -> Any:
+        if not self.has(key):
+            if default is ...:
+                self.fail(key, "is missing", f"add {kind}, for example `{key}: {example}`")
+            return default
+        value = self._mapping()[key]
+        if not accept(value):
+            self.fail(key, f"expected {kind}, got {value!r}", f"write for example `{key}: {example}`")
+        return value
+
+    def no_more_keys(self) -> None:
+        """Complain about a key that nobody asked for: it is most likely a slip of the pen."""
+        for key in self._mapping():
+            if key not in self._known:
+                near = difflib.get_close_matches(str(key), sorted(self._known), n=1)
+                remedy = (
+                    f"write {near[0]!r}, if that is meant"
+                    if near
+                    else f"remove it; keys here are {', '.join(sorted(self._known))}"
+                )
+                raise WorldError(
+                    f"{self.where}: {self.key + '.' if self.key else ''}{key}: unknown key. Remedy: {remedy}"
+                )
+
+    def child(self, key: str) -> Node:
+        """Return the value of a key that is given, as a node."""
+        self._known.add(key)
+        return Node(self._mapping()[key], self.where, f"{self.key}.{key}" if self.key else key)
+
+    def items(self, key: str) -> list[Node]:
+        """Return the entries of a list, none when the key is absent."""
+        if not self.has(key):
+            return []
+        value = self._mapping()[key]
+        prefix = f"{self.key}.{key}" if self.key else key
+        if not isinstance(value, list):
+            self.fail(key, f"expected a list, got {value!r}", f"begin each entry of {key} with `- `")
+        return [Node(entry, self.where, f"{prefix}[{i}]") for i, entry in enumerate(value)]
+
+    def text(self, key: str, default: Any = ...) -> str:
+        """Return a text."""
+        return str(self._get(key, "a text", "a few words", lambda v: isinstance(v, str), default))
+
+    def whole(self, key: str) -> int:
+        """Return a whole number, 0 or more."""
+
+        def accept(v: Any) -> bool:
+            return isinstance(v, int) and not isinstance(v, bool) and v >= 0
+
+        return int(self._get(key, "a whole number, 0 or more", "7", accept))
+
+    def number(self, key: str, default: Any = ...) -> float:
+        """Return a finite number."""
+        return float(self._get(key, "a number", "1.57", is_number, default))
+
+    def positive(self, key: str, default: Any = ...) -> Any:
+        """Return a number above 0; None if that is the default."""
+        value = self._get(key, "a number above 0", "0.5", lambda v: is_number(v) and v > 0, default)
+        return None if value is None else float(value)
+
+    def not_negative(self, key: str, default: Any = ...) -> float:
+        """Return a number, 0 or more."""
+        return float(self._get(key, "a number, 0 or more", "0.1", lambda v: is_number(v) and v >= 0, default))
+
+    def choice(self, key: str, options: tuple[str, ...], default: str) -> str:
+        """Return one of the options."""
+        return str(self._get(key, f"one of {', '.join(options)}", options[0], lambda v: v in options, default))
+
+    def when(self, key: str, default: Any) -> When | None:
+        """Return a time in s, or the name of an event."""
+
+        def accept(v: Any) -> bool:
+            return (isinstance(v, str) and v != "") or (is_number(v) and v >= 0)
+
+        value = self._get(key, "a time in seconds or the name of an event", "5.0", accept, default)
+        return float(value) if is_number(value) else cast(When | None, value)
+
+    def point(self, key: str) -> Point:
+        """Return a point in m."""
+        value = self._get(key, "two numbers in metres", "[1.0, 2.0]", _is_point)
+        return float(value[0]), float(value[1])
+
+    def size(self, key: str) -> tuple[float, float]:
+        """Return two lengths above 0, in m."""
+        value = self._get(key, "two numbers above 0, in metres", "[0.4, 0.3]", lambda v: _is_point(v) and min(v) > 0)
+        return float(value[0]), float(value[1])
+
+    def points(self, key: str) -> tuple[Point, ...]:
+        """Return one point or more, in m."""
+
+        def accept(v: Any) -> bool:
+            return isinstance(v, list) and len(v) > 0 and all(_is_point(p) for p in v)
+
+        value = self._get(key, "a list of points in metres", "[[1.0, 0.0], [2.0, 0.5]]", accept)
+        return tuple((float(p[0]), float(p[1])) for p in value)
+
+    def pose(self, key: str) -> Pose:
+        """Return a pose."""
+        self._get(key, "a pose", "{x: 1.0, y: 2.0, yaw: 0.0}", lambda _: True)
+        return self.child(key).as_pose()
+
+    def as_pose(self) -> Pose:
+        """Return this node as {x, y, yaw} (yaw in radians, 0 when absent)."""
+        pose = Pose(self.number("x"), self.number("y"), self.number("yaw", 0.0))
+        self.no_more_keys()
+        return pose
+
+
+def _is_point(value: Any) -> bool:
+    return isinstance(value, list) and len(value) == 2 and all(is_number(v) for v in value)
