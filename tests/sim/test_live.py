@@ -763,7 +763,7 @@ class Page:
         assert "exceptionDetails" not in got, got["exceptionDetails"]
         return got["result"].get("value")
 
-    def wait(self, script: str, seconds: float = 90.0) -> Any:
+    def wait(self, script: str, seconds: float = 240.0) -> Any:
         """Return the value of an expression as soon as it is true."""
         deadline = time.monotonic() + seconds
         while not (value := self.ask(script)):
@@ -825,7 +825,7 @@ class Page:
 
 def written(folder: FilePath, pattern: str, end: str) -> FilePath:
     """Return the file as soon as it is there with its end."""
-    wait_for(lambda: any(end in f.read_text() for f in folder.glob(pattern)), 60)
+    wait_for(lambda: any(end in f.read_text() for f in folder.glob(pattern)), 300)
     return next(folder.glob(pattern))
 
 
