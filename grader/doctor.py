@@ -322,20 +322,25 @@ def _dds(host: Host) -> Finding:
 
 
 def _cgroups(host: Host) -> list[Finding]:
-    """Where memory and process counts can be held. Without, resource limits of each process do, less exactly."""
-    own = dict(re.findall(r"^\d+:([^:]*):(.*)$", host.read("/proc/self/cgroup") or "", re.MULTILINE))
+    """Where memory and process counts are held: asked as a grading asks. Without, resource limits do.
+
+    That way makes a group and takes it away; with version 2 it also moves this process into one, as a grading does.
+    """
+    name = "cgroups"
+    hierarchy = host.cgroups()
+    if hierarchy is not None:
+        folders = ", ".join(sorted({str(folder) for folder in hierarchy.folders.values()}))
+        return [Finding(name, State.OK, f"version {hierarchy.version}, below {folders}")]
+    standing_in = "resource limits stand in"
     if host.exists("/sys/fs/cgroup/cgroup.controllers"):
-        if host.can_make_folder("/sys/fs/cgroup" + own.get("", "/")):
-            return [Finding("cgroups", State.OK, "version 2, writable")]
         mend = "systemd-run --user --scope -p Delegate=yes .venv/bin/grader grade SUBMISSION --out out/NAME"
-        return [Finding("cgroups", State.WARN, "version 2, not delegated to us; resource limits stand in", mend)]
-    version1 = [name for name in ("memory", "pids") if host.exists(f"/sys/fs/cgroup/{name}")]
-    if not version1:
-        return [Finding("cgroups", State.WARN, "none; resource limits stand in")]
-    shown = f"version 1 ({', '.join(version1)})"
-    if all(host.can_make_folder(f"/sys/fs/cgroup/{name}{own.get(name, '/')}") for name in version1):
-        return [Finding("cgroups", State.OK, f"{shown}, writable")]
-    return [Finding("cgroups", State.WARN, f"{shown}, not writable; resource limits stand in", "sudo -E make grade")]
+        return [Finding(name, State.WARN, f"version 2, memory and pids not delegated to us; {standing_in}", mend)]
+    missing = [each for each in ("memory", "pids") if not host.exists(f"/sys/fs/cgroup/{each}")]
+    if len(missing) == 2:
+        return [Finding(name, State.WARN, f"none; {standing_in}")]
+    if missing:
+        return [Finding(name, State.WARN, f"version 1, without the controller {missing[0]}; {standing_in}")]
+    return [Finding(name, State.WARN, f"version 1, not writable for us; {standing_in}", "sudo -E make grade")]
 
 
 def _room(host: Host) -> list[Finding]:

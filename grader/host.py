@@ -12,6 +12,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from grader import cgroup
+from grader.cgroup import Hierarchy
+
 # The names under which the package managers know what we need; "python" stands for python3.11 and the like on Debian.
 _PACKAGES: dict[str, dict[str, tuple[str, ...]]] = {
     "apt-get": {
@@ -70,15 +73,9 @@ class Host:
         """Say whether there is something at `path`."""
         return Path(path).exists()
 
-    def can_make_folder(self, parent: str) -> bool:
-        """Say whether a folder can be made in `parent`, by making one and taking it away."""
-        probe = Path(parent, f"kit-probe-{os.getpid()}")
-        try:
-            probe.mkdir()
-            probe.rmdir()
-        except OSError:
-            return False
-        return True
+    def cgroups(self) -> Hierarchy | None:
+        """Return where groups with limits on memory and processes can be made, None if nowhere."""
+        return cgroup.find()
 
     def free_bytes(self, path: str) -> int:
         """Return the free space of the disk that holds `path`."""

@@ -5,16 +5,23 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import pytest
 
-from grader import doctor
+from grader import cgroup, doctor
+from grader.cgroup import Hierarchy
 from grader.doctor import Finding, Installed, State, examine, exit_status, mismatches, render
 from grader.host import Host, Ran, install_line
 
 HEALTHY_TOOLS = {
     *("apt-get", "cc", "c++", "make", "prlimit", "cmake", "ninja", "bwrap", "ccache"),
 }
+
+
+V1_FILES, V2_FILES = ["/sys/fs/cgroup/memory", "/sys/fs/cgroup/pids"], ["/sys/fs/cgroup/cgroup.controllers"]
+VERSION_1 = Hierarchy(1, {name: Path("/sys/fs/cgroup", name) for name in ("memory", "pids")})
+VERSION_2 = Hierarchy(2, dict.fromkeys(("memory", "pids"), Path("/sys/fs/cgroup/user.slice")))
 
 
 class MadeUp(Host):
@@ -26,12 +33,12 @@ class MadeUp(Host):
         files: Mapping[str, str] | None = None,
         fails: Mapping[str, str] | None = None,
         root: bool = False,
-        writable: bool = True,
+        cgroups: Hierarchy | None = None,
         free: int = 50 * doctor.GB,
     ) -> None:
         """`fails` maps a word of a command to what the command says when it fails."""
         self._tools, self._files, self._fails = tools, files or {}, fails or {}
-        self._root, self._writable, self._free = root, writable, free
+        self._root, self._cgroups, self._free = root, cgroups, free
 
     @property
     def root(self) -> bool:
@@ -46,8 +53,8 @@ class MadeUp(Host):
     def exists(self, path: str) -> bool:
         return path in self._files or path.endswith("/Python.h")
 
-    def can_make_folder(self, *_: object) -> bool:
-        return self._writable
+    def cgroups(self) -> Hierarchy | None:
+        return self._cgroups
 
     def free_bytes(self, *_: object) -> int:
         return self._free
@@ -134,24 +141,31 @@ def test_rclpy_that_does_not_import_is_bad():
 
 
 @pytest.mark.parametrize(
-    ("files", "writable", "state", "words"),
+    ("files", "hierarchy", "state", "words"),
     [
-        ({"/sys/fs/cgroup/cgroup.controllers": ""}, True, State.OK, "version 2, writable"),
-        ({"/sys/fs/cgroup/cgroup.controllers": ""}, False, State.WARN, "not delegated"),
-        (
-            {"/sys/fs/cgroup/memory": "", "/sys/fs/cgroup/pids": ""},
-            True,
-            State.OK,
-            "version 1 (memory, pids), writable",
-        ),
-        ({"/sys/fs/cgroup/memory": ""}, False, State.WARN, "version 1 (memory), not writable"),
-        ({}, True, State.WARN, "none"),
+        (V2_FILES, VERSION_2, State.OK, "version 2, below /sys/fs/cgroup/user.slice"),
+        (V1_FILES, VERSION_1, State.OK, "version 1, below /sys/fs/cgroup/memory, /sys/fs/cgroup/pids"),
+        (V2_FILES, None, State.WARN, "version 2, memory and pids not delegated to us; resource limits stand in"),
+        (V1_FILES, None, State.WARN, "version 1, not writable for us; resource limits stand in"),
+        (V1_FILES[:1], None, State.WARN, "version 1, without the controller pids; resource limits stand in"),
+        ([], None, State.WARN, "none; resource limits stand in"),
     ],
 )
-def test_cgroups_are_told_apart_and_never_needed(files: dict[str, str], writable: bool, state: State, words: str):
-    cgroups = found(MadeUp(files=files, writable=writable), "cgroups")
-    assert cgroups.state is state
-    assert words in cgroups.found
+def test_cgroups_are_told_apart_and_never_needed(
+    files: list[str], hierarchy: Hierarchy | None, state: State, words: str
+):
+    host = MadeUp(files=dict.fromkeys(files, ""), cgroups=hierarchy)
+    cgroups = found(host, "cgroups")
+    assert (cgroups.state, cgroups.found) == (state, words)
+
+
+def test_this_hosts_cgroups_are_what_a_grading_finds():
+    """A way of the doctor's own could say "writable" where no group with limits can be made, or the other way round."""
+    hierarchy = cgroup.find()
+    here = next(finding for finding in doctor.defences() if finding.name == "cgroups")
+    assert (here.state is State.OK) == (hierarchy is not None)
+    if hierarchy is not None:
+        assert here.found.startswith(f"version {hierarchy.version}, below ")
 
 
 @pytest.mark.parametrize(("free", "state"), [(9, State.OK), (1, State.WARN), (0, State.BAD)])
