@@ -14,6 +14,7 @@ import json
 import os
 import re
 import shutil
+import stat
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -22,7 +23,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from grader import evidence, leavings, sandbox, toolchain, type_hashes
+from grader import evidence, leavings, sandbox, shortage, toolchain, type_hashes
 from grader.errors import GraderError
 
 PACKAGE = "ros2_robot_controller"
@@ -102,9 +103,19 @@ def build(
     without which nothing counts as built.
 
     Raises:
-        GraderError: no wall or no disk. A package that does not compile is a fact, not an error.
+        GraderError: no wall, no disk or no compiler. A package that does not compile is a fact, not an error.
     """
     folder = cache / "builds" / _key(packages)
+    try:
+        return _cached_or_built(packages, folder, cache / "ccache", seconds, trusted, main)
+    except OSError as error:
+        said = shortage.words(error) or f"Cannot write the build to {folder.parent}: {error}. Choose another --cache."
+        raise GraderError(said) from error
+
+
+def _cached_or_built(
+    packages: Sequence[Path], folder: Path, ccache: Path, seconds: float, trusted: bool, main: str
+) -> Built:
     folder.parent.mkdir(parents=True, exist_ok=True)
     with _locked(folder.with_suffix(".lock")):
         facts = _load(folder)
@@ -112,7 +123,12 @@ def build(
             return Built(replace(facts, cached=True), folder / "install")
         for left in folder.parent.glob(f"{folder.name[:12]}.*.work"):  # by a grader that was killed
             shutil.rmtree(left, ignore_errors=True)
-        return _build(packages, folder, cache / "ccache", seconds, trusted, main)
+        if missing := toolchain.missing_tools():
+            raise GraderError(
+                f"This machine has no {' and no '.join(missing)}, so no package can be built. Run `grader doctor`; it "
+                "prints the command that installs what is missing."
+            )
+        return _build(packages, folder, ccache, seconds, trusted, main)
 
 
 def _build(packages: Sequence[Path], folder: Path, ccache: Path, seconds: float, trusted: bool, main: str) -> Built:
@@ -127,6 +143,10 @@ def _build(packages: Sequence[Path], folder: Path, ccache: Path, seconds: float,
         tree = _tree(work / "src", folder.parent.parent)
         if tree is not None and tree.is_dir():
             shutil.copytree(tree, work / "build", symlinks=True, dirs_exist_ok=True)
+            if not _is_sealed(tree, work / "build"):  # damaged: begin with nothing, and put a sound one there
+                shutil.rmtree(tree, ignore_errors=True)
+                shutil.rmtree(work / "build")
+                (work / "build").mkdir()
         result = _colcon(work, ccache, seconds, trusted)
         removed = [] if trusted else leavings.tidy(work / "install", _INSTALL)
         facts = _facts(result, work / "install", main)
@@ -136,16 +156,16 @@ def _build(packages: Sequence[Path], folder: Path, ccache: Path, seconds: float,
             tree.parent.mkdir(parents=True, exist_ok=True)
             with contextlib.suppress(OSError):  # another grading has put it there meanwhile
                 (work / "build").rename(tree)
+                _seal(tree, tree)
         shutil.rmtree(work / "build", ignore_errors=True)
         (work / "build.json").write_text(evidence.to_json(facts))
+        _seal(work / "install", work / "install")
         if result.timed_out or result.stopped:
             # A build that ran out of time or memory may fare better on a quieter day: keep it out of the cache.
             folder = folder.with_name(work.name + ".timeout")
         elif folder.exists():
             shutil.rmtree(folder)
         work.rename(folder)
-    except OSError as error:
-        raise GraderError(f"Cannot write the build to {folder.parent}: {error}. Free some space there.") from error
     finally:
         shutil.rmtree(work, ignore_errors=True)
     return Built(facts, folder / "install")
@@ -168,7 +188,7 @@ def _tree(source: Path, cache: Path) -> Path | None:
     they are left out of the key; unless the build can run something: then one submission's code could leave its mark
     in a tree that another one goes on from, and there is no tree.
     """
-    digest = hashlib.sha256(_toolchain_id().encode() + toolchain.CMAKE_HOOK.read_bytes())
+    digest = hashlib.sha256(b"sealed" + _toolchain_id().encode() + toolchain.CMAKE_HOOK.read_bytes())
     for path in sorted(_files(source)):
         relative = path.relative_to(source)
         if path.suffix == ".cmake" or path.name in ("colcon.pkg", "colcon.meta"):
@@ -291,7 +311,8 @@ def _type_hash(share: Path, interface: str) -> str:
 
 def _hash_in(share: Path, package: str, interface: str) -> str:
     described = _read_json(share / package / f"{interface}.json")
-    for entry in described.get("type_hashes", []) if isinstance(described, dict) else []:
+    entries = described.get("type_hashes") if isinstance(described, dict) else None
+    for entry in entries if isinstance(entries, list) else []:
         if isinstance(entry, dict) and entry.get("type_name") == f"{package}/{interface}":
             return str(entry.get("hash_string", ""))[:80]
     return ""
@@ -355,7 +376,37 @@ def _load(folder: Path) -> evidence.Build | None:
         facts = evidence.from_json((folder / "build.json").read_text(), evidence.Build)
     except (OSError, ValueError):
         return None
-    return facts if (folder / "install").is_dir() else None
+    return facts if _is_sealed(folder / "install", folder / "install") else None
+
+
+def _seal(name: Path, content: Path) -> None:
+    """Write down beside `name`, where it is or will be, what `content` holds."""
+    name.with_suffix(".seal").write_text(_content(content))
+
+
+def _is_sealed(name: Path, content: Path) -> bool:
+    """Return whether `content` is what was sealed as `name`: a disk, or somebody tidying up, may have damaged it."""
+    try:
+        return name.with_suffix(".seal").read_text() == _content(content)
+    except OSError:
+        return False
+
+
+def _content(root: Path) -> str:
+    """Return a hash of the names, kinds and bytes of everything below `root`; Python's own caches do not count."""
+    digest = hashlib.sha256()
+    for here, folders, names in os.walk(root):
+        folders[:] = sorted(name for name in folders if name != "__pycache__")
+        for name in sorted([*names, *folders]):
+            path = Path(here, name)
+            digest.update(f"{path.relative_to(root)}\0".encode("utf-8", "surrogateescape"))
+            if path.is_symlink():
+                digest.update(b"link" + os.fsencode(path.readlink()))
+            elif path.is_file():
+                executable = path.stat().st_mode & stat.S_IXUSR
+                digest.update(b"x" if executable else b"-")
+                digest.update(hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
 
 
 @contextmanager

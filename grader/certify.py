@@ -191,7 +191,7 @@ def _one() -> int:
         cache=build.cache_folder(),
         requirements=tuple(filter(None, requirements.split(","))),
     )
-    report.write(pipeline.grade(Path(submission), Path(out), settings), Path(out))
+    pipeline.grade(Path(submission), Path(out), settings, write=report.write)
     return 0
 
 

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from grader import shortage
 from grader.errors import GraderError, SubmissionError
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if options.debug:
             raise
+        if said := shortage.words(error):
+            print(f"grader: {said}", file=sys.stderr)
+            return EXIT_OUR_FAULT
         words = f"grader: a fault of the kit: {type(error).__name__}: {error}. No points are lost by it. "
         print(words + "Run again with --debug and send the traceback to the kit's maintainers.", file=sys.stderr)
         return EXIT_OUR_FAULT
@@ -148,13 +152,11 @@ def _grade(options: argparse.Namespace) -> int:
         build_seconds=options.build_timeout,
         progress=progress.say,
     )
-    grading = pipeline.grade(options.submission, options.out, settings)
-    progress.say("writing the report")
-    _, page = report.write(grading, options.out)
+    grading = pipeline.grade(options.submission, options.out, settings, write=report.write)
     progress.done()
     colour = console.wants_colour(sys.stdout, os.environ)
     print(console.render(grading, colour=colour, encoding=sys.stdout.encoding or "utf-8"))
-    print(f"Report: {page}")
+    print(f"Report: {options.out / report.PAGE}")
     return EXIT_GRADED
 
 

@@ -5,6 +5,7 @@ Everything of the submission runs in `gather`; below it no student code runs, an
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import platform
@@ -12,13 +13,14 @@ import re
 import shutil
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 
-from grader import build, evidence, mutation, own_tests, sandbox, scratch
+from grader import build, evidence, mutation, own_tests, sandbox, scratch, shortage
 from grader.checks import run as checks
 from grader.errors import GraderError
 from grader.functions import ask_conversions
@@ -54,15 +56,36 @@ class Settings:
         return [r for r in self.rubric.requirements if not self.requirements or r.id in self.requirements]
 
 
-def grade(source: Path, out: Path, settings: Settings) -> Grading:
+def grade(
+    source: Path,
+    out: Path,
+    settings: Settings,
+    write: Callable[[Grading, Path], object] = lambda _grading, _folder: None,
+) -> Grading:
     """Grade the submission `source`, leave the evidence in `out`, and return the grading.
+
+    `write` is to put reports of the grading into a folder; they appear in `out` together with the evidence, or nothing
+    does and what is in `out` stays as it was.
 
     Raises:
         SubmissionError: there is nothing in it that could be graded.
         GraderError: this host cannot grade.
     """
     started = time.monotonic()
+    shortage.require_memory()
     sandbox.require()
+    with _results(out) as fresh:
+        found = _see(source, settings)
+        evidence.save(found, fresh / EVIDENCE)
+        settings.progress("checking the evidence")
+        grading = replace(judge(fresh / EVIDENCE, settings), wall_seconds=time.monotonic() - started)
+        settings.progress("writing the report")
+        write(grading, fresh)
+    return grading
+
+
+def _see(source: Path, settings: Settings) -> evidence.Evidence:
+    """Take the submission in, try it out, and return what was seen."""
     with scratch.folder("grading") as room:
         settings.progress(f"taking in {source.name}")
         submission = open_submission(source, room / "submission")
@@ -72,10 +95,7 @@ def grade(source: Path, out: Path, settings: Settings) -> Grading:
             intake = replace(found.intake, notes=[sandbox.UNSAFE_WORDS, *found.intake.notes])
             flag = evidence.Flag("no sandbox", sandbox.UNSAFE_WORDS)
             found = replace(found, intake=intake, flags=[flag, *found.flags])
-    folder = store(found, out)
-    settings.progress("checking the evidence")
-    grading = judge(folder, settings)
-    return replace(grading, wall_seconds=time.monotonic() - started)
+    return found
 
 
 def gather(submission: Submission, room: Path, settings: Settings) -> evidence.Evidence:
@@ -156,21 +176,37 @@ def suppressions(quality: evidence.Quality | None) -> list[evidence.Flag]:
 def store(found: evidence.Evidence, out: Path) -> Path:
     """Put the evidence below `out` in one step and return its folder: a reader never meets half of it."""
     try:
-        out.mkdir(parents=True, exist_ok=True)
-        for left in (*out.glob(".evidence-*"), *out.glob(".report.*")):  # by a grader that was killed
-            shutil.rmtree(left) if left.is_dir() else left.unlink()
-        fresh = Path(tempfile.mkdtemp(prefix=".evidence-", dir=out))
-        evidence.save(found, fresh)
-        folder = out / EVIDENCE
-        if folder.exists():
-            shutil.rmtree(folder)
-        fresh.rename(folder)
-        folder.chmod(0o755)
+        with _results(out) as fresh:
+            evidence.save(found, fresh / EVIDENCE)
     except OSError as error:
-        raise GraderError(
-            f"Cannot write the evidence to {out}: {error}. Choose another --out or free space."
-        ) from error
-    return folder
+        said = shortage.words(error) or f"Cannot write the evidence to {out}: {error}. Choose another folder."
+        raise GraderError(said) from error
+    return out / EVIDENCE
+
+
+@contextmanager
+def _results(out: Path) -> Iterator[Path]:
+    """Give an empty folder to write into. What is in it in the end takes its place in `out`, all of it or nothing."""
+    existed = out.exists()
+    out.mkdir(parents=True, exist_ok=True)
+    for left in (*out.glob(f"{_FRESH}*"), *out.glob(".report.*")):  # by a grader that was killed
+        shutil.rmtree(left) if left.is_dir() else left.unlink()
+    fresh = Path(tempfile.mkdtemp(prefix=_FRESH, dir=out))
+    try:
+        yield fresh
+        # Everything is on the disk by now; moving it needs no room.
+        for entry in sorted(fresh.iterdir()):
+            if (out / entry.name).is_dir():
+                (out / entry.name).rename(fresh / f"old-{entry.name}")
+            entry.rename(out / entry.name)
+    finally:
+        shutil.rmtree(fresh, ignore_errors=True)
+        if not existed:
+            with contextlib.suppress(OSError):  # it is empty where nothing was graded
+                out.rmdir()
+
+
+_FRESH = ".results-"
 
 
 def judge(folder: Path, settings: Settings) -> Grading:

@@ -22,7 +22,7 @@ from functools import cache
 from pathlib import Path
 from types import TracebackType
 
-from grader import cgroup, toolchain
+from grader import cgroup, shortage, toolchain
 from grader.errors import GraderError
 
 MIB = 1024 * 1024
@@ -179,13 +179,19 @@ class Process:
         return waited
 
     def kill(self) -> None:
-        """End the whole tree and wait until it is gone."""
+        """End the whole tree and wait until it is gone.
+
+        Raises:
+            GraderError: the host's disk got full meanwhile, so that what the command did says nothing about it.
+        """
         self.end()
         if self._guard is not None:
             self._guard.close()
         self._output.close()
         self._stopped = self.stopped()
         self._group.close()
+        if self._guard is not None and self._guard.host_is_full:
+            raise GraderError(self._guard.host_is_full)
 
     def end(self) -> None:
         """End the whole tree; what it printed is still being read."""
@@ -239,13 +245,14 @@ class _Guard:
     """Ends a wall that fills the disk below its writable folders. Looks now and then; more often when space dwindles.
 
     No limit of the kernel counts what many files take together, and a quota is nothing that one finds on every host.
+    A disk that is full before the limit is met is the host's fault, whoever filled it: less was there than promised.
     """
 
     _LOOK_S = 0.2
     _WALK_S = 2.0
 
     def __init__(self, process: Process, folders: list[Path], limits: Limits) -> None:
-        self.met = ""
+        self.met = self.host_is_full = ""
         self._process, self._folders, self._limits = process, folders, limits
         self._over = threading.Event()
         self._before = _used(folders)
@@ -255,21 +262,29 @@ class _Guard:
     def close(self) -> None:
         self._over.set()
         self._thread.join()
-        if not self.met and self._too_much():
-            self.met = "disk"
+        self._look()
 
     def _watch(self) -> None:
         free, walked = self._free(), time.monotonic()
         while not self._over.wait(self._LOOK_S):
             now = self._free()
-            soon = any(before - after > limit // 8 for before, after, limit in zip(free, now, self._caps, strict=True))
+            soon = now[0] < shortage.LITTLE_ROOM or any(
+                before - after > limit // 8 for before, after, limit in zip(free, now, self._caps, strict=True)
+            )
             if not soon and time.monotonic() - walked < self._WALK_S:
                 continue
             free, walked = now, time.monotonic()
-            if self._too_much():
-                self.met = "disk"
+            if self._look():
                 self._process.end()
                 return
+
+    def _look(self) -> bool:
+        """Note whether the limit is met, or else the disk full. Return whether either is so."""
+        if not self.met and self._too_much():
+            self.met = "disk"
+        if not self.met and not self.host_is_full:
+            self.host_is_full = shortage.full(self._folders[0])
+        return bool(self.met or self.host_is_full)
 
     @property
     def _caps(self) -> tuple[int, int]:
@@ -332,7 +347,12 @@ def require() -> None:
         raise GraderError(
             "bubblewrap (bwrap) is not installed, so a submission cannot be walled in. Run `grader doctor`."
         )
-    run(["true"], Wall())
+    tried = run(["true"], Wall())
+    if not tried.ok:
+        raise GraderError(
+            f"Nothing can be run behind a wall here: {tried.output.strip()[:300]}. Run `grader doctor`; where a limit "
+            "cannot be set, somebody has set a lower one for the grader: `ulimit -a` shows it."
+        )
 
 
 def private_network(command: Sequence[str]) -> list[str]:

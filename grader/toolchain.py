@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sys
 import sysconfig
 from pathlib import Path
@@ -12,7 +13,20 @@ BASE_PREFIX = Path(sys.base_prefix)
 SITE_PACKAGES = Path(sysconfig.get_path("purelib"))
 SITE_IN_PREFIX = SITE_PACKAGES.relative_to(PREFIX)
 CMAKE_HOOK = Path(__file__).parent / "cmake" / "wheel_prefix.cmake"
+_PATH = f"{PREFIX}/bin:/usr/local/bin:/usr/bin:/bin"
 _DISCOVERY = Path(__file__).parent / "trials" / "discovery.xml"
+
+
+# For each the names under which CMake looks for it.
+_TOOLS = {
+    "C compiler": ("cc", "gcc", "clang"), "C++ compiler": ("c++", "g++", "clang++"), "colcon": ("colcon",),
+    "cmake": ("cmake",), "ninja": ("ninja",),
+}  # fmt: skip
+
+
+def missing_tools(path: str = "") -> list[str]:
+    """Return which of the programs that a build needs are not to be found where a wall looks for them."""
+    return [what for what, names in _TOOLS.items() if not any(shutil.which(name, path=path or _PATH) for name in names)]
 
 
 def library_path(*overlays: Path) -> str:
@@ -28,7 +42,7 @@ def environment(*overlays: Path, home: Path) -> dict[str, str]:
     tells the wheels' bootstrapper that the library path is already right, which saves it a second start of Python.
     """
     return {
-        "PATH": f"{PREFIX}/bin:/usr/local/bin:/usr/bin:/bin",
+        "PATH": _PATH,
         "HOME": str(home),
         "LANG": "C.UTF-8",
         "PYTHONPATH": ":".join(str(overlay / SITE_IN_PREFIX) for overlay in overlays),

@@ -32,9 +32,11 @@ def of(texts: Mapping[str, str], package: str, cache: Path) -> dict[str, str]:
     from grader import sandbox, toolchain
 
     digest = hashlib.sha256(json.dumps([package, sorted(texts.items())]).encode()).hexdigest()[:40]
-    known = cache / "hashes" / f"{digest}.json"
-    with contextlib.suppress(OSError, ValueError):
-        return {str(name): str(found) for name, found in json.loads(known.read_text()).items()}
+    known = cache / "hashes" / f"{digest}.sealed.json"
+    with contextlib.suppress(OSError, ValueError, TypeError, KeyError, AttributeError):
+        kept = json.loads(known.read_text())
+        if kept["seal"] == _seal(kept["hashes"]):  # a damaged one is made anew
+            return {str(name): str(found) for name, found in kept["hashes"].items()}
     with tempfile.TemporaryDirectory(prefix="hashes-") as scratch:
         room = Path(scratch)
         (room / "out").mkdir()
@@ -53,9 +55,13 @@ def of(texts: Mapping[str, str], package: str, cache: Path) -> dict[str, str]:
     if result.ok:
         known.parent.mkdir(parents=True, exist_ok=True)
         part = known.with_suffix(f".{os.getpid()}")
-        part.write_text(json.dumps(found))
+        part.write_text(json.dumps({"hashes": found, "seal": _seal(found)}))
         part.rename(known)
     return found
+
+
+def _seal(hashes: Mapping[str, str]) -> str:
+    return hashlib.sha256(json.dumps(hashes, sort_keys=True).encode()).hexdigest()
 
 
 def texts_in(folder: Path) -> dict[str, str]:

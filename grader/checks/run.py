@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from grader import shortage
 from grader.errors import GraderError
 from grader.score import CheckResult, Outcome
 
@@ -38,7 +39,12 @@ def run(folder: Path, ids: Sequence[str]) -> list[CheckResult]:
             command, env=environment, cwd=scratch, capture_output=True, text=True, check=False, timeout=300
         )
         if not results.exists():
-            raise GraderError(f"The checks did not run (status {done.returncode}):\n{done.stdout}{done.stderr}")
+            said = done.stdout + done.stderr
+            raise GraderError(
+                shortage.in_text(said)
+                or shortage.full(Path(scratch))
+                or f"The checks did not run (status {done.returncode}):\n{said}"
+            )
         return [_result(entry) for entry in json.loads(results.read_text())]
 
 

@@ -8,12 +8,14 @@ from grader.report.data import write_json
 from grader.report.grading import Grading
 from grader.report.html import write_html
 
-__all__ = ["Grading", "write"]
+__all__ = ["PAGE", "Grading", "write"]
+
+DATA, PAGE = "report.json", "report.html"
 
 
 def write(grading: Grading, folder: Path, *, pictures: bool = True) -> tuple[Path, Path]:
     """Write report.json and report.html into `folder` and return where they are."""
-    as_json, as_html = folder / "report.json", folder / "report.html"
+    as_json, as_html = folder / DATA, folder / PAGE
     write_json(grading, as_json)
     write_html(grading, as_html, pictures=pictures)
     return as_json, as_html

@@ -19,10 +19,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from grader import build, evidence, sandbox, toolchain
+from grader import build, evidence, sandbox, shortage, toolchain
+from grader.errors import GraderError
 from grader.trials import catalog, config
-from grader.trials.request import LATE_VARIABLE, READY, Request, unjudged
-from grader.trials.stage import SOURCE, Stage, TrialOver
+from grader.trials.request import CANNOT, LATE_VARIABLE, READY, Request, unjudged
+from grader.trials.running import TrialOver
+from grader.trials.stage import SOURCE, Stage
 from sim import Simulator, World, load_world
 
 
@@ -35,11 +37,20 @@ def main() -> int:
         plan = plans[request.trial]
         try:
             facts = run_trial(plan, request)
-        except Exception:  # the one place where a fault of ours must not take the other trials along
+            Path(request.out).write_text(evidence.to_json(facts))
+        except Exception as error:  # the one place where a fault of ours must not take the other trials along
+            if said := _of_this_machine(error):
+                print(CANNOT + said, flush=True)
+                continue
             facts = unjudged(plan, request.seed, traceback.format_exc())
-        Path(request.out).write_text(evidence.to_json(facts))
+            Path(request.out).write_text(evidence.to_json(facts))
         print(request.trial, flush=True)
     return 0
+
+
+def _of_this_machine(error: Exception) -> str:
+    """Return in one line why this machine can run no trial now, "" for any other error."""
+    return " ".join((str(error) if isinstance(error, GraderError) else shortage.words(error)).split())
 
 
 def run_trial(plan: catalog.TrialPlan, request: Request) -> evidence.Trial:
@@ -69,7 +80,9 @@ def run_trial(plan: catalog.TrialPlan, request: Request) -> evidence.Trial:
             plan.script(stage)
         except TrialOver as over:
             ended = str(over)
-        except Exception:
+        except Exception as error:
+            if _of_this_machine(error):
+                raise
             script_error = traceback.format_exc()
         facts = stage.facts(ended, script_error)
         stage.close()

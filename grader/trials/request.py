@@ -10,6 +10,9 @@ from grader.trials.catalog import TrialPlan
 READY = "ready"
 """What a host says first, once it has loaded everything."""
 
+CANNOT = "cannot: "
+"""How a host's answer begins when this machine, not the submission, kept it from running the trial; words follow."""
+
 LATE_VARIABLE = "ROS2_COURSE_KIT_LATE_S"
 """How long an observer waits before it joins a trial's graph, in wall seconds: discovery delayed, as by a slow host."""
 

@@ -13,10 +13,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import asdict
 from pathlib import Path
 
-from grader import evidence, sandbox, toolchain
+from grader import evidence, sandbox, shortage, toolchain
 from grader.errors import GraderError
 from grader.trials.catalog import TrialPlan
-from grader.trials.request import LATE_VARIABLE, READY, Request, unjudged
+from grader.trials.request import CANNOT, LATE_VARIABLE, READY, Request, unjudged
 
 _TRIAL_CAP_S = 180.0  # of wall time, above every cap inside
 
@@ -121,6 +121,8 @@ class _Worker(threading.Thread):
             answer = ""
         finally:
             timer.cancel()
+        if answer.startswith(CANNOT):
+            raise GraderError(answer.removeprefix(CANNOT))
         if answer != plan.name:
             self._stop()
             return unjudged(plan, self._seed, f"the trial's host ended (answer {answer!r}, status {host.returncode})")
@@ -131,23 +133,24 @@ class _Worker(threading.Thread):
         home.mkdir(parents=True, exist_ok=True)
         command = [sys.executable, "-m", "grader.trials.host"]
         log_path = self._folder / f"host-{self.name}.log"
-        try:
-            with log_path.open("w") as log:
-                self._host = subprocess.Popen(
-                    sandbox.private_network(command),
-                    stdin=subprocess.PIPE,
-                    stdout=subprocess.PIPE,
-                    stderr=log,
-                    env=toolchain.observer_environment(self._contract, home=home) | _passed_on(),
-                    cwd=self._folder,
-                    text=True,
-                )
-        except OSError as error:
-            raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it says how to mend it.") from error
+        with log_path.open("w") as log:
+            self._host = subprocess.Popen(
+                sandbox.private_network(command),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=log,
+                env=toolchain.observer_environment(self._contract, home=home) | _passed_on(),
+                cwd=self._folder,
+                text=True,
+            )
         assert self._host.stdout is not None
         if self._host.stdout.readline().strip() != READY:
             said = log_path.read_text().strip()[-2000:]
-            raise GraderError(f"The host of the trials did not start:\n{said}\nRun `grader doctor`.")
+            raise GraderError(
+                shortage.in_text(said)
+                or shortage.full(self._folder)
+                or f"The host of the trials did not start:\n{said}\nRun `grader doctor`."
+            )
         return self._host
 
     def _stop(self) -> None:
