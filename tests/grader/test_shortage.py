@@ -25,7 +25,7 @@ version: 1
 criteria:
   - {id: F, title: Functions, points: 1, levels: {A: a, B: b, C: c, D: d}, requirements: [
       {id: F14, points: 1, text: Conversions., section: "01#a", checks: [
-        {id: "test_conversions::test_normalize_angle", points: 1}]}]}
+        {id: "test_conversions::test_conversions_are_right_at_their_edges", points: 1}]}]}
 """
 
 
@@ -188,22 +188,21 @@ def test_a_full_disk_costs_no_points_and_the_next_grading_is_right(reference: Pa
     for folder in (cache, scratch, out):
         folder.mkdir()
     package = shutil.copytree(reference, tmp_path / reference.name)
-    (package / "setup.cfg").write_text("# another package than the one that is built already\n")
+    (package / "NOTES.md").write_text(f"Another package than the one that is built already: {tmp_path}\n")
     run = ("grade", package, "--rubric", small, "--out", out)
     where = {"out": out, "tmp": scratch, "cache": cache}[full]
-    # The disk has room to begin with, and too little for the whole.
-    fill = f"cp -a {build.cache_folder()}/. {cache}; " if full == "cache" else ""
-    room = 8 * MB if full == "cache" else 20_000
-    script = f"{fill}head -c $(($(stat -f -c '%a * %S' {where}) - {room})) /dev/zero >{where}/ballast; exec \"$@\""
-    size = 8 * 1000 * MB if full == "cache" else MB
+    # The disk has room for what is there already, and too little for the rest.
+    built = build.contract(build.cache_folder()).install.parent
+    keep = f"mkdir {cache}/builds; cp -a {built} {cache}/builds; " if full == "cache" else ""
+    room, size = (10 * MB, 100 * MB) if full == "cache" else (20_000, MB)
+    ballast = f"head -c $(($(stat -f -c '%a * %S' {where}) - {room})) /dev/zero >{where}/ballast; "
+    script = f'{keep}{ballast}exec "$@"'
     environment = {**os.environ, "TMPDIR": str(scratch), "PYTHONDONTWRITEBYTECODE": "1"}
     chosen = ("--cache", cache) if full == "cache" else ()
     before = (*small_disk(where, size), "sh", "-c", script, "sh")
     done = grader(*run, *chosen, before=before, env=environment)
     assert done.returncode == 3, done.stderr
-    assert f"grader: The disk at {where} is full. No points are lost by it" in said(done) or "A disk is full" in said(
-        done
-    )
+    assert f"The disk at {where} is full" in said(done) or "No space left on device. Free some" in said(done)
     assert list(out.iterdir()) == []
     again = grader(*run)
     assert again.returncode == 0, again.stderr
@@ -315,7 +314,7 @@ def test_damaged_type_hashes_are_not_taken(monkeypatch: pytest.MonkeyPatch, tmp_
 def test_a_damaged_cache_is_mended_on_the_way(reference: Path, tmp_path: Path, settings: pipeline.Settings):
     """Each file of the package's build is cut short, and its build tree too: the next grading builds again."""
     package = shutil.copytree(reference, tmp_path / reference.name)
-    (package / "setup.cfg").write_text("# another package than the one that is built already\n")
+    (package / "NOTES.md").write_text(f"Another package than the one that is built already: {tmp_path}\n")
     first = build.build([package], settings.cache)
     for path in (first.install / toolchain.SITE_IN_PREFIX / build.PACKAGE).glob("*.py"):
         path.write_text("")
