@@ -2,11 +2,12 @@
 
 from sim.drive import Driver, Seen, Tourist, drive
 from sim.geometry import Pose, Twist, normalize_angle
+from sim.inventory import Event, Presence
 from sim.obstacles import Box, Chase, Circle, GridMap, Obstacle, Path, Polygon, Wall, room
 from sim.recording import Recorder, Recording, RecordingError
 from sim.robot import COURSE, PROFILES, TB4, RobotProfile
 from sim.sensors import BatteryReading, ImuReading, OdometryReading, Reading, ScanReading
-from sim.simulator import SUBSTEP_S, Contact, Event, Presence, Simulator
+from sim.simulator import SUBSTEP_S, Contact, Simulator
 from sim.world import World, WorldError, load_world, world_names
 
 __all__ = [

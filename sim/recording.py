@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.geometry import Pose
+from sim.inventory import Event, Presence
 from sim.sensors import Reading, ScanReading
-from sim.simulator import Contact, Event, Presence, Simulator
+from sim.simulator import Contact, Simulator
 from sim.world import World, WorldError
 from sim.worldfile import fields, obstacle_to_document
 

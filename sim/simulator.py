@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sim.geometry import Point, Pose, Twist, advance, normalize_angle
+from sim.inventory import Event, Inventory, Presence
 from sim.movers import Mover
-from sim.obstacles import Obstacle, When, moved_to, with_name
+from sim.obstacles import Obstacle, with_name
 from sim.robot import COURSE, RobotProfile
-from sim.scene import Nearest, Scene
+from sim.scene import Nearest
 from sim.sensors import (
     GRAVITY,
     BatteryReading,
@@ -50,24 +51,6 @@ class Contact:
     obstacle: str
     point: Point
     speed: float
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something that happened beside the robot's own motion: simulated time in s, kind, and what it was about."""
-
-    time: float
-    kind: str
-    subject: str = ""
-
-
-@dataclass(frozen=True)
-class Presence:
-    """An obstacle was there from `since` to `until`, simulated time in s; inf while it still is."""
-
-    obstacle: Obstacle
-    since: float
-    until: float = math.inf
 
 
 class Simulator:
@@ -112,14 +95,10 @@ class Simulator:
         p = self.profile
         self.unrepeatable = ""
         self._tick = 0
-        self._scene = Scene()
-        self._movers: dict[str, Mover] = {}
-        self._waiting: dict[str, Obstacle] = {}
-        self._vanishing: dict[str, When] = {}
-        self._moved: frozenset[str] = frozenset()
         self._contacts: list[Contact] = []
-        self._presences: list[Presence] = []
         self._events: list[Event] = []
+        self._inventory = Inventory(self.world.obstacles, self._events)
+        self._scene, self._movers = self._inventory.scene, self._inventory.movers
         self._touching: frozenset[str] = frozenset()
         self._hazards: frozenset[str] = frozenset()
         self._lidar = LidarModel(p.lidar, self._seed, self.noise)
@@ -142,8 +121,6 @@ class Simulator:
             _Due(p.battery.rate_hz, self.battery),
         ]
         self._next_due = min(due.tick for due in self._schedule)
-        for obstacle in self.world.obstacles:
-            self._introduce(obstacle)
         self._note_contacts(0.0)
 
     def step(self, dt: float) -> list[Reading]:
@@ -236,12 +213,12 @@ class Simulator:
     @property
     def presences(self) -> tuple[Presence, ...]:
         """Every obstacle since the reset as it came, with the times between which it was there."""
-        return tuple(self._presences)
+        return tuple(self._inventory.presences)
 
     @property
     def moved(self) -> frozenset[str]:
         """The names of the obstacles that stand elsewhere than they came, put there by `move_obstacle`."""
-        return self._moved
+        return self._inventory.moved
 
     def clearance(self) -> float:
         """Return the metres from the hull to the nearest surface: inf in an open world, below 0 inside an obstacle."""
@@ -281,11 +258,9 @@ class Simulator:
     def add_obstacle(self, obstacle: Obstacle) -> str:
         """Put an obstacle into the running world and return its name (one is found if it has none)."""
         if not obstacle.name:
-            taken = {o.name for o in self._scene.obstacles} | set(self._waiting)
+            taken = {o.name for o in self._scene.obstacles} | set(self._inventory.waiting)
             obstacle = with_name(obstacle, free_name(type(obstacle).__name__.lower(), taken))
-        if obstacle.name in self._waiting:
-            raise ValueError(f"an obstacle named {obstacle.name!r} is about to appear; choose another name")
-        self._introduce(obstacle)
+        self._inventory.introduce(obstacle, self.time)
         self._note_contacts(abs(self._v))
         return obstacle.name
 
@@ -295,8 +270,9 @@ class Simulator:
         Raises:
             KeyError: there is none of that name.
         """
-        if self._waiting.pop(name, None) is None:
-            self._withdraw(name)
+        self._inventory.withdraw(name, self.time)
+        self._touching -= {name}
+        self._pressed = None
 
     def move_obstacle(self, name: str, x: float, y: float) -> None:
         """Put an obstacle elsewhere at once: its centre at x, y (m, map frame), turned as it was.
@@ -311,15 +287,7 @@ class Simulator:
         """
         if not (math.isfinite(x) and math.isfinite(y)):
             raise ValueError(f"({x}, {y}) is not finite; give metres in the map frame")
-        if name in self._waiting:
-            self._waiting[name] = moved_to(self._waiting[name], (x, y))
-            return
-        moved = moved_to(self._scene.remove(name), (x, y))
-        self._scene.add(moved)
-        if moved.motion is not None:
-            self._movers[name] = Mover(moved, moved.motion, self._movers[name].has_started)
-        self._moved |= {name}
-        self._events.append(Event(self.time, "moved", name))
+        self._inventory.move(name, x, y, self.time)
         self._note_contacts(abs(self._v))
 
     def place_robot(self, pose: Pose, *, odometry_notices: bool = True) -> None:
@@ -351,12 +319,7 @@ class Simulator:
     def trigger(self, event: str) -> None:
         """Let an event happen: obstacles that wait for it appear, vanish or begin to move."""
         self._events.append(Event(self.time, "trigger", event))
-        for name in [n for n, o in self._waiting.items() if o.appears == event]:
-            self._appear(name)
-        for name in [n for n, when in self._vanishing.items() if when == event]:
-            self._withdraw(name)
-        for mover in self._movers.values():
-            mover.hear(event)
+        self._inventory.hear(event, self.time)
         self._note_contacts(abs(self._v))
 
     # ---------------------------------------------------------------- inside
@@ -371,8 +334,8 @@ class Simulator:
 
     def _substep(self) -> None:
         self._tick += 1
-        if self._waiting or self._vanishing:
-            self._follow_timetable()
+        if self._inventory.has_timetable and self._inventory.follow_timetable(self.time):
+            self._note_contacts(abs(self._v))
         if self._movers:
             self._move_obstacles()
         self._drive()
@@ -485,52 +448,6 @@ class Simulator:
                 self._contacts.append(Contact(self.time, hit.name, hit.point, speed))
                 self._events.append(Event(self.time, "contact", hit.name))
         self._touching |= frozenset(hit.name for hit in touched)
-
-    # -- obstacles that come, go and move
-
-    def _introduce(self, obstacle: Obstacle) -> None:
-        if obstacle.name in self._scene or obstacle.name in self._waiting:
-            raise ValueError(f"an obstacle named {obstacle.name!r} is there already; remove it first or choose a name")
-        if obstacle.appears is None or obstacle.appears == 0.0:
-            self._put(obstacle)
-        else:
-            self._waiting[obstacle.name] = obstacle
-
-    def _put(self, obstacle: Obstacle) -> None:
-        self._scene.add(obstacle)
-        self._presences.append(Presence(obstacle, self.time))
-        self._free = 0.0
-        if obstacle.motion is not None:
-            self._movers[obstacle.name] = Mover(obstacle, obstacle.motion)
-        if obstacle.vanishes is not None:
-            self._vanishing[obstacle.name] = obstacle.vanishes
-
-    def _appear(self, name: str) -> None:
-        self._put(replace(self._waiting.pop(name), appears=None))
-        self._events.append(Event(self.time, "appears", name))
-
-    def _withdraw(self, name: str) -> None:
-        self._scene.remove(name)
-        for i, presence in enumerate(self._presences):
-            if presence.obstacle.name == name and presence.until == math.inf:
-                self._presences[i] = replace(presence, until=self.time)
-        self._movers.pop(name, None)
-        self._vanishing.pop(name, None)
-        self._moved -= {name}
-        self._touching -= {name}
-        self._pressed = None
-        self._events.append(Event(self.time, "vanishes", name))
-
-    def _follow_timetable(self) -> None:
-        now = self.time
-        due = [n for n, o in self._waiting.items() if isinstance(o.appears, float | int) and o.appears <= now]
-        gone = [n for n, when in self._vanishing.items() if isinstance(when, float | int) and when <= now]
-        for name in due:
-            self._appear(name)
-        for name in gone:
-            self._withdraw(name)
-        if due or gone:
-            self._note_contacts(abs(self._v))
 
     def _move_obstacles(self) -> None:
         now = self.time
