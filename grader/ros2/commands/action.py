@@ -10,7 +10,7 @@ from typing import Any
 
 from . import completing, hints, messages
 from .answers import Refusal
-from .graph import Graph, NamesAndTypes, full_name, graph, spin, split_name
+from .graph import Graph, NamesAndTypes, full_name, graph, show_names, spin, split_name
 
 ANSWER_S = 5.0  # how long an answer is waited for after Ctrl-C
 
@@ -75,12 +75,7 @@ def show_list(args: argparse.Namespace) -> int:
     with graph() as seen:
         seen.settle()
         found = actions(seen)
-    if args.count_actions:
-        print(len(found))
-        return 0
-    for name, types in found:
-        print(f"{name} [{', '.join(types)}]" if args.show_types else name)
-    return 0
+    return show_names(found, args.show_types, args.count_actions)
 
 
 def show_type(args: argparse.Namespace) -> int:

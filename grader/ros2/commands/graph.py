@@ -157,6 +157,16 @@ class Graph:
         return found[0] if found else None
 
 
+def show_names(found: NamesAndTypes, types: bool, count: bool) -> int:
+    """Print names, with their types or only their number, as all lists do; return the exit code."""
+    if count:
+        print(len(found))
+        return 0
+    for name, kinds in found:
+        print(f"{name} [{', '.join(kinds)}]" if types else name)
+    return 0
+
+
 def full_name(name: str) -> str:
     """Return a name as the graph has it."""
     return name if name.startswith("/") else "/" + name

@@ -30,21 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     show.add_argument("--no-comments", action="store_true", help="Show no comments or whitespace")
     show.set_defaults(run=run_show)
     listing = verbs.add_parser("list", help="List all interface types available")
-    for short, long, kind in (
-        ("-m", "--only-msgs", "msg"),
-        ("-s", "--only-srvs", "srv"),
-        ("-a", "--only-actions", "action"),
-    ):
-        listing.add_argument(short, long, dest="only", action="append_const", const=kind, help=f"Only {KINDS[kind]}")
+    _add_kinds(listing)
     listing.set_defaults(run=run_list)
     package = verbs.add_parser("package", help="Output a list of available interface types within one package")
     package.add_argument("package_name", help="Name of the package (e.g. 'example_interfaces')")
-    for short, long, kind in (
-        ("-m", "--only-msgs", "msg"),
-        ("-s", "--only-srvs", "srv"),
-        ("-a", "--only-actions", "action"),
-    ):
-        package.add_argument(short, long, dest="only", action="append_const", const=kind, help=f"Only {KINDS[kind]}")
+    _add_kinds(package)
     package.set_defaults(run=run_package)
     packages = verbs.add_parser("packages", help="Output a list of packages that provide interfaces")
     packages.set_defaults(run=run_packages)
@@ -52,6 +42,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     type_argument(proto, "Show an interface prototype (e.g. 'example_interfaces/msg/String')")
     proto.add_argument("--no-quotes", action="store_true", help="If true output has no outer quotes.")
     proto.set_defaults(run=run_proto)
+
+
+def _add_kinds(parser: argparse.ArgumentParser) -> None:
+    for short, long, kind in (
+        ("-m", "--only-msgs", "msg"),
+        ("-s", "--only-srvs", "srv"),
+        ("-a", "--only-actions", "action"),
+    ):
+        parser.add_argument(short, long, dest="only", action="append_const", const=kind, help=f"Only {KINDS[kind]}")
 
 
 def type_argument(parser: argparse.ArgumentParser, text: str) -> None:

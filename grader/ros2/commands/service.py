@@ -7,7 +7,7 @@ import time
 
 from . import completing, hints, messages
 from .answers import Refusal
-from .graph import Graph, NamesAndTypes, add_graph_arguments, graph, spin
+from .graph import Graph, NamesAndTypes, add_graph_arguments, graph, show_names, spin
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,12 +52,7 @@ def show_list(args: argparse.Namespace) -> int:
     with graph(args.spin_time) as seen:
         seen.settle()
         services = seen.services(args.include_hidden_services)
-    if args.count_services:
-        print(len(services))
-        return 0
-    for name, types in services:
-        print(f"{name} [{', '.join(types)}]" if args.show_types else name)
-    return 0
+    return show_names(services, args.show_types, args.count_services)
 
 
 def show_type(args: argparse.Namespace) -> int:
@@ -74,9 +69,8 @@ def show_found(args: argparse.Namespace) -> int:
     """Print the services of a type."""
     with graph(args.spin_time) as seen:
         seen.settle()
-        found = [name for name, types in seen.services(args.include_hidden_services) if args.service_type in types]
-    print(len(found) if args.count_services else "\n".join(found))
-    return 0
+        found = [one for one in seen.services(args.include_hidden_services) if args.service_type in one[1]]
+    return show_names(found, False, args.count_services)
 
 
 def run_call(args: argparse.Namespace) -> int:

@@ -7,7 +7,7 @@ from typing import Any
 
 from . import completing, hints, topic_flow, topic_meters
 from .answers import Refusal
-from .graph import add_graph_arguments, full_name, graph
+from .graph import add_graph_arguments, full_name, graph, show_names
 
 RELIABILITY = {1: "RELIABLE", 2: "BEST_EFFORT"}
 
@@ -62,9 +62,7 @@ def show_list(args: argparse.Namespace) -> int:
     with graph(args.spin_time) as seen:
         seen.settle()
         topics = seen.topics(args.include_hidden_topics)
-        if args.count_topics:
-            print(len(topics))
-        elif args.verbose:
+        if args.verbose and not args.count_topics:
             for title, count, what in (
                 ("Published topics:", seen.node.count_publishers, "publisher"),
                 ("Subscribed topics:", seen.node.count_subscribers, "subscriber"),
@@ -74,10 +72,8 @@ def show_list(args: argparse.Namespace) -> int:
                     if number := count(name):
                         print(f" * {name} [{', '.join(types)}] {number} {what}{'s' if number > 1 else ''}")
                 print()
-        else:
-            for name, types in topics:
-                print(f"{name} [{', '.join(types)}]" if args.show_types else name)
-    return 0
+            return 0
+    return show_names(topics, args.show_types, args.count_topics)
 
 
 def show_info(args: argparse.Namespace) -> int:
@@ -148,10 +144,5 @@ def show_found(args: argparse.Namespace) -> int:
     """Print the topics of a type."""
     with graph(args.spin_time) as seen:
         seen.settle()
-        found = [name for name, types in seen.topics(args.include_hidden_topics) if args.topic_type in types]
-    if args.count_topics:
-        print(len(found))
-    else:
-        for name in found:
-            print(name)
-    return 0
+        found = [one for one in seen.topics(args.include_hidden_topics) if args.topic_type in one[1]]
+    return show_names(found, False, args.count_topics)

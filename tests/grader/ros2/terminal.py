@@ -1,0 +1,142 @@
+"""Real terminals for tests: bash on a pty, typed into and read from as a person would, in a network of their own."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import pty
+import re
+import select
+import socket
+import struct
+import subprocess
+import sys
+import termios
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+# No program prints this prompt; it tells that a line has ended, and its exit code.
+PROMPT = re.compile(r"<<(\d+)>> $")
+CONTROLS = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\x1b[()][A-Z0-9]|\x1b[=>]|\x1b\][^\x07]*\x07")
+STEP_S = 0.2
+
+
+@contextmanager
+def desk(folder: Path, env: dict[str, str]) -> Iterator[Callable[[], Terminal]]:
+    """Yield a function that opens a terminal in `folder`. All of them share a network that holds nobody else."""
+    here, there = socket.socketpair()
+    process = subprocess.Popen(
+        ["bwrap", "--dev-bind", "/", "/", "--unshare-net", "--die-with-parent", "--chdir", folder,
+         sys.executable, __file__, str(there.fileno())],
+        env=env, pass_fds=[there.fileno()], stdin=subprocess.DEVNULL,
+    )  # fmt: skip
+    there.close()
+    terminals: list[Terminal] = []
+
+    def open_one() -> Terminal:
+        here.send(b"+")
+        _, (fd,), _, _ = socket.recv_fds(here, 1, 1)
+        terminals.append(Terminal(fd))
+        return terminals[-1]
+
+    try:
+        yield open_one
+    finally:
+        for terminal in terminals:
+            terminal.close()
+        here.close()  # the process waits for its shells, and those for what they run
+        process.wait(timeout=60)
+
+
+def serve(requests: socket.socket) -> None:
+    """Start a shell on a new pty for each byte that comes, and send the pty's other end back; wait for the shells."""
+    shells = []
+    while requests.recv(1):
+        pid, fd = pty.fork()
+        if pid == 0:
+            requests.close()
+            os.execvp("bash", ["bash", "--norc", "--noprofile", "-i"])
+        shells.append(pid)
+        socket.send_fds(requests, [b"+"], [fd])
+        os.close(fd)
+    for pid in shells:
+        os.waitpid(pid, 0)
+
+
+class Terminal:
+    """A window with a shell in it.
+
+    Attributes:
+        code: the exit code of the line that ended last.
+    """
+
+    def __init__(self, fd: int) -> None:
+        self.code = 0
+        self._fd, self._text = fd, ""
+        # So wide that no line is broken.
+        fcntl.ioctl(fd, termios.TIOCSWINSZ, struct.pack("HHHH", 50, 500, 0, 0))
+        self.type("bind 'set enable-bracketed-paste off'; VIRTUAL_ENV_DISABLE_PROMPT=1; PS1='<<$?>> '\n")
+        self._until(lambda: self._text.endswith("<<0>> "), 30.0, "the first prompt")
+
+    def type(self, keys: str) -> None:
+        """Press keys."""
+        os.write(self._fd, keys.encode())
+
+    def run(self, line: str, limit_s: float = 90.0) -> str:
+        """Type a line, wait for its end, and return what it printed."""
+        self.start(line)
+        return self.end(limit_s)
+
+    def start(self, line: str) -> None:
+        """Type a line, and do not wait for its end."""
+        self._text = ""
+        self.type(line + "\n")
+        self._until(lambda: "\n" in self._text, 30.0, "the echo of what was typed")
+        self._text = self._text.split("\n", 1)[1]
+
+    def wait_for(self, pattern: str, limit_s: float = 90.0) -> str:
+        """Return what has been printed since the line was typed, once it holds a pattern."""
+        self._until(lambda: re.search(pattern, self._text, re.MULTILINE) is not None, limit_s, repr(pattern))
+        return self._text
+
+    def interrupt(self, limit_s: float = 60.0) -> str:
+        """Press Ctrl-C, wait for the line's end, and return what it printed."""
+        self.type("\x03")
+        return self.end(limit_s)
+
+    def end(self, limit_s: float = 90.0) -> str:
+        """Wait for the line's end, and return what it printed."""
+        self._until(lambda: PROMPT.search(self._text) is not None, limit_s, "the prompt")
+        found = PROMPT.search(self._text)
+        assert found is not None
+        self.code = int(found[1])
+        return self._text[: found.start()]
+
+    def complete(self, beginning: str, holds: str, limit_s: float = 60.0) -> str:
+        """Type the beginning of a line, press Tab twice, and return what is shown once it holds a text; run nothing."""
+        self._text = ""
+        self.type(beginning + "\t\t")
+        self._until(lambda: holds in self._text, limit_s, repr(holds))
+        shown = self._text
+        self._text = ""
+        self.type("\x15\n")
+        self.end()
+        return shown
+
+    def close(self) -> None:
+        """Close the window, which hangs up on what runs in it."""
+        os.close(self._fd)
+
+    def _until(self, holds: Callable[[], bool], limit_s: float, what: str) -> None:
+        end = time.monotonic() + limit_s
+        while not holds():
+            assert time.monotonic() < end, f"waited in vain for {what}; the terminal shows:\n{self._text}"
+            if select.select([self._fd], [], [], STEP_S)[0]:
+                new = os.read(self._fd, 65536).decode(errors="replace")
+                self._text = CONTROLS.sub("", self._text + new).replace("\r\n", "\n")
+
+
+if __name__ == "__main__":
+    serve(socket.socket(fileno=int(sys.argv[1])))
