@@ -51,6 +51,9 @@ class Node:
     def _get(self, key: str, kind: str, example: str, accept: Callable[[Any], bool], default: Any = ...) -> Any:
         if not self.has(key):
             if default is ...:
+                slips = difflib.get_close_matches(key, [str(other) for other in self._mapping()], n=1, cutoff=0.8)
+                if slips and slips[0] != key:
+                    self.fail(key, f"is missing, but there is {slips[0]!r}", f"write {key!r}, if that is meant")
                 self.fail(key, "is missing", f"add {kind}, for example `{key}: {example}`")
             return default
         value = self._mapping()[key]
