@@ -66,6 +66,12 @@ def _parser() -> argparse.ArgumentParser:
     grade.add_argument("--rubric", type=Path, help="another rubric than the kit's own")
     grade.add_argument("--seed", type=int, default=0, help="decides speeds, places and noise of the trials (default 0)")
     grade.add_argument("--build-timeout", type=_seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
+    grade.add_argument(
+        "--fault-seconds",
+        type=_seconds,
+        metavar="S",
+        help="for faults put into the package, to see whether its tests notice (default 20 s of a quiet machine)",
+    )
     grade.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
     grade.add_argument(
         "--unsafe-no-sandbox",
@@ -139,7 +145,7 @@ def _seconds(text: str) -> float:
 
 def _grade(options: argparse.Namespace) -> int:
     # Imported here: `grader --help` and `grader doctor` answer at once, and on hosts that lack half of this.
-    from grader import build, pipeline, report, rubric, sandbox
+    from grader import build, mutation, pipeline, report, rubric, sandbox
     from grader.report import console
 
     if options.unsafe_no_sandbox:
@@ -150,6 +156,7 @@ def _grade(options: argparse.Namespace) -> int:
         cache=options.cache or build.cache_folder(),
         seed=options.seed,
         build_seconds=options.build_timeout,
+        fault_seconds=options.fault_seconds or mutation.SECONDS,
         progress=progress.say,
     )
     grading = pipeline.grade(options.submission, options.out, settings, write=report.write)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from grader.evidence import Trial
 from grader.report.console import WORDS
+from grader.report.faults import matrix
 from grader.report.files import write_atomically
 from grader.report.grading import Grading, judged, losses, place, points
 from grader.report.text import one_line
@@ -116,6 +117,7 @@ def render(grading: Grading, *, pictures: bool = True) -> str:
         style_hash=base64.b64encode(hashlib.sha256(style.encode()).digest()).decode("ascii"),
         pictures=pictures_of,
         drive=album.longest_drive(),
+        faults=matrix(clean.evidence.mutation) if clean.evidence.mutation else None,
         trials=[_row(trial) for trial in grading.evidence.trials.values()],
         graded=graded,
         every=every,

@@ -16,10 +16,12 @@ from grader.evidence import (
     Build,
     Command,
     Evidence,
+    Fault,
     FileCoverage,
     Flag,
     Goal,
     Intake,
+    Mutation,
     OwnTests,
     Sample,
     ScanSummary,
@@ -30,6 +32,21 @@ from grader.evidence import (
 from grader.report import Grading
 from grader.rubric import Rubric, load
 from grader.score import CheckResult, Outcome, score
+
+_NODE = "ros2_robot_controller/robot_controller.py"
+_TESTS = [f"test/test_motion.py::test_{name}" for name in ("stops", "turns_left", "keeps_the_limit", "starts")]
+FAULTS = Mutation(
+    0,
+    210,
+    [
+        Fault(_NODE, 41, "stop", "compare", "`<` became `<=`", "unnoticed", tried=_TESTS),
+        Fault(_NODE, 57, "drive", "number", "`0.5` became `1.5`", "noticed", by=_TESTS[0]),
+        Fault(_NODE, 58, "drive", "sign", "`-speed` became `speed`", "noticed", by=_TESTS[1], late=True),
+        Fault(_NODE, 90, "navigate", "call", "`self._publish_feedback(distance)` was left out", "unreached"),
+        Fault("ros2_robot_controller/utils/conversions.py", 7, "clamp", "call", "`min` became `max`", "not tried"),
+    ],
+    note="1 of 5 faults were not tried: the budget of 20 s was used up",
+)
 
 RUBRIC = Path(__file__).parents[3] / "rubric.yaml"
 
@@ -226,7 +243,8 @@ def mediocre(rubric: Rubric) -> Grading:
     trials = {trial.name: trial for trial in (drive_at_a_wall(), drive_to_a_goal())}
     flags = [Flag("network", "tried to reach 93.184.216.34 port 443 during the build", "CMakeLists.txt")]
     intake = replace(INTAKE, notes=["The package lies one folder deeper than it should: team07/team07/src."])
-    evidence = Evidence(intake, BUILD, OwnTests(note="pytest ran each module by itself."), trials, flags)
+    tests = OwnTests(note="pytest ran each module by itself.")
+    evidence = Evidence(intake, BUILD, tests, trials, flags, mutation=FAULTS)
     return grading(rubric, results(rubric, touched, late, coverage, behind, stands, name, ours), evidence)
 
 

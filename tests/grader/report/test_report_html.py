@@ -204,3 +204,22 @@ def test_both_files_are_written_beside_each_other(rubric, tmp_path):
     as_json, as_html = write(grading(rubric, results(rubric)), tmp_path / "out")
     assert (as_json.name, as_html.name) == ("report.json", "report.html")
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["report.html", "report.json"]
+
+
+def test_each_fault_is_shown_with_the_tests_that_noticed_it_or_not():
+    page = html.render(mediocre(load(RUBRIC)), pictures=False)
+    table = page[page.index("Faults put into the package, and") :]
+    table = table[: table.index("</details>")]
+    assert "which of its tests noticed (2 of 4)" in table
+    rows = [re.sub(r"<[^>]+>", " ", row).split() for row in re.findall(r"<tr.*?</tr>", table)[1:]]
+    assert [" ".join(row) for row in rows] == [
+        "ros2_robot_controller/robot_controller.py:41 &lt; became &lt;= "
+        "not noticed by test_stops , test_turns_left , test_keeps_the_limit and 1 more",
+        "ros2_robot_controller/robot_controller.py:57 0.5 became 1.5 noticed by test_stops",
+        "ros2_robot_controller/robot_controller.py:58 -speed became speed noticed by test_turns_left",
+        "ros2_robot_controller/robot_controller.py:90 self._publish_feedback(distance) was left out "
+        "no test reaches this line",
+        "ros2_robot_controller/utils/conversions.py:7 min became max not tried",
+    ]
+    assert "not tried: the budget of 20 s" in table
+    assert "Faults put into the package, and" not in html.render(broken(load(RUBRIC)), pictures=False)
