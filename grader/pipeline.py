@@ -199,6 +199,11 @@ def _results(out: Path) -> Iterator[Path]:
             if (out / entry.name).is_dir():
                 (out / entry.name).rename(fresh / f"old-{entry.name}")
             entry.rename(out / entry.name)
+    except OSError as error:
+        # A failed write does not say where.
+        if shortage.words(error) and (said := shortage.full(out)):
+            raise GraderError(said) from error
+        raise
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
         if not existed:

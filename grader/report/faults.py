@@ -63,7 +63,9 @@ def matrix(mutation: Mutation) -> Matrix:
 def _row(fault: Fault) -> Row:
     tests = [fault.by] if fault.by else fault.tried
     shown = tuple(_short(test) for test in tests[:_TESTS_AT_MOST])
-    return Row(f"{fault.path}:{fault.line}", fault.words, fault.outcome, shown, len(tests) - len(shown))
+    # The first folder is the same for all.
+    path = fault.path.partition("/")[2] or fault.path
+    return Row(f"{path}:{fault.line}", fault.words, fault.outcome, shown, len(tests) - len(shown))
 
 
 def _short(test: str) -> str:

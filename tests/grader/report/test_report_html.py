@@ -213,13 +213,12 @@ def test_each_fault_is_shown_with_the_tests_that_noticed_it_or_not():
     assert "which of its tests noticed (2 of 4)" in table
     rows = [re.sub(r"<[^>]+>", " ", row).split() for row in re.findall(r"<tr.*?</tr>", table)[1:]]
     assert [" ".join(row) for row in rows] == [
-        "ros2_robot_controller/robot_controller.py:41 &lt; became &lt;= "
+        "robot_controller.py:41 &lt; became &lt;= "
         "not noticed by test_stops , test_turns_left , test_keeps_the_limit and 1 more",
-        "ros2_robot_controller/robot_controller.py:57 0.5 became 1.5 noticed by test_stops",
-        "ros2_robot_controller/robot_controller.py:58 -speed became speed noticed by test_turns_left",
-        "ros2_robot_controller/robot_controller.py:90 self._publish_feedback(distance) was left out "
-        "no test reaches this line",
-        "ros2_robot_controller/utils/conversions.py:7 min became max not tried",
+        "robot_controller.py:57 0.5 became 1.5 noticed by test_stops",
+        "robot_controller.py:58 -speed became speed noticed by test_turns_left",
+        "robot_controller.py:90 self._publish_feedback(distance) was left out no test reaches this line",
+        "utils/conversions.py:7 min became max not tried",
     ]
     assert "not tried: the budget of 20 s" in table
     assert "Faults put into the package, and" not in html.render(broken(load(RUBRIC)), pictures=False)
