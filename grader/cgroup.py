@@ -19,6 +19,7 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path("/sys/fs/cgroup")
+HOST_MEMORY = "memory of the host"
 _PREFIX = "ros2-course-kit"
 _NUMBERS = itertools.count()
 # Waits until its standard input ends, which is when the grader does, and ends what is in the grader's groups by then.
@@ -56,14 +57,18 @@ class Group:
         return [str(folder / "cgroup.procs") for folder in self.folders]
 
     def events(self) -> str:
-        """Return what the group had to stop: "memory", "processes" or ""."""
+        """Return what the group had to stop: "memory", "processes" or "".
+
+        HOST_MEMORY if something was ended though the group had not come to its limit: the machine, or a group around
+        this one, was out of memory.
+        """
         for folder in self.folders:
             if _number(folder / "pids.events", r"^max (\d+)") > 0:
                 return "processes"
-            if _number(folder / "memory.events", r"^oom_kill (\d+)") > 0:
-                return "memory"
-            if _number(folder / "memory.oom_control", r"^oom_kill (\d+)") > 0:
-                return "memory"
+            killed = _number(folder / "memory.events", r"^oom_kill (\d+)")
+            killed += _number(folder / "memory.oom_control", r"^oom_kill (\d+)")
+            if killed:
+                return "memory" if _full(folder) else HOST_MEMORY
         return ""
 
     def close(self) -> None:
@@ -187,6 +192,14 @@ def _sweep(folder: Path) -> None:
                     os.kill(int(member), signal.SIGKILL)
             with contextlib.suppress(OSError):
                 left.rmdir()
+
+
+def _full(folder: Path) -> bool:
+    """Return whether a group has come to its own limit on memory."""
+    # Version 1 counts failures too, but not on every kernel; its peak is told everywhere.
+    limit = _number(folder / "memory.limit_in_bytes", r"^(\d+)")
+    peak = _number(folder / "memory.max_usage_in_bytes", r"^(\d+)")
+    return _number(folder / "memory.events", r"^max (\d+)") > 0 or (limit > 0 and peak > 0.95 * limit)
 
 
 def _number(path: Path, pattern: str) -> int:

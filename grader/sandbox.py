@@ -182,7 +182,7 @@ class Process:
         """End the whole tree and wait until it is gone.
 
         Raises:
-            GraderError: the host's disk got full meanwhile, so that what the command did says nothing about it.
+            GraderError: the host's disk or memory ran out, so that what the command did says nothing about it.
         """
         self.end()
         if self._guard is not None:
@@ -192,6 +192,8 @@ class Process:
         self._group.close()
         if self._guard is not None and self._guard.host_is_full:
             raise GraderError(self._guard.host_is_full)
+        if self._stopped == cgroup.HOST_MEMORY:
+            raise GraderError(shortage.NO_MEMORY)
 
     def end(self) -> None:
         """End the whole tree; what it printed is still being read."""

@@ -16,7 +16,7 @@ _FEW_FILES = 100
 _NEEDED = 1_000_000_000  # of address space, which is more than memory: an observer of a trial maps 700 MB
 
 _SAFE = "No points are lost by it, and earlier results are as they were"
-_MEMORY = (
+NO_MEMORY = (
     f"There is no memory left for the grader. {_SAFE}. Close other programs, or raise the limit that `ulimit -v` "
     "shows, and grade again."
 )
@@ -52,7 +52,7 @@ def in_text(text: str) -> str:
     low = text.lower()
     if "no space left on device" in low or "disk quota exceeded" in low:
         return _full("")
-    return _MEMORY if any(word in low for word in _MEMORY_WORDS) else ""
+    return NO_MEMORY if any(word in low for word in _MEMORY_WORDS) else ""
 
 
 def full(folder: Path) -> str:
@@ -67,13 +67,13 @@ def full(folder: Path) -> str:
 
 def _said(error: BaseException) -> str:
     if isinstance(error, MemoryError):
-        return _MEMORY
+        return NO_MEMORY
     number = error.errno if isinstance(error, OSError) else None
     what = str(error.filename or "") if isinstance(error, OSError) else ""
     if number in (errno.ENOSPC, errno.EDQUOT):
         return _full(what)
     if number == errno.ENOMEM or any(word in str(error).lower() for word in _MEMORY_WORDS):
-        return _MEMORY
+        return NO_MEMORY
     if number in (errno.EMFILE, errno.ENFILE):
         return _FILES
     if number in _FORBIDDEN and what:

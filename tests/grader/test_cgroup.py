@@ -175,3 +175,46 @@ def test_version_2_moves_us_aside_and_hands_the_controllers_down(tmp_path: Path)
     assert (folder / "cgroup.subtree_control").read_text() == "+memory +pids"
     [aside] = folder.glob("ros2-course-kit-self.*")
     assert (aside / "cgroup.procs").read_text() == "1"
+
+
+HUNGRY = """
+import os, sys
+from pathlib import Path
+for folder in sys.argv[1:]:
+    Path(folder, "cgroup.procs").write_text(str(os.getpid()))
+from grader import sandbox, toolchain
+code = "kept = [b'x' * (1 << 20) for _ in range(400)]"
+wall = sandbox.Wall(environment=toolchain.environment(home=sandbox.HOME))
+try:
+    print("theirs:", sandbox.run(["python3", "-c", code], wall).stopped)
+except sandbox.GraderError as error:
+    print("ours:", error)
+"""
+
+
+@pytest.mark.sandbox
+@pytest.mark.skipif(
+    (hierarchy := cgroup.find()) is None or hierarchy.version != 1, reason="needs cgroups of version 1 to make one in"
+)
+def test_a_process_that_ends_because_the_host_has_no_memory_is_not_to_blame():
+    """The kernel ends the largest process on a machine without memory: it had not come to any limit of ours."""
+    assert hierarchy is not None
+    outer = {name: folder / f"test-{os.getpid()}" for name, folder in hierarchy.folders.items()}
+    for folder in outer.values():
+        folder.mkdir()
+    try:
+        (outer["memory"] / "memory.limit_in_bytes").write_text(str(200 * MIB))
+        done = subprocess.run(
+            [sys.executable, "-c", HUNGRY, *map(str, outer.values())],
+            cwd=Path(sandbox.__file__).parents[1], capture_output=True, text=True, check=False,
+        )  # fmt: skip
+    finally:
+        deadline = time.monotonic() + 20.0
+        for folder in outer.values():
+            for left in [*folder.glob("*/"), folder]:
+                while left.exists() and time.monotonic() < deadline:
+                    try:
+                        left.rmdir()
+                    except OSError:
+                        time.sleep(0.05)
+    assert done.stdout.startswith("ours: There is no memory left for the grader."), done.stdout + done.stderr
