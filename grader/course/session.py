@@ -318,7 +318,7 @@ class Run:
             place = self.simulator.odom_origin.inverse().compose(Pose(x, y, 0.0))
             goal = stage.navigate(place.x, place.y, 0.1)
         if goal.accepted:
-            return f"goal sent: ({x:.2f}, {y:.2f}) m"
+            return f"goal sent: ({x:z.2f}, {y:z.2f}) m"
         return goal.problem or "the node rejected the goal"
 
     def _again(self) -> None:

@@ -621,15 +621,15 @@ run_view(run.recording)
 #
 # ### By a click
 #
-# In Jupyter the next cell is a live view.
-# Press Run, then click on the map: a goal.
+# In Jupyter the next cell is a live view, and time runs as soon as you see it.
+# Click on the map: a goal.
 # Drag the pillar into the way.
 # (Where nobody watches, as on a web page, it is a picture.)
 
 # %%
 from sim import Circle
 
-floor = World("a pillar", obstacles=(Circle((1.0, 0.6), 0.2, name="pillar"),))
+floor = World("a pillar", obstacles=(Circle((1.0, 0.9), 0.2, name="pillar"),))
 run = run_node(world=floor)
 run.live()
 
