@@ -18,7 +18,7 @@ from nbformat import NotebookNode
 from grader.course import pages
 from grader.errors import GraderError
 
-CELL_SECONDS = 300.0  # a cell that takes longer hangs; the budget for a whole notebook is 60 s on a quiet machine
+CELL_SECONDS = 600.0  # a cell that takes longer hangs; on a busy machine the tests of notebook 09 take minutes
 WORKSPACE = "ROS2_COURSE_WS"
 
 Solutions = Callable[[str, str], str]

@@ -1,15 +1,17 @@
 """Both runs of the notebooks, beside each other: untouched and alone, and solved in a row in one workspace.
 
-Each notebook is run once in each way, as far as tests ask for it. The two ways have a thread each, for a notebook
-waits more than it computes: for discovery, for a process to start, for a build.
+Each notebook is run once in each way, as far as tests ask for it. Three run at a time, one of the row and two alone: a
+notebook waits as well as computes, for discovery, for a process to start, for a build.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 
+from notebook_rooms import room
 from notebook_validation import Validation, validate
 
 from grader import build
@@ -20,10 +22,11 @@ from grader.rubric import Rubric
 class Course:
     """The runs that tests ask for, begun before the first of them is waited for."""
 
-    def __init__(self, workspace: Path, rubric: Rubric, untouched: Sequence[str], solved: Sequence[str]) -> None:
-        self.workspace = workspace
+    def __init__(self, folder: Path, rubric: Rubric, untouched: Sequence[str], solved: Sequence[str]) -> None:
+        self._rooms = ExitStack()
+        self.workspace = self._rooms.enter_context(room(folder)) / "ws"
         self.rubric = rubric
-        self._alone, self._row = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
+        self._alone, self._row = ThreadPoolExecutor(2), ThreadPoolExecutor(1)
         self._untouched: dict[str, Future[Validation]] = {
             name: self._alone.submit(validate, pages.NOTEBOOKS / f"{name}.ipynb") for name in untouched
         }
@@ -54,3 +57,4 @@ class Course:
         """Begin nothing more, and wait for what runs."""
         for pool in (self._alone, self._row):
             pool.shutdown(cancel_futures=True)
+        self._rooms.close()

@@ -6,10 +6,11 @@ import re
 import shutil
 import subprocess
 import sys
-import tempfile
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
+
+from notebook_rooms import room as open_room
 
 from grader.course import performance
 
@@ -40,8 +41,7 @@ class Validation:
 
 def validate(path: Path, cell_seconds: float = performance.CELL_SECONDS) -> Validation:
     """Run the notebook `path` in an empty workspace and compare every output with the stored one."""
-    with tempfile.TemporaryDirectory(prefix="nbval-") as scratch:
-        room = Path(scratch)
+    with open_room() as room:
         workspace, sanitize, report = room / "ws", room / "sanitize.cfg", room / "report.xml"
         patterns = (*performance.path_patterns(workspace), *HARMLESS)
         sanitize.write_text(

@@ -25,7 +25,7 @@ def course(
     for item in request.session.items:
         if item.path == request.path and (way := next((way for way in asked if f"_{way}" in item.name), None)):
             asked[way].append(item.callspec.params["name"] if hasattr(item, "callspec") else NAMES[-1])
-    course = Course(tmp_path_factory.mktemp("course") / "ws", rubric, asked["untouched"], asked["solved"])
+    course = Course(tmp_path_factory.mktemp("course"), rubric, asked["untouched"], asked["solved"])
     yield course
     course.close()
 
