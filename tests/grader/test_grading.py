@@ -16,7 +16,8 @@ from submissions.edits import EDITS, apply
 from submissions.reports import lost, words
 from submissions.table import judged_by_trial
 
-from grader import pipeline
+from grader import cli, pipeline
+from grader.errors import SubmissionError
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 
@@ -162,6 +163,19 @@ def test_a_submission_that_is_not_there_is_said_so(tmp_path: Path):
     done = grader("grade", tmp_path / "nobody.zip", "--out", tmp_path / "out")
     assert done.returncode == 1
     assert "nobody.zip" in done.stderr
+
+
+@pytest.mark.parametrize(("words", "seconds"), [((), 20.0), (("--fault-seconds", "300"), 300.0)])
+def test_the_time_for_faults_can_be_chosen(monkeypatch, tmp_path: Path, words: tuple[str, ...], seconds: float):
+    chosen = []
+
+    def grade(_source: Path, _out: Path, settings: pipeline.Settings, **_: object) -> None:
+        chosen.append(settings.fault_seconds)
+        raise SubmissionError("enough")
+
+    monkeypatch.setattr(pipeline, "grade", grade)
+    assert cli.main(["grade", str(tmp_path), "--out", str(tmp_path / "out"), *words]) == 1
+    assert chosen == [seconds]
 
 
 def test_wrong_usage_is_status_2():
