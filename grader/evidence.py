@@ -136,6 +136,12 @@ class Fault:
     """For a fault that no test noticed: the tests that reached it and passed."""
 
 
+def short_name(test: str) -> str:
+    """Return "test_it[a]" for the test "test/test_x.py::TestIt::test_it[a]"."""
+    head, bracket, rest = test.partition("[")
+    return head.rpartition("::")[2] + bracket + rest
+
+
 @dataclass(frozen=True)
 class Decoy:
     """One change that keeps the behaviour, and the tests that failed all the same."""

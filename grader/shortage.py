@@ -62,7 +62,8 @@ def full(folder: Path) -> str:
     except OSError:
         return ""
     few_files = facts.f_files > 0 and facts.f_favail < _FEW_FILES
-    return _full(str(folder)) if facts.f_bavail * facts.f_frsize < LITTLE_ROOM or few_files else ""
+    little_room = facts.f_blocks > 0 and facts.f_bavail * facts.f_frsize < LITTLE_ROOM  # some file systems tell nothing
+    return _full(str(folder)) if little_room or few_files else ""
 
 
 def _said(error: BaseException) -> str:

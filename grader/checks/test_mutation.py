@@ -1,7 +1,7 @@
 """T3: faults put into the package's own source, and whether its own tests notice."""
 
 from grader.checks.judge import Judge, NotReached
-from grader.evidence import Fault, Mutation
+from grader.evidence import Fault, Mutation, short_name
 
 # One line of points from 10 to 75 %, cut in the middle: the core points come first, the advanced ones on top of them.
 _NONE, _MIDDLE, _FULL = 10.0, 42.5, 75.0
@@ -60,7 +60,7 @@ def _conviction(mutation: Mutation) -> str:
     failed = next((decoy for decoy in mutation.decoys if decoy.failed), None)
     change = f" ({failed.path}:{failed.line}, {failed.words})" if failed else ""
     return (
-        f"{', '.join(_short(name) for name in mutation.convicted[:3])} failed each time a line was written in another "
+        f"{', '.join(short_name(name) for name in mutation.convicted[:3])} failed each time a line was written in another "
         f"way that changes nothing of what the package does{change}: it notices any change of the source, so nothing "
         "it notices says that a fault was found"
     )
@@ -69,7 +69,7 @@ def _conviction(mutation: Mutation) -> str:
 def _notes(mutation: Mutation) -> str:
     notes = [mutation.note] if mutation.note else []
     if mutation.set_aside:
-        names = ", ".join(_short(name) for name in mutation.set_aside[:3])
+        names = ", ".join(short_name(name) for name in mutation.set_aside[:3])
         notes.append(f"{names} passed or failed by chance and did not count")
     return "".join(f"; {note}" for note in notes)
 
@@ -86,14 +86,8 @@ def _unnoticed(faults: list[Fault]) -> list[str]:
 
 
 def _passed(fault: Fault) -> str:
-    names = [_short(name) for name in fault.tried]
+    names = [short_name(name) for name in fault.tried]
     shown = ", ".join(names[:2])
     return (
         f"{shown} passed all the same" if len(names) < 3 else f"{shown} and {len(names) - 2} more passed all the same"
     )
-
-
-def _short(name: str) -> str:
-    """Return "test_it[a]" for "test/test_x.py::TestIt::test_it[a]"."""
-    head, bracket, rest = name.partition("[")
-    return head.rpartition("::")[2] + bracket + rest

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-from grader.evidence import Fault, Mutation
+from grader.evidence import Fault, Mutation, short_name
 
 _TESTS_AT_MOST = 3
 
@@ -56,19 +56,13 @@ class Matrix:
 def matrix(mutation: Mutation) -> Matrix:
     """Return what became of every fault."""
     faults = sorted(mutation.faults, key=lambda fault: (fault.path, fault.line, fault.words))
-    count = Counter(_short(fault.by) for fault in faults if fault.by)
+    count = Counter(short_name(fault.by) for fault in faults if fault.by)
     return Matrix(tuple(map(_row, faults)), tuple(sorted(count.items(), key=lambda each: (-each[1], each[0]))))
 
 
 def _row(fault: Fault) -> Row:
     tests = [fault.by] if fault.by else fault.tried
-    shown = tuple(_short(test) for test in tests[:_TESTS_AT_MOST])
+    shown = tuple(short_name(test) for test in tests[:_TESTS_AT_MOST])
     # The first folder is the same for all.
     path = fault.path.partition("/")[2] or fault.path
     return Row(f"{path}:{fault.line}", fault.words, fault.outcome, shown, len(tests) - len(shown))
-
-
-def _short(test: str) -> str:
-    """Return "test_it[a]" for "test/test_x.py::TestIt::test_it[a]"."""
-    head, bracket, rest = test.partition("[")
-    return head.rpartition("::")[2] + bracket + rest
