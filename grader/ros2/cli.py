@@ -41,6 +41,9 @@ MORE = "Call `ros2 <command> -h` for more detailed usage."
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line and return the exit code."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # until there is something to tidy up, Ctrl-C just ends it
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])  # see environment.start_again
     words = sys.argv[1:] if argv is None else argv
     completing = "_ARGCOMPLETE" in os.environ
     if not completing:
@@ -95,7 +98,7 @@ def _run(chosen: Callable[[argparse.Namespace], int], args: argparse.Namespace) 
         interrupted = True
         raise KeyboardInterrupt
 
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, interrupt)
     try:
         code = chosen(args)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from pathlib import Path
 
@@ -35,7 +36,11 @@ def libraries_loaded() -> bool:
 
 
 def start_again() -> None:
-    """Replace this process by itself, so that the loader sees the libraries added by `complete`."""
+    """Replace this process by itself, so that the loader sees the libraries added by `complete`.
+
+    Ctrl-C has to wait meanwhile: while Python starts it would be a traceback.
+    """
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     os.execve(sys.executable, sys.orig_argv, dict(os.environ))
 
 

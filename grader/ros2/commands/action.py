@@ -10,7 +10,7 @@ from typing import Any
 
 from . import completing, hints, messages
 from .answers import Refusal
-from .graph import Graph, NamesAndTypes, full_name, graph, show_names, spin, split_name
+from .graph import Graph, NamesAndTypes, full_name, graph, interrupt_later, show_names, spin, split_name
 
 ANSWER_S = 5.0  # how long an answer is waited for after Ctrl-C
 
@@ -129,9 +129,10 @@ def run_send_goal(args: argparse.Namespace) -> int:
         print("Waiting for an action server to become available...", flush=True)
         hints.wait(client.server_is_ready, args.action_name, args.action_type, lambda: served(seen))
         print(f"Sending goal:\n     {messages.to_yaml(goal)}", flush=True)
-        asked = client.send_goal_async(goal, feedback if args.feedback else None)
-        code = 0
+        code, asked = 0, None
         try:
+            with interrupt_later():
+                asked = client.send_goal_async(goal, feedback if args.feedback else None)
             spin(seen.node, asked.done)
             if (result := _accepted(asked)) is None:
                 print("Goal was rejected.")
@@ -142,6 +143,8 @@ def run_send_goal(args: argparse.Namespace) -> int:
                 _cancel(seen, asked.result(), result)
         except KeyboardInterrupt:
             code = 2
+            if asked is None:
+                return code
             # A goal that has been sent but not answered yet would be driven to, with nobody to cancel it.
             spin(seen.node, asked.done, ANSWER_S)
             if (result := _accepted(asked)) is None:

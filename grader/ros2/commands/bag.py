@@ -194,7 +194,10 @@ def run_record(args: argparse.Namespace) -> int:
         spin(seen.node, lambda: False)
     # The writer signs with its own name where the distribution belongs.
     metadata = folder / "metadata.yaml"
-    metadata.write_text(metadata.read_text().replace("ros_distro: rosbags", f"ros_distro: {os.environ['ROS_DISTRO']}"))
+    if metadata.is_file():  # else Ctrl-C came before there was a bag
+        metadata.write_text(
+            metadata.read_text().replace("ros_distro: rosbags", f"ros_distro: {os.environ['ROS_DISTRO']}")
+        )
     say("rosbag2_recorder", "Recording stopped")
     return 0
 

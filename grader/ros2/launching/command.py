@@ -168,6 +168,8 @@ def _complete_packages(prefix: str, **_: object) -> list[str]:
 
 
 def _complete_files(prefix: str, parsed_args: argparse.Namespace, **_: object) -> list[str]:
+    if Path(parsed_args.package_name).is_file():  # a launch file by its path: its arguments follow
+        return _complete_arguments(prefix, parsed_args)
     try:
         share = packages.share(parsed_args.package_name)
     except LaunchError:

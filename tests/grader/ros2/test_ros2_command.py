@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from ros2_runs import COMMAND, environment
+from ros2_runs import COMMAND, FILES, environment
 
 
 def test_interfaces_are_shown_with_what_is_inside_them(ros2):
@@ -118,8 +120,8 @@ def test_a_new_package_builds(ros2, tmp_path, build_type):
         ("ros2 topic e", {"echo"}),
         ("ros2 interface show std_srvs/srv/Tr", {"std_srvs/srv/Trigger"}),
         ("ros2 pkg prefix dem", {"demo"}),
-        ("ros2 launch demo arguments.launch.py sp", {"speed:="}),
-        ('ros2 service call /s std_srvs/srv/SetBool "', {'"{data: false}"'}),
+        (f"ros2 launch {FILES}/arguments.launch.py sp", {"speed:="}),
+        ('ros2 service call /s std_srvs/srv/SetBool "', {"{data: false}"}),
     ],
 )
 def test_names_complete(demo, tmp_path, line, expected):
@@ -144,6 +146,20 @@ def test_it_steps_aside_for_the_real_command(ros2, tmp_path):
     assert ros2("topic", "list", "-t", PATH=path, ROS2_COURSE_KIT_OWN="").stdout == "the real one: topic list -t\n"
     real.write_text("#!/bin/sh\n# some other copy of ours\n")
     assert "rclpy" in ros2("pkg", "list", PATH=path, ROS2_COURSE_KIT_OWN="").stdout
+
+
+def test_ctrl_c_that_was_put_off_while_python_started_reaches_the_node(demo, tmp_path):
+    """The command blocks the signal when it starts itself again; nothing that it runs may inherit that."""
+    started = subprocess.Popen(
+        [sys.executable, COMMAND, "run", "demo", "counting"],
+        env=environment(demo, tmp_path), stdout=subprocess.PIPE, text=True, start_new_session=True,
+        preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]),
+    )  # fmt: skip
+    assert started.stdout is not None
+    assert started.stdout.readline() == "ready\n"
+    os.killpg(started.pid, signal.SIGINT)
+    assert started.communicate(timeout=60)[0].startswith("INT 1\n")
+    assert started.returncode == 1
 
 
 def test_the_folder_works_alone(ros2, demo, tmp_path):
