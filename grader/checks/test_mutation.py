@@ -59,8 +59,9 @@ def _mutation(judge: Judge) -> Mutation:
 def _conviction(mutation: Mutation) -> str:
     failed = next((decoy for decoy in mutation.decoys if decoy.failed), None)
     change = f" ({failed.path}:{failed.line}, {failed.words})" if failed else ""
+    names = ", ".join(short_name(name) for name in mutation.convicted[:3])
     return (
-        f"{', '.join(short_name(name) for name in mutation.convicted[:3])} failed each time a line was written in another "
+        f"{names} failed each time a line was written in another "
         f"way that changes nothing of what the package does{change}: it notices any change of the source, so nothing "
         "it notices says that a fault was found"
     )
