@@ -30,6 +30,7 @@ CONTRACT: dict[str, dict[str, float]] = {
 }
 _DECLARE = ("declare_parameter", "declare_parameters")
 _READ = ("get_parameter", "get_parameters", "get_parameter_or", "get_parameters_by_prefix")
+_HEAR = ("add_on_set_parameters_callback", "add_pre_set_parameters_callback", "add_post_set_parameters_callback")
 _MOST_LITERALS = 5
 _LEAST_FIXED = 5  # letters of a formatted name that stand in the text
 _MOST_PARTS = 5
@@ -38,8 +39,9 @@ _MOST_PARTS = 5
 def parameters(modules: Sequence[Module]) -> list[ParameterUse]:
     """Return, for each parameter of the contract, whether the package's modules declare it and read it.
 
-    Names go through variables, tables and helper functions: where the code declares or reads names that are not
-    written in the call itself, a name counts that is written elsewhere in the modules.
+    Names go through variables, tables, fields of a dataclass and helper functions: where the code declares or reads
+    names that are not written in the call itself, a name counts that is written elsewhere in the modules. A callback
+    that takes each new parameter's name and value reads too, for a declaration calls it.
     """
     seen = _Seen([module for module in modules if module.role == "module"])
     return [
@@ -67,13 +69,19 @@ class _Seen:
         self._declared = {word for call in declarations for word in _names(call)}
         self._read = {word for call in reads for word in _strings(call)}
         self._declares_others = any(_goes_by_variable(call) for call in declarations)
-        self._reads_others = any(_goes_by_variable(call) for call in reads) or any(map(_compares_name, nodes))
+        self._reads_others = (
+            any(_goes_by_variable(call) for call in reads)
+            or any(map(_compares_name, nodes))
+            or _takes_what_is_set(nodes)
+        )
         # `self.declare_parameter('x', 0.5).value` and `x = self.declare_parameter('x', 0.5)` read what they declare.
         kept = {id(node.value) for node in nodes if isinstance(node, ast.Attribute | ast.Assign | ast.AnnAssign)}
         self._read |= {word for call in declarations if id(call) in kept for word in _names(call)}
         in_declarations = {id(part) for call in declarations for part in ast.walk(call)}
         self._written: dict[str, int] = {}
         self._named: set[str] = set()
+        fields = {id(field): field.id for node in nodes if isinstance(node, ast.ClassDef) for field in _fields(node)}
+        self._fields = set(fields.values())
         # f'battery_{level}_threshold' stands for two names of the contract.
         joined = [(id(node), _pattern(node)) for node in nodes if isinstance(node, ast.JoinedStr)]
         self._declared_like = [like for where, like in joined if like and where in in_declarations]
@@ -85,13 +93,13 @@ class _Seen:
                 self._named.add(node.attr)
             elif isinstance(node, ast.keyword | ast.arg):
                 self._named.add(node.arg or "")
-            elif isinstance(node, ast.Name):
+            elif isinstance(node, ast.Name) and id(node) not in fields:
                 self._named.add(node.id)
 
     def declared(self, name: str) -> bool:
         if name in self._declared or any(like.fullmatch(name) for like in self._declared_like):
             return True
-        return self._declares_others and name in self._written
+        return self._declares_others and (name in self._written or name in self._fields)
 
     def read(self, name: str) -> bool:
         if name in self._read:
@@ -138,6 +146,21 @@ def _strings_in(node: ast.AST) -> bool:
 def _compares_name(node: ast.AST) -> bool:
     """Return whether this is `parameter.name == 'x'`, or `.name in (...)`, as in a callback for new values."""
     return isinstance(node, ast.Compare) and last_name(node.left) == "name"
+
+
+def _takes_what_is_set(nodes: Sequence[ast.AST]) -> bool:
+    """Return whether a callback is told of set parameters, and their names and values are taken somewhere."""
+    taken = {node.attr for node in nodes if isinstance(node, ast.Attribute)}
+    return {"name", "value"} <= taken and any(
+        isinstance(node, ast.Call) and last_name(node.func) in _HEAR for node in nodes
+    )
+
+
+def _fields(node: ast.ClassDef) -> Iterator[ast.Name]:
+    """Yield the names of a class's annotated fields, as those of a dataclass or a named tuple."""
+    for part in node.body:
+        if isinstance(part, ast.AnnAssign) and isinstance(part.target, ast.Name):
+            yield part.target
 
 
 def _literals(modules: Sequence[Module], node: str, default: float) -> Iterator[Finding]:

@@ -301,6 +301,15 @@ def formatted_names() -> str:
     return "\n".join([*lines, "self.get_parameter(f'battery_{level}_threshold').value"])
 
 
+def a_dataclass_that_a_callback_replaces(uses: bool = True) -> str:
+    lines = ["class Config:", *[f"    {n}: float = number(1.0)" for n in NAMES], "class Controller(Node):"]
+    lines += ["    def __init__(self):", "        self.add_on_set_parameters_callback(self.take)"]
+    lines += ["        for entry in fields(Config):", "            self.declare_parameter(entry.name, entry.default)"]
+    lines += ["    def take(self, parameters):", "        values = {p.name: p.value for p in parameters}"]
+    lines += ["        self.config = replace(self.config, **values)", "    def control(self):", "        pass"]
+    return "\n".join([*lines, *[f"        f(self.config.{n})" for n in NAMES if uses]])
+
+
 def get_parameters() -> str:
     names = ", ".join(f"'{n}'" for n in NAMES)
     declare = "\n".join(f"self.declare_parameter('{n}', 1.0)" for n in NAMES)
@@ -312,6 +321,7 @@ def get_parameters() -> str:
     [
         declare_and_read_one_by_one, declare_many, read_what_declare_returns, keep_what_declare_returns,
         a_table_and_a_loop_into_attributes, a_table_and_a_helper, get_parameters, formatted_names,
+        a_dataclass_that_a_callback_replaces,
     ],
 )  # fmt: skip
 def test_every_honest_way_to_read_parameters_counts(way):
@@ -324,6 +334,16 @@ def test_a_table_that_is_declared_and_never_read_counts_as_such():
     text = f"P = {{{table}}}\nfor n, d in P.items():\n    self.declare_parameter(n, d)\nx = self.get_parameter(y)\n"
     uses = parameters([parse(CONTROLLER, text.encode())])
     assert all(use.declared and not use.read for use in uses)
+
+
+def test_the_field_of_a_dataclass_alone_is_no_use_of_it():
+    uses = parameters([parse(CONTROLLER, a_dataclass_that_a_callback_replaces(uses=False).encode())])
+    assert all(use.declared and not use.read for use in uses)
+
+
+def test_fields_without_a_loop_over_them_are_not_declared():
+    text = a_dataclass_that_a_callback_replaces().replace("entry.name", "'robot_name'")
+    assert not any(use.declared for use in parameters([parse(CONTROLLER, text.encode())]))
 
 
 def test_a_parameter_only_in_a_comment_or_a_test_is_not_declared():
