@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from pathlib import Path
 
@@ -85,6 +86,31 @@ def test_a_command_that_hangs_is_stopped_with_its_whole_tree(tmp_path: Path):
     (tmp_path / "alive").unlink(missing_ok=True)
     time.sleep(0.3)  # three times as long as the daemon takes between two signs of life
     assert not (tmp_path / "alive").exists()
+
+
+def test_time_in_which_others_had_the_cores_does_not_count(monkeypatch: pytest.MonkeyPatch):
+    """A thread that waits for a core all the time, as on a machine with a hundred others."""
+    monkeypatch.setattr(Process, "_shares", lambda self: {1: (0.0, self.wall_seconds)})
+    assert python("import time; time.sleep(1.0)", wall_seconds=0.5).exit_code == 0
+
+
+def test_a_command_that_computes_with_more_threads_than_cores_is_stopped_all_the_same(monkeypatch: pytest.MonkeyPatch):
+    cores = os.cpu_count() or 1
+    monkeypatch.setattr(Process, "_shares", lambda self: {1: (cores * self.wall_seconds, 9 * self.wall_seconds)})
+    ended = python("import time; time.sleep(60)", wall_seconds=0.5)
+    assert ended.timed_out
+    assert ended.wall_seconds < 2.0  # four times its limit
+
+
+def test_no_command_takes_more_than_four_times_its_limit(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(Process, "_shares", lambda self: {1: (0.0, 9 * self.wall_seconds)})
+    assert python("import time; time.sleep(60)", wall_seconds=0.2).timed_out
+
+
+def test_the_whole_tree_is_asked_how_long_it_waited():
+    spins = "import os, time\nos.fork()\nos.fork()\nend = time.monotonic() + 60\nwhile time.monotonic() < end: pass"
+    with Process(["python3", "-c", spins], PYTHON, Limits()) as busy:
+        assert wait_until(lambda: len(busy._shares()) >= 4 and all(ran > 0 for ran, _ in busy._shares().values()))
 
 
 def test_a_detached_child_does_not_outlive_its_parent(tmp_path: Path):
