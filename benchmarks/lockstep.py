@@ -143,7 +143,7 @@ def _run(what: str, contract: Path, seconds: float, seed: int, home: Path) -> _T
         env=toolchain.observer_environment(contract, home=home), cwd=_ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     if done.returncode:
-        sys.exit(done.stdout + done.stderr)
+        raise RuntimeError((done.stdout + done.stderr).strip())
     return _Timing(**json.loads(done.stdout.splitlines()[-1]))
 
 
@@ -173,15 +173,31 @@ def main() -> None:
         print("| node | start s | driving | driving per CPU s | navigating | navigating per CPU s | pace |")
         print("|---|---|---|---|---|---|---|")
 
+        failed = False
+
         def row(name: str, what: str, aim: str = "") -> None:
+            nonlocal failed
             seeds = range(1, 1 + options.repeat)
-            print(_row(name, aim, [_run(what, contract, options.seconds, seed, folder) for seed in seeds]), flush=True)
+            try:
+                print(
+                    _row(name, aim, [_run(what, contract, options.seconds, seed, folder) for seed in seeds]), flush=True
+                )
+            except RuntimeError as error:
+                failed = True
+                print(f"{name}: {error}", file=sys.stderr)
 
         for executor, name in SMALLEST.items():
             row(name, executor, AIMS[executor])
         if not options.smallest:
             for name, paths in chosen:
-                row(name, str(build.build(paths, build.cache_folder()).install))
+                built = build.build(paths, build.cache_folder())
+                if built.facts.ok:
+                    row(name, str(built.install))
+                else:
+                    failed = True
+                    print(f"{name}: does not build, or not within the time that a build is given", file=sys.stderr)
+        if failed:
+            sys.exit(1)
 
 
 def _row(name: str, aim: str, runs: list[_Timing]) -> str:
