@@ -6,8 +6,10 @@ What is expected was compared with what the real ros2cli 0.32.2 prints beside th
 from __future__ import annotations
 
 import json
+import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -165,7 +167,12 @@ def test_parameters(ros2):
 
 def test_a_bag_is_recorded_and_played(ros2):
     bag = str(ros2.folder / "bag")
-    ros2("bag", "record", "-o", bag, "/cmd_vel", interrupt_s=6)
+    said = ros2.folder / "record.log"
+    recorder = ros2("bag", "record", "-o", bag, "/cmd_vel", background=str(said))
+    until(lambda: "Subscribed to topic '/cmd_vel'" in said.read_text())
+    ros2("topic", "echo", "--once", "/cmd_vel")  # by then some more have come
+    os.kill(recorder.pid, signal.SIGINT)
+    until(lambda: "Recording stopped" in said.read_text())
     info = ros2("bag", "info", bag).out
     assert "Storage id:        mcap\n" in info
     count = int(re.search(r"Topic: /cmd_vel \| Type: geometry_msgs/msg/Twist \| Count: (\d+)", info)[1])  # type: ignore[index]
