@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import socket
@@ -106,7 +107,7 @@ class Output:
     def _print(self, line: str) -> None:
         try:
             print(line, flush=True)
-        except BrokenPipeError:  # whoever read us has gone; the nodes go on until they are told to stop
+        except OSError:  # the reader or the terminal has gone; the nodes go on until they are told to stop
             sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - stays open for the rest of the run
 
     def _log(self, name: str, line: str) -> None:
@@ -116,7 +117,8 @@ class Output:
             except OSError:
                 self._files[name] = None
         if (file := self._files[name]) is not None:
-            file.write(line + "\n")
+            with contextlib.suppress(OSError):  # a full disk must not keep a launch from ending its nodes
+                file.write(line + "\n")
 
     def close(self) -> None:
         """Close the log files."""

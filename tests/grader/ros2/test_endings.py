@@ -121,6 +121,19 @@ def test_ctrl_c_at_a_terminal_reaches_a_process_once(demo, tmp_path):
     assert (ended["exit_code"], ended["sent"]) == (1, ["SIGINT"])
 
 
+def test_no_orphan_when_the_terminal_is_closed(demo, tmp_path, mark):
+    """Writing to a terminal that is gone fails, and that must not stop the launch from ending its processes."""
+    file = write(tmp_path, family(mark))
+    pid, terminal = pty.fork()
+    if pid == 0:
+        os.execve(sys.executable, [sys.executable, str(COMMAND), "launch", str(file)], environment(demo, tmp_path))
+    until(lambda: os.read(terminal, 4096) and alive(mark))
+    os.close(terminal)
+    _, status = os.waitpid(pid, 0)
+    assert os.waitstatus_to_exitcode(status) == -signal.SIGHUP
+    until(lambda: not alive(mark))
+
+
 def test_the_record_says_how_each_ended(launch, tmp_path):
     run = launch(write(tmp_path, "demo('fail', name='n', namespace='ns')", "demo('show')")).end()
     (started,) = [e for e in run.events if e["event"] == "started" and e["process"] == "fail-1"]
