@@ -37,6 +37,8 @@ UNSAFE_WORDS = (
 )
 
 _LOOKS_EVERY_S = 1.0  # at how long a command has waited for a core
+_FRESH_S = 0.25
+_NONE = (0.0, 0.0)
 _LONGEST = 4  # times its time limit a command may take on a machine that is busy with others
 
 _ROOT_FOLDERS = ("bin", "sbin", "lib", "lib32", "lib64", "libx32")
@@ -168,18 +170,10 @@ class Process:
 
         A busy machine so changes no outcome. No more than four times as long in all, whatever the machine does.
         """
-        counted, before = 0.0, self._shares()
-        while counted < seconds and self.wall_seconds < _LONGEST * seconds:
-            since = self.wall_seconds
+        clock = WorkClock(self)
+        while (counted := clock.look()) < seconds and self.wall_seconds < _LONGEST * seconds:
             if (code := self.wait(min(_LOOKS_EVERY_S, seconds - counted))) is not None:
                 return code
-            shares = self._shares()
-            ran, waited = (
-                sum(share[i] - before.get(thread, (0.0, 0.0))[i] for thread, share in shares.items()) for i in (0, 1)
-            )
-            # Many that want to compute wait for each other; then what they compute is what counts.
-            counted += max(self.wall_seconds - since - waited, ran / (os.cpu_count() or 1))
-            before = shares
         return None
 
     def stopped(self) -> str:
@@ -193,11 +187,7 @@ class Process:
         for pid in _children(self._init_pid):
             _signal(pid, signal.SIGINT)
 
-    def queued(self) -> dict[int, float]:
-        """Return for each thread of the command the seconds that it has waited for a core, while others had them."""
-        return {thread: waited for thread, (_, waited) in _shares(_children(self._init_pid)).items()}
-
-    def _shares(self) -> dict[int, tuple[float, float]]:
+    def shares(self) -> dict[int, tuple[float, float]]:
         """Return for each thread of the whole tree the seconds that it has run, and has waited for a core."""
         return _shares(_descendants(self._init_pid))
 
@@ -228,6 +218,39 @@ class Process:
             except subprocess.TimeoutExpired:
                 self._popen.kill()
                 self._popen.wait()
+
+
+class WorkClock:
+    """Counts wall time, without that in which others had the cores that a command wanted.
+
+    Args:
+        process: the command.
+        besides: pids of ours on which it waits, such as its observer's.
+    """
+
+    def __init__(self, process: Process, besides: Sequence[int] = ()) -> None:
+        self._process, self._besides = process, besides
+        self._before, self._since, self._counted = self._shares(), time.monotonic(), 0.0
+
+    def look(self) -> float:
+        """Return the seconds counted so far. It costs some milliseconds: all processes of the host are looked at."""
+        shares, now = self._shares(), time.monotonic()
+        gained = [
+            (ran - self._before.get(thread, _NONE)[0], waited - self._before.get(thread, _NONE)[1])
+            for thread, (ran, waited) in shares.items()
+        ]
+        ran, waited = sum(each for each, _ in gained), sum(each for _, each in gained)
+        # Many that want to compute wait for each other; then what they compute is what counts.
+        self._counted += max(now - self._since - waited, ran / (os.cpu_count() or 1))
+        self._before, self._since = shares, now
+        return self._counted
+
+    def seconds(self) -> float:
+        """Return the same, at most a quarter of a second old: cheap enough to be asked again and again."""
+        return self.look() if time.monotonic() - self._since > _FRESH_S else self._counted
+
+    def _shares(self) -> dict[int, tuple[float, float]]:
+        return self._process.shares() | _shares(self._besides)
 
 
 class _Output:

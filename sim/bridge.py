@@ -58,6 +58,7 @@ _RESENT_AFTER_S = 0.05  # a clock that got lost is sent again after this
 _SILENCES_ALLOWED = 3  # how often it is looked into that answers come more seldom than they should
 _UNEVEN = (0.6, 1.4, 1.0)  # of a tick each: a loop of 20 Hz by wall time must not seem to keep step
 _PROMPT_S = 0.01  # of wall time after a barrier: what comes later was not caused by the tick
+_wall_s = time.monotonic  # the class has a `time` of its own
 _QUIET_S = 0.5  # a graph that has not changed for so long after the node's first answer has come up
 _STABLE_S = 4.0  # the same for a node that answers nothing: it may be busy in its constructor
 
@@ -161,22 +162,29 @@ class Bridge:
         """Return the simulated time since the start, in seconds. On /clock it reads START_S more."""
         return self.simulator.time
 
-    def await_node(self, expected: Callable[[], bool], wall_seconds: float = 20.0, quiet_s: float = _QUIET_S) -> bool:
+    def await_node(
+        self,
+        expected: Callable[[], bool],
+        wall_seconds: float = 20.0,
+        quiet_s: float = _QUIET_S,
+        clock: Callable[[], float] = _wall_s,
+    ) -> bool:
         """Wait until the node has come up, then start the clock. Return whether it is on the graph.
 
         It is up when `expected` holds. Failing that, when it has answered a call of its parameter services, which it
         does once it spins, and the graph has then not changed for `quiet_s`; a node that never answers has longer.
+        The seconds are those of `clock`, which on a busy machine may leave out what others had.
         """
-        deadline = time.monotonic() + wall_seconds
+        deadline = clock() + wall_seconds
         seen: object = None
-        since = time.monotonic()
+        since = clock()
         asked: Future | None = None
-        while time.monotonic() < deadline and self.alive():
+        while clock() < deadline and self.alive():
             if self._visible() and self._matched() and expected():
                 break
             if asked is None and self._barrier_client.service_is_ready():
                 asked = self._barrier_client.call_async(GetParameterTypes.Request())
-            now = time.monotonic()
+            now = clock()
             spins = asked is not None and asked.done()
             view = (spins, self._view())
             if view != seen:

@@ -6,7 +6,7 @@ from grader.checks import motion
 from grader.checks.judge import Judge, NotReached
 from grader.evidence import Trial
 
-_TRIALS = ("wall_fast", "wall_slow", "wall_backward")
+_TRIALS = ("wall_fast", "wall_slow", "wall_backward", "pole_aside")
 _SLACK_S = 0.05  # one tick of the trial: a command is known to be sent no better than that
 
 
@@ -20,7 +20,7 @@ def test_never_touches_the_obstacle(judge: Judge) -> None:
         last = trial.samples[-1]
         seen = f"still on its way {motion.closest_ahead(trial):.2f} m before the obstacle when the trial ended"
         still = motion.stays_still(trial.samples, last.t - 1.0)
-        judge.expect(still, seen, "publish zero for as long as there is an obstacle")
+        judge.expect(still, seen + _where(trial), "publish zero for as long as there is an obstacle")
 
 
 def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
@@ -32,8 +32,13 @@ def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
         zero = next((c.t for c in trial.commands if c.t >= near - 1e-9 and motion.is_zero(c)), math.inf)
         delay = zero - near
         after = f"{delay:.2f} s after" if math.isfinite(delay) else "never after"
-        seen = f"a zero came {after} the first scan below {motion.THRESHOLD_M} m (at {near:.2f} s)"
+        seen = f"a zero came {after} the first scan below {motion.THRESHOLD_M} m (at {near:.2f} s){_where(trial)}"
         judge.expect(delay <= 0.3 + _SLACK_S, seen, "stop in the cycle that sees the scan: no averaging, no waiting")
+
+
+def _where(trial: Trial) -> str:
+    degrees = trial.choices.get("degrees")
+    return f"; it stood {degrees:.0f} degrees to one side, and 60 count as ahead" if degrees is not None else ""
 
 
 def _driven(judge: Judge) -> list[Trial]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import time
+import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -18,7 +18,7 @@ from rclpy.qos import qos_profile_action_status_default
 from std_msgs.msg import Float32
 
 from grader import evidence
-from grader.sandbox import Process
+from grader.sandbox import Process, WorkClock
 from grader.trials import graph
 from grader.trials.flatten import fill, plain
 from grader.trials.goal import GoalRun
@@ -211,16 +211,13 @@ class Stage(Running):
         """
         self.mark("interrupt")
         self.interrupted = True
-        before, queued = self.process.queued(), 0.0
-        started = time.monotonic()
+        clock = WorkClock(self.process, [os.getpid()])
         self.process.interrupt()
-        while self.process.exit_code() is None and time.monotonic() - started - queued < limit:
+        while self.process.exit_code() is None and clock.look() < limit:
             # The clock goes on: a node that waits for its next message hears of the signal only when that has come.
             self.bridge.tick_by_wall()
-            waits = (now - before.get(thread, 0.0) for thread, now in self.process.queued().items())
-            queued = max(queued, *waits, 0.0)
         if self.process.exit_code() is not None:
-            self.choices["seconds_to_end"] = round(time.monotonic() - started - queued, 2)
+            self.choices["seconds_to_end"] = round(clock.look(), 2)
         # The node's last words may still be on their way.
         self.bridge.alive = lambda: True
         self.bridge.spin_until(lambda: False, 0.05)

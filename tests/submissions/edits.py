@@ -176,6 +176,13 @@ _EDITS = (
         says=("after the first scan below 0.5 m",),
     ),
     _edit(
+        "looks_straight_ahead",
+        "F4",
+        "Only what is within 30 degrees to each side counts as in the way.",
+        (_SCANS, "SECTOR_HALF_WIDTH = math.radians(60.0)", "SECTOR_HALF_WIDTH = math.radians(30.0)"),
+        says=("60 count as ahead",),
+    ),
+    _edit(
         "never_forgets_an_obstacle",
         "F5 F11",
         "Once there was an obstacle, there is one for ever.",
@@ -337,6 +344,15 @@ _EDITS = (
         (_PROCESSOR, "        if self._closest is None:\n            return\n",
          "        if self._closest is None:\n            self._closest = math.inf\n"),
         says=("messages before the first scan",),
+    ),
+    _edit(
+        "stamps_with_the_scans_time",
+        "F13",
+        "Fused data carry the stamp of the last scan.",
+        (_PROCESSOR, "        self._closest = closest_reading(scan)\n",
+         "        self._closest = closest_reading(scan)\n        self._stamp = scan.header.stamp\n"),
+        (_PROCESSOR, "fused.header.stamp = self.get_clock().now().to_msg()", "fused.header.stamp = self._stamp"),
+        says=("a stamp of",),
     ),
     _edit(
         "fuses_at_half_the_rate",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from grader.trials.catalog import trial
@@ -38,6 +39,18 @@ def wall_backward(stage: Stage) -> None:
     stage.run(0.3)
     stage.call("set_speed", speed=-0.375)
     stage.run(6.0)
+
+
+@trial(serves=["F4"])
+def pole_aside(stage: Stage) -> None:
+    """Drive past a pole that is no farther to one side than the robot has to look."""
+    side = stage.choose("side", [-1.0, 1.0])
+    stage.choices["speed"] = 0.25
+    stage.run(0.3)
+    stage.call("set_speed", speed=0.25)
+    stage.run(0.7)
+    stage.put_ahead(0.44, bearing=side * math.radians(stage.between("degrees", 38.0, 48.0)), radius=0.08)
+    stage.run(2.0)
 
 
 @trial(serves=["F5"])

@@ -32,6 +32,9 @@ def bad_readings(stage: Stage) -> None:
         stage.distort(lambda ranges, value=value: np.full_like(ranges, value))  # type: ignore[misc]
         stage.mark(kind)
         stage.run(SECONDS_EACH)
+        stage.distort(None)
+        # A robot that stopped gathers speed again, so that each kind is judged for itself.
+        stage.run_until(lambda: bool(stage.commands) and stage.commands[-1].v >= 0.24, 1.5)
     stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 3 == 0, np.nan, 0.0))
     stage.mark("a mixture")
     stage.run(SECONDS_EACH)
