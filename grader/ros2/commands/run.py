@@ -50,14 +50,12 @@ def run(args: argparse.Namespace) -> int:
     # This process waits and passes nothing on but the end: a terminal's Ctrl-C goes to both of us.
     from ..launching.guard import die_with_parent  # noqa: TID252 - the two halves share this one safeguard
 
+    # From before its start: one that comes between the start and the waiting would end us and leave it alone.
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, lambda *_: None)
     process = subprocess.Popen(command, preexec_fn=die_with_parent())
     signal.signal(signal.SIGTERM, lambda *_: process.terminate())
-    while True:
-        try:
-            code = process.wait()
-            break
-        except KeyboardInterrupt:
-            continue
+    code = process.wait()
     if code != 0:
         said = signal.strsignal(-code) if code < 0 else f"Process exited with failure {code}"
         print(f"[ros2run]: {said}", flush=True)

@@ -150,10 +150,14 @@ def test_it_steps_aside_for_the_real_command(ros2, tmp_path):
 
 def test_ctrl_c_that_was_put_off_while_python_started_reaches_the_node(demo, tmp_path):
     """The command blocks the signal when it starts itself again; nothing that it runs may inherit that."""
+
+    def put_off() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # whoever starts the tests in the background has it ignored
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+
     started = subprocess.Popen(
         [sys.executable, COMMAND, "run", "demo", "counting"],
-        env=environment(demo, tmp_path), stdout=subprocess.PIPE, text=True, start_new_session=True,
-        preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT]),
+        env=environment(demo, tmp_path), stdout=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=put_off,
     )  # fmt: skip
     assert started.stdout is not None
     assert started.stdout.readline() == "ready\n"

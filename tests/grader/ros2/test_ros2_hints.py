@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+from collections.abc import Iterator
 from itertools import count
 
 import pytest
@@ -47,7 +48,15 @@ def test_a_wait_is_remarked_on_once(monkeypatch, capsys):
     assert capsys.readouterr().err == "Did you mean /set_speed?\n"
 
 
-def test_ctrl_c_is_put_off():
+@pytest.fixture
+def ctrl_c() -> Iterator[None]:
+    """Ctrl-C as at a terminal: whoever starts the tests in the background has it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_is_put_off(ctrl_c):
     done = []
 
     def press_and_go_on():
@@ -62,7 +71,7 @@ def test_ctrl_c_is_put_off():
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_a_second_ctrl_c_does_not_wait():
+def test_a_second_ctrl_c_does_not_wait(ctrl_c):
     def press_twice():
         with interrupt_later():
             os.kill(os.getpid(), signal.SIGINT)
