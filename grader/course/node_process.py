@@ -49,7 +49,7 @@ class NodeProcess:
         with suppress(ProcessLookupError):
             os.kill(self._popen.pid, signal.SIGINT)
 
-    def queued(self) -> dict[int, float]:
+    def shares(self) -> dict[int, tuple[float, float]]:
         """Return nothing: what a notebook shows of an end is wall time."""
         return {}
 

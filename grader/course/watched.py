@@ -45,7 +45,7 @@ class WatchedStage(Stage):
         )
         # The node's process is not walled in here: it is the student's own machine. It has the same methods.
         super().__init__(plan, simulator.seed, simulator, cast(Process, process), domain_id)
-        self._wall_limit = math.inf
+        self._work_limit_s = math.inf
         self._recorder = recorder
         self._readings: list[Reading] = []
         self.heard: dict[str, list[tuple[float, Any]]] = {topic: [] for topic in HEARD}
