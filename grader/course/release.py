@@ -19,7 +19,7 @@ KIT = Path(__file__).resolve().parents[2]
 TOP = "ros2-course-kit"
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # one date for all: the same tree gives the same bytes
 _STUDENT = KIT / "grader" / "course" / "student_kit"
-_PAGES = ("handout", "live-view", "ros2-command", "launch", "ros-from-wheels", "setup")
+_PAGES = ("handout", "live-view", "ros2-command", "ros2-session", "simulator", "launch", "ros-from-wheels", "setup")
 # The tools with which instructors and authors make, attack and release the course.
 _WITHHELD = (
     "grader/attacks/", "grader/certify.py", "grader/course/assignment.py", "grader/course/book.py",
