@@ -315,7 +315,7 @@ class Bridge:
         """Return when the node has served so many calls, each of which it does after subscriptions and timers."""
         self._idle = False
         if not self._barrier_client.service_is_ready():
-            self.doubts.unasked_for += self.alive()
+            self.doubts.unaskable += self.alive()
             self._serve(lambda: False, 0.002)
             return
         calls = [self._barrier_client.call_async(GetParameterTypes.Request()) for _ in range(rounds)]
@@ -339,7 +339,7 @@ class Bridge:
         before = self._answers.count
         met = self._serve(condition, wall_seconds)
         if self._idle:
-            self.doubts.unasked += self._answers.count - before
+            self.doubts.unprompted += self._answers.count - before
         return met
 
     def _wait_for_wall(self, dt: float) -> None:

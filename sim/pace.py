@@ -76,9 +76,9 @@ class Doubts:
 
     real_time: bool = False
     """The node was run in real time."""
-    unasked: int = 0
+    unprompted: int = 0
     """How many answers came after the node had said that its work was done, though nothing new had been sent to it."""
-    unasked_for: int = 0
+    unaskable: int = 0
     """How many ticks the node could not be asked whether its work was done."""
     overslept: int = 0
     """In how many ticks the node did not answer, and the clock went on without it."""
@@ -92,14 +92,14 @@ class Doubts:
                 "Perhaps not repeatable: the node was busy in a callback for seconds of wall time, "
                 "and the clock went on without it."
             )
-        if self.unasked_for > _ODD_ALLOWED:
+        if self.unaskable > _ODD_ALLOWED:
             return (
                 "Perhaps not repeatable: the node has no parameter services, "
                 "so nobody could tell when its work for a tick was done."
             )
-        if self.unasked > _ODD_ALLOWED:
+        if self.unprompted > _ODD_ALLOWED:
             return (
-                f"Perhaps not repeatable: {self.unasked} messages came after the node had said that it was done, "
+                f"Perhaps not repeatable: {self.unprompted} messages came after the node had said that it was done, "
                 "as they do from threads of its own, by wall time, or with an events executor."
             )
         return ""

@@ -14,7 +14,7 @@ def add(verbs: Any) -> None:
         "attack",
         help="attack the grader on this machine, and say what stopped each attack",
         description="Grade the reference package with one attack after the other built in, and compare with the same\n"
-        "package without: no attack may win points, reach the host or spoil a grading. Takes about twenty minutes.",
+        "package without: no attack may win points, reach the host or spoil a grading. Takes about half an hour.",
         epilog="Example:  grader attack --only fork_bomb calls_home\n"
         "Exit status: 0 all contained, 1 one was not, 2 wrong usage, 3 a fault of ours.",
         formatter_class=argparse.RawDescriptionHelpFormatter,

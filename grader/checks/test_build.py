@@ -20,7 +20,11 @@ def test_colcon_build_succeeds(judge: Judge) -> None:
     if not build.ok:
         how = "ran out of time" if build.timed_out else f"ended with exit status {build.exit_code}"
         said = _first_error(build.log_tail)
-        judge.expect(False, f"colcon build {how}{said}", "run `colcon build` and read its first error, not its last")
+        try_ = "run `colcon build` and read its first error, not its last"
+        if build.timed_out:
+            said = f" after {build.wall_seconds:.0f} s"
+            try_ = "run `colcon build`: does it end? If it does, grade again, or with a longer --build-timeout"
+        judge.expect(False, f"colcon build {how}{said}", try_)
 
 
 def test_executables_are_installed(judge: Judge) -> None:

@@ -16,7 +16,7 @@ def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
         took = trial.choices.get("seconds_to_end")
         judge.expect(
             process.by == "interrupt" and took is not None and took <= 2.0,
-            f"{when}: still running 2 s after SIGINT" if took is None else f"{when}: ended {took:.1f} s after SIGINT",
+            f"{when}: still running 2 s after SIGINT" if took is None else f"{when}: ended {took:.2f} s after SIGINT",
             "catch KeyboardInterrupt and ExternalShutdownException around spin, then destroy the node",
         )
         lines = process.output_tail.splitlines()

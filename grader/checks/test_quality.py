@@ -147,7 +147,7 @@ def test_contract_numbers_are_parameters(judge: Judge) -> None:
     bad = []
     for use in uses:
         if not use.declared:
-            bad.append(f"{use.node}: {use.name} is not declared")
+            bad.append(f"{use.node}: {use.name} is declared nowhere in the code")
         elif not use.read:
             bad.append(f"{use.node}: {use.name} is declared but never read")
         else:

@@ -10,11 +10,16 @@ _TRY_CALLBACK = "register add_on_set_parameters_callback before you declare the 
 
 def test_parameter_files_load_on_both_nodes(judge: Judge) -> None:
     """The YAML files load on both nodes."""
-    missing = []
-    for name in ("file_controller", "file_processor"):
-        trial = judge.trial(name)
-        missing += [f"{trial.node}: {answer.name}" for answer in trial.parameters if answer.value is None]
+    trials = [judge.trial(name) for name in ("file_controller", "file_processor")]
+    missing = [
+        f"{trial.node}: {answer.name}" for trial in trials for answer in trial.parameters if answer.value is None
+    ]
     judge.expect(not missing, f"not declared: {', '.join(missing)}", "declare every parameter of the contract")
+    for trial in trials:
+        for answer in trial.parameters:
+            set_to = trial.choices.get(answer.name, answer.value)
+            seen = f"{answer.name} was {set_to} in the file and {answer.value} in {trial.node}"
+            judge.expect(answer.value == set_to, seen, "is the file's key the node's name, or /**?")
 
 
 def test_overrides_change_the_behaviour(judge: Judge) -> None:

@@ -19,8 +19,8 @@ TELLTALES = {
 _CAP = 100_000
 
 
-def changed(config: Path, out: Path) -> tuple[dict[Path, str], dict[str, float]]:
-    """Write changed copies of the parameter files in `config` to `out`.
+def changed(config: Path, out: Path, names: str = "*.yaml") -> tuple[dict[Path, str], dict[str, float]]:
+    """Write changed copies of the parameter files in `config` to `out`, of those whose name matches `names`.
 
     Returns:
         the copies with their file names, and the values that were set in them by parameter name.
@@ -28,7 +28,7 @@ def changed(config: Path, out: Path) -> tuple[dict[Path, str], dict[str, float]]
     copies: dict[Path, str] = {}
     values: dict[str, float] = {}
     out.mkdir(parents=True, exist_ok=True)
-    for path in sorted(config.glob("*.yaml")):
+    for path in sorted(config.glob(names)):
         document = _read(path)
         for parameters in _parameter_blocks(document):
             for name, value in TELLTALES.items():

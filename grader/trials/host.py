@@ -62,10 +62,11 @@ def run_trial(plan: catalog.TrialPlan, request: Request) -> evidence.Trial:
     simulator = Simulator(_variant(plan, request.seed), seed=request.seed)
     wall = _wall(install, request)
     telltales: dict[str, float] = {}
-    if plan.launch:
-        copies, telltales = config.changed(_share(install) / "config", Path(f"{request.out}.config"))
+    if plan.launch or plan.params_file:
+        names = plan.params_file or "*.yaml"
+        copies, telltales = config.changed(_share(install) / "config", Path(f"{request.out}.config"), names)
         files = {copy: f"{_share(build.INSTALL)}/config/{name}" for copy, name in copies.items()}
-        tools = {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"}
+        tools = {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"} if plan.launch else {}
         wall = replace(wall, read_only={**wall.read_only, **files, **tools})
     with ExitStack() as others, sandbox.Process(_command(plan), wall, _LIMITS) as process:
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))

@@ -118,8 +118,8 @@ def test_a_command_knows_the_scan_of_its_own_tick(tmp_path: Path):
 
 
 def test_a_sensor_that_the_node_does_not_get_costs_no_time(tmp_path: Path):
-    """Two rounds a tick are enough for a controller: the five readings of the IMU in each are not published."""
-    assert 80 <= run(tmp_path, "timer", ticks=40)["calls"] <= 90  # type: ignore[operator]
+    """Two rounds a tick, a third where a clock got lost; the five readings of the IMU in each are not published."""
+    assert 80 <= run(tmp_path, "timer", ticks=40)["calls"] < 120  # type: ignore[operator]
 
 
 def test_two_runs_give_the_same_commands_at_the_same_times(tmp_path: Path):

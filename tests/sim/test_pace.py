@@ -29,9 +29,11 @@ def test_a_suspect_is_judged_by_when_it_speaks(late: int, prompt: int, ticks: in
 
 def test_two_odd_messages_raise_no_doubt_the_third_does() -> None:
     """A cancel that is sent between two ticks may be answered at once, by a node with one thread too."""
-    assert Doubts(unasked=2).sentence() == ""
-    assert Doubts(unasked=3).sentence().startswith("Perhaps not repeatable: 3 messages came after")
+    assert Doubts(unprompted=2).sentence() == ""
+    assert Doubts(unprompted=3).sentence().startswith("Perhaps not repeatable: 3 messages came after")
 
 
 def test_real_time_is_the_reason_that_leaves_nothing_open() -> None:
-    assert Doubts(real_time=True, unasked=9, overslept=1).sentence().startswith("Not repeatable: the node goes by wall")
+    assert (
+        Doubts(real_time=True, unprompted=9, overslept=1).sentence().startswith("Not repeatable: the node goes by wall")
+    )

@@ -433,6 +433,14 @@ _EDITS = (
         ("launch/sensor_processor_launch.py", "            {'use_sim_time': LaunchConfiguration('use_sim_time')},\n", ""),
         says=("left sensor_processor with use_sim_time = False",),
     ),
+    _edit(
+        "names_another_node_in_the_file",
+        "I5 I6",
+        "The parameter file's key is no node's name.",
+        ("config/sensor_params.yaml", "/**/sensor_processor:", "sensor_processor_node:"),
+        says=("battery_low_threshold was 30.0 in the file and 20.0 in sensor_processor",),
+        why="a file that does not reach the node does so neither from a launch file (I5) nor when it is named (I6)",
+    ),
     # -- I6, I7, I8 -----------------------------------------------------------------------------------------------
     _edit(
         "checks_after_declaring",

@@ -19,14 +19,14 @@ PROCESSOR = ("fusion_frequency", "battery_low_threshold", "battery_critical_thre
 
 @trial(serves=["I6"], params_file="robot_params.yaml")
 def file_controller(stage: Stage) -> None:
-    """The controller with its parameter file."""
+    """The controller with its parameter file, in which some values were changed."""
     for name in CONTROLLER:
         stage.ask_parameter(name)
 
 
 @trial(serves=["I6"], node="sensor_processor", params_file="sensor_params.yaml")
 def file_processor(stage: Stage) -> None:
-    """The sensor processor with its parameter file."""
+    """The sensor processor with its parameter file, in which some values were changed."""
     for name in PROCESSOR:
         stage.ask_parameter(name)
 

@@ -232,7 +232,7 @@ def test_no_parameters_at_all(tmp_path: Path):
     node = "class RobotController:\n    def control(self):\n        return 0.5\n"
     result = judged(numbers, facts(written(tmp_path, {CONTROLLER: node, PROCESSOR: node})))
     assert result.share == 0.0
-    assert f"max_linear_speed is not declared (a 0.5 stands in {CONTROLLER}:3)" in result.seen
+    assert f"max_linear_speed is declared nowhere in the code (a 0.5 stands in {CONTROLLER}:3)" in result.seen
 
 
 def test_one_parameter_declared_and_never_read(tmp_path: Path):
@@ -251,7 +251,7 @@ def test_one_parameter_of_the_second_node_not_declared(tmp_path: Path):
     text = text.replace("self._value('battery_low_threshold')", "20.0")
     result = judged(numbers, facts(reference(tmp_path, files={PROCESSOR: text})))
     assert result.share == pytest.approx(11 / 12)
-    assert "sensor_processor: battery_low_threshold is not declared" in result.seen
+    assert "sensor_processor: battery_low_threshold is declared nowhere in the code" in result.seen
 
 
 NAMES = (
