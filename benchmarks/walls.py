@@ -23,7 +23,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from grader import build, pipeline, rubric, sandbox, toolchain
+from grader import build, pipeline, processes, rubric, sandbox, toolchain
 
 ROOT = Path(__file__).parents[1]
 REFERENCE = ROOT / "solution_pkg" / "ros2_robot_controller"
@@ -113,7 +113,7 @@ def cpu_seconds(run: Callable[[], object]) -> float:
 
 
 def _children() -> set[int]:
-    return set(sandbox._children(os.getpid()))
+    return set(processes.children(os.getpid()))
 
 
 def _used(who: int) -> float:

@@ -22,8 +22,9 @@ from functools import cache
 from pathlib import Path
 from types import TracebackType
 
-from grader import cgroup, disk, shortage, toolchain
+from grader import cgroup, disk, processes, shortage, toolchain
 from grader.errors import GraderError
+from grader.work_clock import WorkClock
 
 MIB = 1024 * 1024
 HOME = Path("/home/student")
@@ -37,8 +38,6 @@ UNSAFE_WORDS = (
 )
 
 _LOOKS_EVERY_S = 1.0  # at how long a command has waited for a core
-_FRESH_S = 0.25
-_NONE = (0.0, 0.0)
 _LONGEST = 4  # times its time limit a command may take on a machine that is busy with others
 
 _ROOT_FOLDERS = ("bin", "sbin", "lib", "lib32", "lib64", "libx32")
@@ -184,12 +183,16 @@ class Process:
 
     def interrupt(self) -> None:
         """Send SIGINT, as Ctrl-C does, to the command itself (and to nobody else in the wall)."""
-        for pid in _children(self._init_pid):
+        for pid in processes.children(self._init_pid):
             _signal(pid, signal.SIGINT)
 
     def shares(self) -> dict[int, tuple[float, float]]:
         """Return for each thread of the whole tree the seconds that it has run, and has waited for a core."""
-        return _shares(_descendants(self._init_pid))
+        return processes.shares(processes.descendants(self._init_pid))
+
+    def hold_to(self, cores: Iterable[int]) -> None:
+        """Let the whole tree run on these cores only."""
+        processes.hold_to(cores, processes.descendants(self._init_pid))
 
     def kill(self) -> None:
         """End the whole tree and wait until it is gone.
@@ -218,39 +221,6 @@ class Process:
             except subprocess.TimeoutExpired:
                 self._popen.kill()
                 self._popen.wait()
-
-
-class WorkClock:
-    """Counts wall time, without that in which others had the cores that a command wanted.
-
-    Args:
-        process: the command.
-        besides: pids of ours on which it waits, such as its observer's.
-    """
-
-    def __init__(self, process: Process, besides: Sequence[int] = ()) -> None:
-        self._process, self._besides = process, besides
-        self._before, self._since, self._counted = self._shares(), time.monotonic(), 0.0
-
-    def look(self) -> float:
-        """Return the seconds counted so far. It costs some milliseconds: all processes of the host are looked at."""
-        shares, now = self._shares(), time.monotonic()
-        gained = [
-            (ran - self._before.get(thread, _NONE)[0], waited - self._before.get(thread, _NONE)[1])
-            for thread, (ran, waited) in shares.items()
-        ]
-        ran, waited = sum(each for each, _ in gained), sum(each for _, each in gained)
-        # Many that want to compute wait for each other; then what they compute is what counts.
-        self._counted += max(now - self._since - waited, ran / (os.cpu_count() or 1))
-        self._before, self._since = shares, now
-        return self._counted
-
-    def seconds(self) -> float:
-        """Return the same, at most a quarter of a second old: cheap enough to be asked again and again."""
-        return self.look() if time.monotonic() - self._since > _FRESH_S else self._counted
-
-    def _shares(self) -> dict[int, tuple[float, float]]:
-        return self._process.shares() | _shares(self._besides)
 
 
 class _Output:
@@ -441,45 +411,6 @@ def _child_pid(read_end: int) -> int:
     with os.fdopen(read_end, "rb") as stream:
         text = stream.read()
     return int(json.loads(text)["child-pid"]) if text else 0
-
-
-def _shares(pids: Iterable[int]) -> dict[int, tuple[float, float]]:
-    shares = {}
-    for pid in pids:
-        for thread in Path(f"/proc/{pid}/task").glob("*"):
-            with contextlib.suppress(OSError, ValueError):  # it has just ended
-                ran, waited, _ = (thread / "schedstat").read_text().split()
-                shares[int(thread.name)] = int(ran) * 1e-9, int(waited) * 1e-9
-    return shares
-
-
-def _children(pid: int) -> list[int]:
-    """Return the pids whose parent is `pid`."""
-    return [child for child, parent in _parents().items() if parent == pid]
-
-
-def _descendants(pid: int) -> list[int]:
-    """Return the pids of those below `pid`."""
-    parents = _parents()
-    found, grown = {pid}, {pid}
-    while grown:
-        grown = {child for child, parent in parents.items() if parent in grown} - found
-        found |= grown
-    return sorted(found - {pid})
-
-
-def _parents() -> dict[int, int]:
-    """Return each process's parent."""
-    found = {}
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            try:
-                status = (entry / "stat").read_text()
-            except OSError:
-                continue
-            # The command's name stands in brackets and may hold anything, so count from the last one.
-            found[int(entry.name)] = int(status.rpartition(")")[2].split()[1])
-    return found
 
 
 def _signal(pid: int, number: signal.Signals) -> None:

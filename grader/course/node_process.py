@@ -10,9 +10,11 @@ import sys
 import threading
 import time
 import weakref
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
+
+from grader import processes
 
 _KILL_AFTER_S = 3.0
 _OUTPUT_CAP = 200_000
@@ -52,6 +54,14 @@ class NodeProcess:
     def shares(self) -> dict[int, tuple[float, float]]:
         """Return nothing: what a notebook shows of an end is wall time."""
         return {}
+
+    def hold_to(self, cores: Iterable[int]) -> None:
+        """Let all its threads run on these cores only."""
+        processes.hold_to(cores, [self._popen.pid, *processes.descendants(self._popen.pid)])
+
+    def stopped(self) -> str:
+        """Return nothing: the student's own machine sets no limits."""
+        return ""
 
     @property
     def last_words(self) -> str:

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, cast
+from typing import Any
 
 from std_msgs.msg import Float32
 
-from grader.sandbox import Process
 from grader.trials.catalog import TrialPlan
 from grader.trials.flatten import fill
 from grader.trials.goal import GoalRun
+from grader.trials.running import Program
 from grader.trials.stage import Stage, TrialOver
 from grader.trials.types import SERVICES, SensorFusionData
 from sim import Recorder, Simulator
@@ -34,7 +34,7 @@ class WatchedStage(Stage):
         self,
         node: str,
         simulator: Simulator,
-        process: object,
+        process: Program,
         *,
         domain_id: int,
         remappings: Mapping[str, str],
@@ -43,8 +43,7 @@ class WatchedStage(Stage):
         plan = TrialPlan(
             "notebook", "", lambda _stage: None, node, simulator.world.name, (), remappings=dict(remappings)
         )
-        # The node's process is not walled in here: it is the student's own machine. It has the same methods.
-        super().__init__(plan, simulator.seed, simulator, cast(Process, process), domain_id)
+        super().__init__(plan, simulator.seed, simulator, process, domain_id)
         self._work_limit_s = math.inf
         self._recorder = recorder
         self._readings: list[Reading] = []

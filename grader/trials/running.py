@@ -9,21 +9,22 @@ import math
 import os
 import random
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from rclpy.action.client import ActionClient
 from rclpy.parameter_client import AsyncParameterClient
 
 from grader import evidence
-from grader.sandbox import Process, WorkClock
 from grader.trials import graph
 from grader.trials.catalog import TrialPlan
 from grader.trials.goal import GoalRun
+from grader.trials.one_core import OneCore
 from grader.trials.relay import Relay
 from grader.trials.types import SERVICES, NavigateToPosition, SensorFusionData
+from grader.work_clock import WorkClock
 from sim.bridge import CONTROLLER, PROCESSOR, Bridge, Topics
 from sim.sensors import BatteryReading, ImuReading, Reading, ScanReading
 from sim.simulator import Simulator
@@ -39,10 +40,37 @@ class TrialOver(Exception):
     """The script cannot go on; the message says why. What was recorded so far is evidence all the same."""
 
 
+class Program(Protocol):
+    """A running program of the submission's: behind a wall in a grading, the student's own in a notebook."""
+
+    @property
+    def wall_seconds(self) -> float:
+        """Return how long ago it was started."""
+
+    @property
+    def output(self) -> str:
+        """Return what it has printed, on both streams."""
+
+    def exit_code(self) -> int | None:
+        """Return its exit code, None while it runs."""
+
+    def interrupt(self) -> None:
+        """Send it what Ctrl-C sends."""
+
+    def stopped(self) -> str:
+        """Return the limit that it has met, "" for none."""
+
+    def shares(self) -> dict[int, tuple[float, float]]:
+        """Return for each of its threads the seconds that it has run, and has waited for a core."""
+
+    def hold_to(self, cores: Iterable[int]) -> None:
+        """Let all its threads run on these cores only."""
+
+
 class Running:
     """A node, a robot and a world under observation. Times are simulated seconds since the start."""
 
-    def __init__(self, plan: TrialPlan, seed: int, simulator: Simulator, process: Process, domain_id: int) -> None:
+    def __init__(self, plan: TrialPlan, seed: int, simulator: Simulator, process: Program, domain_id: int) -> None:
         self.plan = plan
         self.simulator = simulator
         self.process = process
@@ -60,9 +88,9 @@ class Running:
         )
         self.bridge.on_command = self._take_command
         self.bridge.on_published = self._take_published
-        self.start: Callable[[Sequence[str]], Process]
+        self.start: Callable[[Sequence[str]], Program]
         """Start another command of the submission behind the same wall; the host provides it."""
-        self.others: dict[str, Process] = {}
+        self.others: dict[str, Program] = {}
         self._relay: Relay | None = None
         self._domain_id = domain_id
         self.ready = False
@@ -84,6 +112,7 @@ class Running:
         self._started = time.monotonic()
         self._clock = WorkClock(process, [os.getpid()])
         self._work_limit_s = 120.0
+        self._one_core = OneCore(process, self._clock.seconds)
         node = self.bridge.node
         self._clients: dict[str, Any] = {}
         self.action: Any = None
@@ -168,6 +197,8 @@ class Running:
             raise TrialOver(f"the trial took more than {self._work_limit_s:g} s of wall time")
         going = any(goal.running for goal in self.goals)
         self.bridge.tick(further_rounds=int(going))
+        if self.bridge.pace == "lockstep":
+            self._one_core.tick()
         if going and self.commands and _stands(self.commands[-1]):
             # It may be there: it is some rounds from the timer that stops it to the result.
             self.bridge.settle(_ENDING_ROUNDS)
@@ -269,7 +300,7 @@ def _topics(plan: TrialPlan) -> Topics:
     return replace(own, imu=own.imu or other.imu, battery=own.battery or other.battery) if plan.beside else own
 
 
-def _end(process: Process) -> evidence.ProcessEnd:
+def _end(process: Program) -> evidence.ProcessEnd:
     code = process.exit_code()
     by = "us" if code is None else "itself"
     return evidence.ProcessEnd(by, code, round(process.wall_seconds, 2), process.output[-4000:])

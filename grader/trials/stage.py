@@ -18,13 +18,13 @@ from rclpy.qos import qos_profile_action_status_default
 from std_msgs.msg import Float32
 
 from grader import evidence
-from grader.sandbox import Process, WorkClock
 from grader.trials import graph
 from grader.trials.flatten import fill, plain
 from grader.trials.goal import GoalRun
 from grader.trials.relay import Relay
-from grader.trials.running import ACTION, Running, TrialOver
+from grader.trials.running import ACTION, Program, Running, TrialOver
 from grader.trials.types import SERVICES, SensorFusionData
+from grader.work_clock import WorkClock
 from sim import Circle
 from sim.bridge import TICK_S
 from sim.sensors import ScanReading
@@ -199,7 +199,7 @@ class Stage(Running):
 
         self.bridge.node.create_subscription(GoalStatusArray, topic, take, qos_profile_action_status_default)
 
-    def play(self, script: str) -> Process:
+    def play(self, script: str) -> Program:
         """Start a Python script of the package's source, by its path in it."""
         process = self.others[PurePosixPath(script).name] = self.start(["python3", str(SOURCE / script)])
         return process

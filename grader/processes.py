@@ -1,0 +1,59 @@
+"""What the kernel tells of running processes in /proc, and on which cores their threads may run."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+
+def children(pid: int) -> list[int]:
+    """Return the pids whose parent is `pid`."""
+    return [child for child, parent in _parents().items() if parent == pid]
+
+
+def descendants(pid: int) -> list[int]:
+    """Return the pids of those below `pid`."""
+    parents = _parents()
+    found, grown = {pid}, {pid}
+    while grown:
+        grown = {child for child, parent in parents.items() if parent in grown} - found
+        found |= grown
+    return sorted(found - {pid})
+
+
+def shares(pids: Iterable[int]) -> dict[int, tuple[float, float]]:
+    """Return by thread the seconds that it has run, and those that it has waited for a core."""
+    found = {}
+    for thread in _threads(pids):
+        with contextlib.suppress(OSError, ValueError):  # it has just ended
+            ran, waited, _ = (thread / "schedstat").read_text().split()
+            found[int(thread.name)] = int(ran) * 1e-9, int(waited) * 1e-9
+    return found
+
+
+def hold_to(cores: Iterable[int], pids: Iterable[int]) -> None:
+    """Let the threads of `pids`, and all that they start from now on, run on `cores` only."""
+    wanted = set(cores)
+    for thread in _threads(pids):
+        with contextlib.suppress(OSError):  # it has just ended
+            os.sched_setaffinity(int(thread.name), wanted)
+
+
+def _threads(pids: Iterable[int]) -> list[Path]:
+    return [thread for pid in pids for thread in Path(f"/proc/{pid}/task").glob("*")]
+
+
+def _parents() -> dict[int, int]:
+    """Return each process's parent."""
+    found = {}
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                status = (entry / "stat").read_text()
+            except OSError:
+                continue
+            # The command's name stands in brackets and may hold anything, so count from the last one.
+            found[int(entry.name)] = int(status.rpartition(")")[2].split()[1])
+    return found
