@@ -20,6 +20,10 @@ NO_MEMORY = (
     f"There is no memory left for the grader. {_SAFE}. Close other programs, or raise the limit that `ulimit -v` "
     "shows, and grade again."
 )
+KILLED = (
+    "A process of the grader's was killed from outside, as the kernel does when memory runs out (`dmesg` shows it). "
+    f"{_SAFE}. Close other programs and grade again."
+)
 _FILES = f"The grader may open no more files. {_SAFE}. Raise the limit that `ulimit -n` shows and grade again."
 # What the standard library and the loader say, in errors that bear no number.
 _MEMORY_WORDS = ("can't start new thread", "failed to map segment", "cannot allocate memory", "memoryerror")

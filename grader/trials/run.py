@@ -6,6 +6,7 @@ import json
 import os
 import queue
 import secrets
+import signal
 import subprocess
 import sys
 import threading
@@ -18,6 +19,7 @@ from grader.errors import GraderError
 from grader.trials.catalog import TrialPlan
 from grader.trials.request import CANNOT, LATE_VARIABLE, READY, Request, unjudged
 
+_KILLED = (-signal.SIGKILL, 128 + signal.SIGKILL)  # bubblewrap itself, or the host within
 _TRIAL_CAP_S = 900.0  # of wall time: those inside count no time in which others had the cores
 
 
@@ -61,6 +63,11 @@ def run(
     if problem:
         raise problem
     return found
+
+
+def _end(host: subprocess.Popen[str], capped: threading.Event) -> None:
+    capped.set()
+    host.kill()
 
 
 def _passed_on() -> dict[str, str]:
@@ -111,7 +118,8 @@ class _Worker(threading.Thread):
         request = Request(plan.name, str(self._install), self._seed, domain_id, str(out), package)
         assert host.stdin is not None
         assert host.stdout is not None
-        timer = threading.Timer(_TRIAL_CAP_S, host.kill)
+        capped = threading.Event()
+        timer = threading.Timer(_TRIAL_CAP_S, _end, [host, capped])
         timer.start()
         try:
             host.stdin.write(json.dumps(asdict(request)) + "\n")
@@ -125,6 +133,8 @@ class _Worker(threading.Thread):
             raise GraderError(answer.removeprefix(CANNOT))
         if answer != plan.name:
             self._stop()
+            if host.returncode in _KILLED and not capped.is_set():
+                raise GraderError(shortage.KILLED)
             return unjudged(plan, self._seed, f"the trial's host ended (answer {answer!r}, status {host.returncode})")
         return evidence.from_json(out.read_text(), evidence.Trial)
 

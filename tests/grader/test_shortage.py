@@ -16,6 +16,9 @@ import pytest
 from grader import build, cli, evidence, pipeline, rubric, sandbox, shortage, toolchain, type_hashes
 from grader.errors import GraderError
 from grader.report.grading import Grading
+from grader.trials import run as trials
+from grader.trials.catalog import TrialPlan
+from grader.trials.request import READY
 
 ROOT = Path(__file__).parents[2]
 MB = 1_000_000
@@ -332,3 +335,24 @@ def test_a_damaged_cache_is_mended_on_the_way(reference: Path, tmp_path: Path, s
 def test_the_rubric_of_these_tests_can_be_read(tmp_path: Path):
     (tmp_path / "rubric.yaml").write_text(RUBRIC)
     assert rubric.load(tmp_path / "rubric.yaml").requirement("F14").points == 1
+
+
+# -- a killed host of trials --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ending", ["kill -9 $$", "exit 137"])
+def test_a_trial_host_that_the_kernel_kills_is_a_fault_of_ours(
+    ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """The first is bubblewrap killed, the second what it says when the host within was."""
+    monkeypatch.setattr(sandbox, "private_network", lambda _command: ["sh", "-c", f"echo {READY}; read line; {ending}"])
+    plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
+    with pytest.raises(GraderError, match="killed from outside, as the kernel does when memory runs out"):
+        trials.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)
+
+
+def test_a_trial_host_that_dies_of_itself_costs_that_trial_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(sandbox, "private_network", lambda _command: ["sh", "-c", f"echo {READY}; read line; exit 1"])
+    plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
+    found = trials.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)
+    assert "the trial's host ended" in found["any"].script_error
