@@ -79,6 +79,7 @@ class Engine:
         self._left: float | None = None  # simulated seconds until it pauses by itself
         self._until: Callable[[], object] | None = None
         self._goal: list[float] | None = None
+        self._guided = False  # our own driver is on its way there
         self._elapsed = self._speed = 0.0
         self._measured = (0.0, 0.0)
 
@@ -257,6 +258,7 @@ class Engine:
         self.simulator.reset()
         self.error = None
         self._goal = None
+        self._guided = False
         if self._drive is not None:
             if self._has_guide:
                 self._drive.driver = self._new_guide()
@@ -274,6 +276,7 @@ class Engine:
             self._audience.say(answer if isinstance(answer, str) else f"goal sent: ({x:.2f}, {y:.2f}) m")
         elif self._drive is not None and isinstance(self._drive.driver, Guide):
             self._drive.driver.go_to(x, y)
+            self._guided = True
             self._audience.say(f"driving to ({x:.2f}, {y:.2f}) m")
         else:
             self._goal = None
@@ -327,10 +330,18 @@ class Engine:
         self._call(self._step, self._period)
         self._feed.follow()
         self._elapsed += self._period
+        self._say_when_there()
         if self._left is not None:
             self._left -= self._period
             if self._left < 1e-9 or (self._until is not None and self._call(self._until)):
                 self._end_run()
+
+    def _say_when_there(self) -> None:
+        guide = self._drive.driver if self._drive is not None else None
+        if self._guided and self._goal is not None and isinstance(guide, Guide) and guide.has_arrived():
+            self._guided = False
+            x, y = self._goal
+            self._audience.say(f"arrived at ({x:.2f}, {y:.2f}) m")
 
     def _end_run(self) -> None:
         """Pause, and let `run` return."""

@@ -341,8 +341,11 @@ def test_a_click_calls_on_goal_with_metres_and_shows_its_answer() -> None:
 def test_the_built_in_driver_goes_where_it_is_clicked() -> None:
     d = Desk(Live(Simulator(World(), noise=False), rate=10.0))
     d.browser.order("goal", x=1.0, y=1.0)
+    d.go(0.1)
+    assert d.browser.last["note"][1] == "driving to (1.00, 1.00) m"
     d.go(1.5)
     assert d.live.simulator.pose.distance_to(type(d.live.simulator.pose)(1.0, 1.0)) < 0.1
+    assert d.browser.last["note"][1] == "arrived at (1.00, 1.00) m"
 
 
 def test_a_click_without_anybody_to_go_says_how_to_change_that() -> None:
