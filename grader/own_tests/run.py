@@ -9,6 +9,7 @@ import json
 import random
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -66,12 +67,19 @@ def run_modules(
     wanted = [m for m in modules if m.tests and not m.stub][:_MODULES_AT_MOST]
     if not wanted:
         return OwnRun(OwnTests(modules=list(modules)))
-    chance = random.Random(f"canaries {seed}")
     doubts: list[str] = []
     runs: dict[str, Ran] = {}
     passed_then: dict[str, set[str]] = {}
-    with benches(package, install, 1, seconds=60.0 + 3 * seconds * len(wanted)) as (bench,):
+    texts = _probeable(package, install)
+    # While one bench measures a module, the other looks whether what was measured of those before can be believed.
+    with (
+        benches(package, install, 2, seconds=60.0 + 3 * seconds * len(wanted)) as (bench, other),
+        ThreadPoolExecutor(1) as beside,
+    ):
+        looks = []
         for module in wanted:
+            # For each module its own, so that what is drawn does not depend on who is first.
+            chance = random.Random(f"canaries {seed} {module.path}")
             runs[module.path], doubt = _measure(bench, module, chance, seconds)
             doubts += [f"{module.path}: {doubt}"] if doubt else []
             if _failures(runs[module.path]) and not runs[module.path].late:
@@ -79,12 +87,11 @@ def run_modules(
                 second, doubt = _measure(bench, module, chance, seconds)
                 doubts += [f"{module.path}: {doubt}"] if doubt else []
                 passed_then[module.path] = {test.id for test in second.tests if test.outcome == "passed"}
+            looks.append(beside.submit(_doubts, other, package, module, runs[module.path], texts, chance, seconds))
             progress(module.path)
         covered = _coverage(install, bench)
-        texts = _probeable(package, install)
-        for module in wanted:
-            found = _doubts(bench, package, module, runs[module.path], texts, chance, seconds)
-            doubts += [f"{module.path}: {doubt}" for doubt in found]
+        for module, look in zip(wanted, looks, strict=True):
+            doubts += [f"{module.path}: {doubt}" for doubt in look.result()]
     tests = OwnTests(
         modules=[_results(m, runs[m.path], passed_then.get(m.path, set())) if m.path in runs else m for m in modules],
         coverage=covered,

@@ -43,8 +43,8 @@ def own_tests(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
         scripted = Bench(runs)
 
         @contextmanager
-        def benches(*_: object, **__: object) -> Iterator[tuple[Bench]]:
-            yield (scripted,)
+        def benches(*_: object, **__: object) -> Iterator[tuple[Bench, Bench]]:
+            yield scripted, scripted
 
         monkeypatch.setattr(run, "benches", benches)
         (module,) = run.run_modules(tmp_path, tmp_path, [MODULE]).tests.modules
