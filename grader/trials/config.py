@@ -32,14 +32,20 @@ def changed(config: Path, out: Path, names: str = "*.yaml") -> tuple[dict[Path, 
         document = _read(path)
         for parameters in _parameter_blocks(document):
             for name, value in TELLTALES.items():
-                if name in parameters:
-                    parameters[name] = value
-                    values[name] = value
+                if name in parameters and (kept := _as(parameters[name], value)) is not None:
+                    parameters[name] = values[name] = kept
         if document is not None:
             copy = out / path.name
             copy.write_text(yaml.safe_dump(document))
             copies[copy] = path.name
     return copies, values
+
+
+def _as(old: Any, new: float) -> float | None:
+    """Return the new value with the type of the old one, which is the node's; None if it has no such value."""
+    if isinstance(old, int) and not isinstance(old, bool):
+        return int(new) if new.is_integer() else None
+    return new if isinstance(old, float) else None
 
 
 def _read(path: Path) -> Any:

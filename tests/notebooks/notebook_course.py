@@ -1,7 +1,8 @@
 """Both runs of the notebooks, beside each other: untouched and alone, and solved in a row in one workspace.
 
-Each notebook is run once in each way, as far as tests ask for it. Three run at a time, one of the row and two alone: a
-notebook waits as well as computes, for discovery, for a process to start, for a build.
+Each notebook is run once in each way, as far as tests ask for it. Three run at a time, for a notebook waits as well as
+computes: for discovery, for a process to start, for a build. So the row is two, unless somebody asks for what a whole
+one leaves: the second begins in the middle, as a student may, with what `start_at` lays out.
 """
 
 from __future__ import annotations
@@ -16,45 +17,57 @@ from notebook_validation import Validation, validate
 
 from grader import build
 from grader.course import pages, performance, stages
+from grader.course.workspace import Workspace
 from grader.rubric import Rubric
+
+MIDDLE = "07_going_there"
 
 
 class Course:
     """The runs that tests ask for, begun before the first of them is waited for."""
 
-    def __init__(self, folder: Path, rubric: Rubric, untouched: Sequence[str], solved: Sequence[str]) -> None:
-        self._rooms = ExitStack()
-        self.workspace = self._rooms.enter_context(room(folder)) / "ws"
+    def __init__(
+        self, folder: Path, rubric: Rubric, untouched: Sequence[str], solved: Sequence[str], *, whole: bool = False
+    ) -> None:
+        self._open = ExitStack()
         self.rubric = rubric
-        self._alone, self._row = ThreadPoolExecutor(2), ThreadPoolExecutor(1)
+        self._alone, self._rows = ThreadPoolExecutor(1), []
         self._untouched: dict[str, Future[Validation]] = {
             name: self._alone.submit(validate, pages.NOTEBOOKS / f"{name}.ipynb") for name in untouched
         }
-        # The row has no gaps: a notebook builds on what those before it have left.
-        before = pages.names()[: 1 + max((pages.names().index(name) for name in solved), default=-1)]
-        self._solved: dict[str, Future[performance.Performance]] = {
-            name: self._row.submit(self._play, name) for name in before
-        }
+        self._solved: dict[str, Future[performance.Performance]] = {}
+        names = pages.names()
+        middle = 0 if whole else names.index(MIDDLE)
+        for row in (names[:middle], names[middle:]):
+            # A row has no gaps: a notebook builds on what those before it have left.
+            wanted = row[: 1 + max((row.index(name) for name in solved if name in row), default=-1)]
+            self.workspace = self._open.enter_context(room(folder)) / "ws"
+            pool = ThreadPoolExecutor(1)
+            self._rows.append(pool)
+            for name in wanted:
+                self._solved[name] = pool.submit(self._play, name, self.workspace, begins=name == row[0] == MIDDLE)
 
-    def _play(self, name: str) -> performance.Performance:
+    def _play(self, name: str, workspace: Path, begins: bool) -> performance.Performance:
+        if begins:
+            stages.start_at(Workspace(workspace), name)
         notebook = performance.solved(name, pages.read(name, self.rubric), stages.exercise)
-        return performance.play(notebook, self.workspace)
+        return performance.play(notebook, workspace)
 
     def untouched(self, name: str) -> Validation:
         """Return what nbval found in the notebook, run alone as it is shipped."""
         return self._untouched[name].result()
 
     def solved(self, name: str) -> performance.Performance:
-        """Return the notebook, run after those before it with the reference's files in the exercises."""
+        """Return the notebook, run after those before it in its row, with the reference's files in the exercises."""
         return self._solved[name].result()
 
     @property
     def package(self) -> Path:
-        """Return the package that the row leaves."""
+        """Return the package that the last row leaves."""
         return self.workspace / "src" / build.PACKAGE
 
     def close(self) -> None:
         """Begin nothing more, and wait for what runs."""
-        for pool in (self._alone, self._row):
+        for pool in (self._alone, *self._rows):
             pool.shutdown(cancel_futures=True)
-        self._rooms.close()
+        self._open.close()

@@ -1,4 +1,4 @@
-"""Every notebook runs from top to bottom: alone and untouched, and solved, all in a row in one workspace."""
+"""Every notebook runs from top to bottom: alone and untouched, and solved, in a row in one workspace."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ def course(
     for item in request.session.items:
         if item.path == request.path and (way := next((way for way in asked if f"_{way}" in item.name), None)):
             asked[way].append(item.callspec.params["name"] if hasattr(item, "callspec") else NAMES[-1])
-    course = Course(tmp_path_factory.mktemp("course"), rubric, asked["untouched"], asked["solved"])
+    whole = any(item.path == request.path and item.get_closest_marker("slow") for item in request.session.items)
+    course = Course(tmp_path_factory.mktemp("course"), rubric, asked["untouched"], asked["solved"], whole=whole)
     yield course
     course.close()
 
