@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from grader.evidence import Command, Sample, Trial
+from grader.evidence import Command, Goal, Sample, Trial
 
 ZERO = 1e-6  # m/s and rad/s: a command below is a zero
 THRESHOLD_M = 0.5  # obstacle_detection_threshold
@@ -47,6 +47,16 @@ def stays_still(samples: Sequence[Sample], start: float, distance_m: float = 0.0
         and abs(math.remainder(s.yaw - first.yaw, math.tau)) <= turn_rad
         for s in later
     )
+
+
+def has_succeeded(goal: Goal) -> bool:
+    """Return whether a goal ended well, by its status or by its result; whether both say so is F8's matter."""
+    return goal.success is True or goal.status == "succeeded"
+
+
+def distance_to(goal: Goal, samples: Sequence[Sample]) -> float:
+    """Return how far from a goal the robot truly is in the end, in metres."""
+    return math.hypot(goal.x - samples[-1].x, goal.y - samples[-1].y)
 
 
 def in_the_way(trial: Trial) -> list[tuple[float, float]]:

@@ -4,43 +4,45 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from grader.checks.judge import Judge, NotReached, near_topic
+from grader.checks.judge import Judge, NotReached, last_words, near_topic
 from grader.evidence import Message, Trial
 
 _TICK_S = 0.05
 # How late a message may be. In lockstep it answers its tick; in real time a busy machine holds it up, three ticks seen.
 _LATE_S = {"lockstep": 2 * _TICK_S, "real time": 6 * _TICK_S}
+_BATTERY_S = 1.0  # from one battery message to the next: an alarm may wait for one
 _WARN, _ERROR = 30, 40  # rcl_interfaces/msg/Log
 
 
 def test_fuses_the_closest_valid_reading(judge: Judge) -> None:
     """`closest_obstacle_distance` is the closest valid reading, inf where there is none."""
-    trial, _ = _fused(judge)
-    scans = [(scan.t, scan.anywhere) for scan in trial.scans]
-    _expect_followed(
-        judge, "closest_obstacle_distance", scans, lambda said, true: _same(said, true, 0.01),
-        "leave out what is not finite or not within [range_min, range_max]; inf when nothing is left",
-    )  # fmt: skip
+    try_ = "leave out what is not finite or not within [range_min, range_max]; inf when nothing is left"
+    for trial, fused in (_fused(judge), _fused_nothing(judge)):
+        scans = [(scan.t, scan.anywhere) for scan in trial.scans]
+        _expect_followed(
+            judge, trial, fused, "closest_obstacle_distance", scans, lambda said, true: _same(said, true, 0.01), try_
+        )
 
 
 def test_fuses_the_battery_in_percent(judge: Judge) -> None:
     """`battery_level` is in percent, 0 to 100; 100.0 before the first battery message."""
-    trial, _ = _fused(judge)
+    trial, fused = _fused(judge)
     told = [(-math.inf, 100.0)]
     told += [(m.t, 100.0 * m.data["percentage"]) for m in trial.published if m.topic == "battery/state"]
     _expect_followed(
-        judge, "battery_level", told, lambda said, true: _same(said, true, 0.1),
+        judge, trial, fused, "battery_level", told, lambda said, true: _same(said, true, 0.1),
         "BatteryState.percentage is 0 to 1; start with 100.0",
     )  # fmt: skip
 
 
 def test_fuses_the_latest_imu_message(judge: Judge) -> None:
     """Acceleration and angular velocity are those of the latest IMU message, zero before the first."""
-    trial, _ = _fused(judge)
+    trial, fused = _fused(judge)
     for field in ("linear_acceleration", "angular_velocity"):
         told: list[tuple[float, Any]] = [(-math.inf, [0.0, 0.0, 0.0])]
         told += [(m.t, m.data[field]) for m in trial.published if m.topic == "imu/data"]
-        _expect_followed(judge, field, told, _same_vector, "keep the latest Imu message and copy both vectors from it")
+        try_ = "keep the latest Imu message and copy both vectors from it"
+        _expect_followed(judge, trial, fused, field, told, _same_vector, try_)
 
 
 def test_battery_alarms_sound_once(judge: Judge) -> None:
@@ -54,6 +56,11 @@ def test_battery_alarms_sound_once(judge: Judge) -> None:
         if about:
             seen += f", the first at {about[0].t:.1f} s: {about[0].data['msg']!r}"
         judge.expect(len(about) == 1, seen, f"log when the level crosses {threshold} %, not at every message")
+        levels = [(m.t, 100.0 * m.data["percentage"]) for m in trial.published if m.topic == "battery/state"]
+        crossed = next(t for t, percent in levels if percent < threshold)
+        seen += f"; the level fell below {threshold} % at {crossed:.1f} s"
+        in_time = crossed - 1e-9 <= about[0].t <= crossed + _BATTERY_S + _LATE_S[trial.pace]
+        judge.expect(in_time, seen, "compare percent with percent: BatteryState.percentage is 0 to 1")
 
 
 def test_comes_at_the_fusion_frequency(judge: Judge) -> None:
@@ -97,15 +104,34 @@ def _fused(judge: Judge) -> tuple[Trial, list[Message]]:
     return trial, fused
 
 
+def _fused_nothing(judge: Judge) -> tuple[Trial, list[Message]]:
+    """Return the trial with scans in which there is nothing, once it is seen that data came meanwhile."""
+    trial = judge.trial("nothing_to_fuse", complete=False)
+    if trial.ended and not trial.marks:
+        raise NotReached(trial.ended + last_words(trial))
+    fused = [m for m in trial.messages if m.topic == "sensor_fusion_data"]
+    marks = sorted(trial.marks.items(), key=lambda item: item[1])
+    for index, (kind, start) in enumerate(marks):
+        if kind == "end":
+            continue
+        over = index + 1 < len(marks)
+        seen = f"scans with {kind}: {trial.ended}{last_words(trial)}"
+        judge.expect(over, seen, "min() of nothing raises: min(readings, default=math.inf)")
+        came = any(start + _LATE_S[trial.pace] < m.t <= marks[index + 1][1] + 1e-9 for m in fused)
+        judge.expect(came, f"scans with {kind}: no fused data came", "nothing near is news too: publish inf")
+    return trial, fused
+
+
 def _expect_followed(
     judge: Judge,
+    trial: Trial,
+    fused: list[Message],
     field: str,
     told: list[tuple[float, Any]],
     same: Callable[[Any, Any], bool],
     try_: str,
 ) -> None:
     """Expect each fused message to hold what was told last; what was told just before may count or not."""
-    trial, fused = _fused(judge)
     for message in fused:
         said = message.data[field]
         known = [value for t, value in told if t <= message.t + 1e-9]

@@ -1,5 +1,6 @@
 """F9, F10, F11: feedback, cancelling, blocked ways, limits."""
 
+import itertools
 import math
 
 from grader.checks import motion
@@ -10,6 +11,8 @@ _ROUTES = ("navigate_ahead", "navigate_beside", "navigate_behind")
 _MAX_V, _MAX_OMEGA = 0.5, 1.0  # the parameters' defaults
 _ACCELERATION, _ANGULAR_ACCELERATION = 1.0, 2.0
 _WINDOW_S = (0.2, 1.0)  # over which a rise is measured: one late command must not look like a jump
+_DRIFT_M = 0.05  # by ground truth beyond the tolerance; how exact an arrival is F8's matter
+_SILENT_S = 2.0  # four times what 2 Hz allows
 _LATE_S = 0.05  # a command that came one tick late
 
 
@@ -18,9 +21,14 @@ def test_feedback_comes_at_two_hertz(judge: Judge) -> None:
     for trial, goal in _accepted(judge):
         end = goal.ended_t if math.isfinite(goal.ended_t) else trial.samples[-1].t
         seconds = end - goal.t
-        hertz = len(goal.feedback) / seconds if seconds > 0 else 0.0
+        # A timer need not fire at both ends: 2 Hz may be one message fewer.
+        hertz = (len(goal.feedback) + 1) / seconds if seconds > 0 else 0.0
         seen = f"{len(goal.feedback)} feedback messages in {seconds:.1f} s of simulated time"
-        judge.expect(hertz >= 1.9, seen, "publish_feedback from a timer on the node's clock")
+        judge.expect(bool(goal.feedback) and hertz >= 1.9, seen, "publish_feedback from a timer on the node's clock")
+        times = [goal.t, *(entry[0] for entry in goal.feedback), end]
+        start, gap = max(((a, b - a) for a, b in itertools.pairwise(times)), key=lambda pair: pair[1])
+        seen = f"no feedback for {gap:.1f} s of simulated time, from {start:.1f} s on"
+        judge.expect(gap <= _SILENT_S, seen, "give feedback while the robot turns or waits, too")
 
 
 def test_feedback_is_the_true_distance(judge: Judge) -> None:
@@ -50,19 +58,19 @@ def test_a_cancelled_goal_ends_as_canceled(judge: Judge) -> None:
 
 def test_stands_still_after_a_cancel(judge: Judge) -> None:
     """The robot stands still within 1 s of a cancel."""
+    moved = 0
     for name in ("cancel_early", "cancel_late"):
         trial = judge.trial(name)
         goal = judge.goal(trial)
-        moved = [s for s in trial.samples if s.t <= goal.cancel_t]
-        if (
-            not moved
-            or math.dist((moved[0].x, moved[0].y, moved[0].yaw), (moved[-1].x, moved[-1].y, moved[-1].yaw)) < 0.05
-        ):
-            raise NotReached("the robot had not begun to move when the goal was cancelled (F8)")
+        if not _has_moved(trial, goal.cancel_t):
+            continue  # one that turns gently has hardly begun when the early cancel comes
+        moved += 1
         last = trial.samples[-1]
         seen = f"v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s {last.t - goal.cancel_t:.1f} s after the cancel"
         still = motion.stays_still(trial.samples, goal.cancel_t + 1.0)
         judge.expect(still, seen, "publish zero as soon as the goal is no longer active")
+    if not moved:
+        raise NotReached("the robot had not begun to move when the goals were cancelled (F8)")
 
 
 def test_a_blocked_goal_never_ends_in_a_collision(judge: Judge) -> None:
@@ -80,14 +88,17 @@ def test_a_blocked_goal_is_completed_once_the_way_is_free(judge: Judge) -> None:
     seen = f"the goal ended as {goal.status} with success = {goal.success}"
     if math.isfinite(goal.ended_t):
         seen += f" at {goal.ended_t:.1f} s; the way was blocked from {trial.marks['blocked']:.1f} s"
-    judge.expect(bool(goal.success), seen, "wait before the obstacle and go on; do not give up the goal")
+    done = motion.has_succeeded(goal) and motion.distance_to(goal, trial.samples) <= goal.tolerance + _DRIFT_M
+    judge.expect(done, seen, "wait before the obstacle and go on; do not give up the goal")
 
 
 def test_limits_hold_throughout(judge: Judge) -> None:
     """abs(v) and abs(w) stay within their maxima, and commanded speeds rise no faster than the accelerations + 10 %."""
-    for name in (*_ROUTES, "wall_fast"):
+    for name in (*_ROUTES, "wall_fast", "wall_backward", "obstacle_vanishes", "blocked_goal"):
         trial = judge.trial(name)
         if not any(not motion.is_zero(command) for command in trial.commands):
+            if name == "wall_backward":
+                continue  # it may drive forwards only, which is F2's matter
             raise NotReached(f"the robot never moved in the trial {name} (F2, F8)")
         for command in trial.commands:
             seen = f"v = {command.v:.3f} m/s, omega = {command.omega:.3f} rad/s at {command.t:.2f} s"
@@ -102,6 +113,12 @@ def test_limits_hold_throughout(judge: Judge) -> None:
                     f"{letter} rose by {rise:.2f} {unit} from {a.t:.2f} to {b.t:.2f} s; the limit is {limit:g} {unit}²"
                 )
                 judge.expect(False, seen, "approach the wanted speed by at most acceleration * dt in each cycle")
+
+
+def _has_moved(trial: Trial, until: float) -> bool:
+    """Return whether the robot had turned or driven by more than a little."""
+    before = [sample for sample in trial.samples if sample.t <= until]
+    return bool(before) and math.dist(*((s.x, s.y, s.yaw) for s in (before[0], before[-1]))) >= 0.05
 
 
 def _steepest(commands: list[Command], letter: str, limit: float) -> tuple[Command, Command] | None:

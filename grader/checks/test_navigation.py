@@ -68,7 +68,7 @@ def _ended(judge: Judge) -> list[tuple[Trial, Goal]]:
     pairs = []
     for name in _TRIALS:
         trial = judge.trial(name, complete=False)
-        if trial.goals and trial.goals[0].success and not trial.ended:
+        if trial.goals and motion.has_succeeded(trial.goals[0]) and not trial.ended:
             pairs.append((trial, trial.goals[0]))
     if not pairs:
         raise NotReached("no goal ended with success, so there is no arrival to look at")

@@ -28,7 +28,8 @@ class TrialPlan:
     is no failure in itself. `beside` are executables that run beside the node and `remappings` the node's names, each
     as name -> new name; `real_time` says that the clock goes like the one on the wall, for a script of the package's.
     `launch` is the package's launch file (or OWN_LAUNCH, ours) that is run instead of the node by itself, with changed
-    parameter files (config.py); the trial begins when all the nodes in `awaits` are there.
+    parameter files (config.py) and `use_sim_time` as its argument; the trial begins when all the nodes in `awaits` are
+    there.
     """
 
     name: str
@@ -46,6 +47,7 @@ class TrialPlan:
     real_time: bool = False
     launch: str = ""
     awaits: tuple[str, ...] = ()
+    use_sim_time: bool = True
 
 
 _PLANS: dict[str, TrialPlan] = {}
@@ -65,6 +67,7 @@ def trial(
     real_time: bool = False,
     launch: str = "",
     awaits: tuple[str, ...] = (),
+    use_sim_time: bool = True,
 ) -> Callable[[Script], Script]:
     """Enter the decorated script into the list of trials, under its own name; its docstring is the trial's sentence."""
 
@@ -75,7 +78,7 @@ def trial(
         sentence = (script.__doc__ or "").strip().partition("\n")[0]
         _PLANS[name] = TrialPlan(
             name, sentence, script, node, world, tuple(serves), parameters or {}, params_file, reliable, may_refuse,
-            beside or {}, remappings or {}, real_time, launch, awaits,
+            beside or {}, remappings or {}, real_time, launch, awaits, use_sim_time,
         )  # fmt: skip
         return script
 

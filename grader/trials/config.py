@@ -55,7 +55,8 @@ def _read(path: Path) -> Any:
             return None
         text = path.read_text()
         # Anchors can make a short file enormous, and no parameter file needs them.
-        return None if "&" in text else yaml.safe_load(text)
+        anchored = "&" in text and any(isinstance(token, yaml.AnchorToken) for token in yaml.scan(text))
+        return None if anchored else yaml.safe_load(text)
     except (OSError, ValueError, yaml.YAMLError, RecursionError):
         return None
 

@@ -136,7 +136,7 @@ def _command(plan: catalog.TrialPlan) -> list[str]:
     if plan.launch:
         own = plan.launch == catalog.OWN_LAUNCH
         file = f"/ws/launch/{plan.launch}" if own else f"{_share(build.INSTALL)}/launch/{plan.launch}"
-        return ["python3", "/ws/ros2", "launch", file, "use_sim_time:=true"]
+        return ["python3", "/ws/ros2", "launch", file, f"use_sim_time:={_parameter(plan.use_sim_time)}"]
     command = _start(plan.node) + _remap(plan.remappings)
     if plan.params_file:
         command += ["--params-file", f"{build.INSTALL}/share/{build.PACKAGE}/config/{plan.params_file}"]

@@ -39,16 +39,28 @@ def fusion(stage: Stage) -> None:
     stage.run(0.4)
     stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, 0.01, ranges))
     stage.run(0.4)
-    stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, 50.0, np.inf))
-    stage.mark("nothing in range")
-    stage.run(0.4)
-    stage.distort(lambda ranges: ranges[:0])
-    stage.mark("no readings")
-    stage.run(0.4)
     stage.mark("end")
     # What is still said has the time at which it is said, not that of the last scan.
     stage.mute(ScanReading)
     stage.run(0.5)
+
+
+@trial(serves=["F12"], node="sensor_processor")
+def nothing_to_fuse(stage: Stage) -> None:
+    """An obstacle, and then scans in which there is none: all out of range, and no readings at all."""
+    stage.listen("sensor_fusion_data")
+    stage.run(0.5)
+    stage.put_ahead(stage.between("distance", 0.8, 1.5), bearing=stage.between("bearing", -3.0, 3.0))
+    for kind, change in (
+        ("nothing in range", lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, 50.0, np.inf)),
+        ("no readings", lambda ranges: ranges[:0]),
+    ):
+        stage.distort(None)
+        stage.run(0.4)
+        stage.distort(change)
+        stage.mark(kind)
+        stage.run(0.5)
+    stage.mark("end")
 
 
 @trial(serves=["F12"], node="sensor_processor")

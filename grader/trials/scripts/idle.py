@@ -10,13 +10,13 @@ if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
 
-@trial(serves=["F1", "I3", "I4", "I6", "Q5"])
+@trial(serves=["F1", "I3", "I4", "I5", "I6", "Q5"])
 def idle(stage: Stage) -> None:
     """Five seconds without a command."""
     stage.run(5.0)
 
 
-@trial(serves=["I3", "I4", "I6", "Q5"], node="sensor_processor")
+@trial(serves=["I3", "I4", "I5", "I6", "Q5"], node="sensor_processor")
 def idle_processor(stage: Stage) -> None:
     """The sensor processor beside a robot that stands."""
     stage.run(1.0)

@@ -33,6 +33,13 @@ def launch_processor(stage: Stage) -> None:
     stage.look_again()  # a second node that should not be there may come up later
 
 
+@trial(serves=["I5"], launch="robot_controller_launch.py", use_sim_time=False, awaits=_BOTH)
+def launch_by_wall(stage: Stage) -> None:
+    """Run robot_controller_launch.py as on a real robot, without simulated time."""
+    for node in _BOTH:
+        stage.ask_parameter("use_sim_time", node)
+
+
 @trial(serves=["I5"], launch=OWN_LAUNCH, awaits=_BOTH)
 def launch_remapped(stage: Stage) -> None:
     """Run a launch file of ours that gives both nodes other topic names."""

@@ -31,7 +31,7 @@ def wall_slow(stage: Stage) -> None:
     _drive_at_the_wall(stage, stage.choose("speed", [0.25, 0.3125, 0.375]))
 
 
-@trial(serves=["F4"])
+@trial(serves=["F4", "F11"])
 def wall_backward(stage: Stage) -> None:
     """Drive backwards at something behind."""
     stage.put_ahead(1.5, bearing=3.14159, radius=0.3)
@@ -53,11 +53,11 @@ def pole_aside(stage: Stage) -> None:
     stage.run(2.0)
 
 
-@trial(serves=["F5"])
+@trial(serves=["F5", "F11"])
 def obstacle_vanishes(stage: Stage) -> None:
     """Something stands in the way and goes away again."""
     stage.run(0.3)
-    stage.call("set_speed", speed=stage.choose("speed", [0.25, 0.375]))
+    stage.call("set_speed", speed=stage.choose("speed", [0.375, 0.4375]))
     stage.run(1.0)
     name = stage.put_ahead(0.45)
     stage.mark("blocked")
@@ -83,12 +83,15 @@ def obstacle_behind(stage: Stage) -> None:
 
 @trial(serves=["F7"])
 def status(stage: Stage) -> None:
-    """Ask for the status standing, driving, and with something right before the robot."""
+    """Ask for the status standing, driving, with something right before the robot, and when that is gone."""
     stage.run(0.5)
     stage.call("get_status")
     stage.call("set_speed", speed=stage.choose("speed", [0.25, 0.375]))
     stage.run(1.5)
     stage.call("get_status")
-    stage.put_ahead(0.45)
+    name = stage.put_ahead(0.45)
+    stage.run(1.0)
+    stage.call("get_status")
+    stage.take_away(name)
     stage.run(1.0)
     stage.call("get_status")

@@ -56,11 +56,11 @@ def far_sighted_robot(stage: Stage) -> None:
 def senseless_settings(stage: Stage) -> None:
     """Parameters of the running controller are set to values that make no sense, then one that does."""
     stage.run(0.3)
-    for name, value in (
-        ("max_linear_speed", -1.0), ("laser_processing_rate", 0.0), ("obstacle_detection_threshold", -0.5),
-        ("linear_acceleration", -1.0),
-    ):  # fmt: skip
-        stage.set_parameter(name, value)
+    for name in CONTROLLER:
+        if name != "robot_name":
+            stage.set_parameter(name, -1.0)
+    for name in ("laser_processing_rate", "fusion_rate"):
+        stage.set_parameter(name, 0.0)
     stage.set_parameter("max_linear_speed", 0.375)
     stage.run(1.0)
 
@@ -69,8 +69,9 @@ def senseless_settings(stage: Stage) -> None:
 def senseless_settings_processor(stage: Stage) -> None:
     """Parameters of the running sensor processor are set to values that make no sense, then one that does."""
     stage.run(0.3)
-    for value in (0.0, -5.0):
-        stage.set_parameter("fusion_frequency", value)
+    for name in PROCESSOR:
+        stage.set_parameter(name, -5.0)
+    stage.set_parameter("fusion_frequency", 0.0)
     stage.set_parameter("fusion_frequency", 10.0)
     stage.run(0.5)
 

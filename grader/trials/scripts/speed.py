@@ -53,6 +53,5 @@ def refuse_speed(stage: Stage) -> None:
     for speed in (stage.choose("too_fast", [0.75, 1.0, 2.5]), -0.75, math.nan, math.inf, -math.inf):
         stage.call("set_speed", speed=speed)
         stage.run(0.3)
-    stage.call("get_status")
     stage.run(0.5)
     stage.mark("refusals_end")
