@@ -17,6 +17,7 @@ _DIRECTIONS = {
     "subscription": re.compile(r"\b(sub\w*|inp?\w*|receives?|reads?|listens?)\b", re.IGNORECASE),
 }
 _TYPE = re.compile(r"\b[a-z][a-z0-9_]*(?:/(?:msg|srv|action))?/[A-Z]\w*\b")
+_CAMEL = re.compile(r"[A-Z][a-z0-9]+[A-Z]\w*")
 _NAME = re.compile(r"(?<![\w/])/?[A-Za-z_~][\w/]*")
 
 
@@ -46,10 +47,15 @@ def agreement(tables: Sequence[Table], evidence: Evidence) -> Agreement:
     # A node that did not come up is compared by its code: that it does not run is not the README's fault.
     written = [item for item in _written(evidence.quality) if item.node not in nodes]
     wanted = list(dict.fromkeys([*seen, *written]))
-    rows = [_Row(table.head, row) for table in tables for row in table.rows]
-    wrong = [words for interface in wanted if (words := _missing(interface, rows))]
-    # The code may make more than is written in its calls, so only the graph can tell that there is nothing.
-    stale = [words for row in rows if (words := _stale(row, wanted))] if nodes == set(_TRIALS) else []
+    read = [[_Row(table.head, row) for row in table.rows] for table in tables]
+    rows = [row for table in read for row in table]
+    topics = {item.type for item in wanted if item.kind in _DIRECTIONS}
+    wrong = [words for interface in wanted if (words := _missing(interface, rows, topics))]
+    # The code may make more than is written in its calls, so only the graph can tell that there is nothing. A table in
+    # which no row tells of a node's interface is about something else, such as the fields of the messages.
+    about_nodes = [table for table in read if any(_is_known(row, wanted) for row in table)]
+    stale = [words for table in about_nodes for row in table if (words := _stale(row, wanted))]
+    stale = stale if nodes == set(_TRIALS) else []
     return Agreement(len(wanted), [*wrong, *stale], bool(seen))
 
 
@@ -61,6 +67,7 @@ class _Row:
         self.cells = [_plain(cell) for cell in cells]
         self.heads = [_plain(cell) for cell in head]
         self.names = {name.strip("/~") for cell in self.cells for name in _NAME.findall(cell)}
+        self.types = {name.rpartition("/")[2] for name in self.names}
 
     def directions(self, name: str) -> set[str]:
         """Return "publisher" or "subscription" as this row says of `name`: in its cell's column head, or in a cell."""
@@ -82,13 +89,16 @@ def _names(cell: str) -> set[str]:
     return {name.strip("/~") for name in _NAME.findall(cell)}
 
 
-def _missing(interface: Interface, rows: Sequence[_Row]) -> str:
-    """Return what the tables lack or get wrong of an interface, "" if a row is right."""
+def _missing(interface: Interface, rows: Sequence[_Row], topics: set[str]) -> str:
+    """Return what the tables lack or get wrong of an interface, "" if a row is right. `topics` are topics' types."""
     named = [row for row in rows if interface.name in row.names]
     what = f"{interface.node}: {interface.kind} {interface.name} ({interface.type})"
     if not named:
         return f"{what} is in no table"
-    typed = [row for row in named if any(name.rpartition("/")[2] == interface.type for name in row.names)]
+    typed = [row for row in named if interface.type in row.types]
+    if interface.kind not in _DIRECTIONS:
+        # The contract's own table names services and actions without their types.
+        typed += [row for row in named if not {name for name in row.types if _CAMEL.fullmatch(name)} - topics]
     if not typed:
         return f"{what} stands there with another type or none: {named[0].text[:120]}"
     if interface.kind in _DIRECTIONS:
@@ -101,9 +111,13 @@ def _missing(interface: Interface, rows: Sequence[_Row]) -> str:
 def _stale(row: _Row, wanted: Sequence[Interface]) -> str:
     """Return words for a row that gives a type to something that no node has."""
     types = _TYPE.findall(" ".join(row.cells))
-    if types and not any(interface.name in row.names for interface in wanted):
+    if types and not _is_known(row, wanted) and not row.names & set(_OF_RCLPY):
         return f"no node has what this row tells of: {row.text[:120]}"
     return ""
+
+
+def _is_known(row: _Row, wanted: Sequence[Interface]) -> bool:
+    return any(interface.name in row.names for interface in wanted)
 
 
 def _running(evidence: Evidence) -> Iterator[Interface]:

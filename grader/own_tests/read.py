@@ -7,6 +7,7 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import TypeGuard
 
 from grader.evidence import TestModule
 
@@ -47,7 +48,8 @@ def _describe(name: str, tree: ast.Module, helpers: set[str]) -> TestModule:
         tests=len(tests),
         asserting=len(tests) - len(silent),
         silent=silent[:50],
-        subjects=[node for node in NODES if re.search(rf"\b{node}\b", code)],
+        # Where conftest.py makes the node, the module itself names it in its own name only.
+        subjects=[node for node in NODES if node in Path(name).stem or re.search(rf"\b{node}\b", code)],
     )
 
 
@@ -65,10 +67,19 @@ def _parse(path: Path) -> ast.Module | None:
 def _tests(tree: ast.Module) -> Iterator[_Function]:
     """Yield the functions that pytest would collect."""
     for node in tree.body:
-        if isinstance(node, _Function) and node.name.startswith("test"):
+        if _is_test(node):
             yield node
         if isinstance(node, ast.ClassDef) and (node.name.startswith("Test") or _is_unittest(node)):
-            yield from (item for item in node.body if isinstance(item, _Function) and item.name.startswith("test"))
+            yield from filter(_is_test, node.body)
+
+
+def _is_test(node: ast.stmt) -> TypeGuard[_Function]:
+    """Return whether it is a function that pytest takes for a test; a fixture may be called test_node."""
+    return (
+        isinstance(node, _Function)
+        and node.name.startswith("test")
+        and not any("fixture" in ast.unparse(decorator) for decorator in node.decorator_list)
+    )
 
 
 def _is_unittest(node: ast.ClassDef) -> bool:

@@ -44,8 +44,12 @@ def tests_of(modules: Sequence[Module]) -> Iterator[str]:
         for node in module.tree.body:
             members = node.body if isinstance(node, ast.ClassDef) else [node]
             for member in members:
-                if isinstance(member, Function) and member.name.startswith("test"):
+                if isinstance(member, Function) and member.name.startswith("test") and not _is_fixture(member):
                     yield f"{module.stem}::{member.name}"
+
+
+def _is_fixture(function: Function) -> bool:
+    return any("fixture" in ast.unparse(decorator) for decorator in function.decorator_list)
 
 
 class _NotAllowed(Exception):

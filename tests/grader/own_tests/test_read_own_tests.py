@@ -46,6 +46,21 @@ def test_a_module_that_lints_and_tests_a_node_is_no_stub(tmp_path: Path):
     assert module.subjects == ["robot_controller"]
 
 
+def test_a_module_whose_node_comes_from_conftest_names_it_in_its_own_name(tmp_path: Path):
+    text = "def test_it_stops(controller):\n    assert controller.speed == 0\n"
+    assert read(tmp_path, test__test_robot_controller=text)["test/test_robot_controller.py"].subjects == [
+        "robot_controller"
+    ]
+
+
+def test_a_fixture_is_no_test_whatever_its_name(tmp_path: Path):
+    text = (
+        "import pytest\n@pytest.fixture\ndef test_node():\n    yield 1\ndef test_it(test_node):\n    assert test_node\n"
+    )
+    module = read(tmp_path, test__test_a=text)["test/test_a.py"]
+    assert (module.tests, module.silent) == (1, [])
+
+
 @pytest.mark.parametrize(
     "body",
     ["pass", "node.spin()", "assert True", "print('works')", "x = 1 == 2", "'assert x'", "return node.speed == 0"],

@@ -211,7 +211,27 @@ obstacle_distance | Float32 | pub
 """
 
 
-@pytest.mark.parametrize("text", [CONTRACTS, SEVERAL], ids=["like the contract's", "one for each kind"])
+BARE = CONTRACTS.replace(" (SetSpeed)", "").replace(" (GetRobotStatus)", "").replace(" (NavigateToPosition)", "")
+MORE = """
+| Definition | Fields |
+|---|---|
+| `srv/SetSpeed` | float32 speed -> bool success, string message |
+| `ros2_robot_controller/msg/SensorFusionData` | std_msgs/Header header, float32 battery_level |
+"""
+CLOCK = "| `robot_controller` | subscribes | `/clock` | `rosgraph_msgs/msg/Clock` | |\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        CONTRACTS,
+        SEVERAL,
+        BARE,
+        TRUE + MORE,
+        TRUE.replace("| `sensor_processor` |", CLOCK + "| `sensor_processor` |", 1),
+    ],
+    ids=["like the contract's", "one for each kind", "services without types", "a table of fields", "the clock too"],
+)
 def test_tables_of_other_shapes_agree_too(tmp_path: Path, text: str):
     result = compared(tmp_path, text)
     assert result.share == 1.0, result.seen
