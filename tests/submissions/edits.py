@@ -184,7 +184,7 @@ _EDITS = (
     ),
     _edit(
         "never_forgets_an_obstacle",
-        "F5 F11",
+        "F5 F7 F11",
         "Once there was an obstacle, there is one for ever.",
         (_DRIVER, "        self._near = measure_proximity(scan)\n",
          "        near = measure_proximity(scan)\n"
@@ -233,11 +233,41 @@ _EDITS = (
     ),
     # -- F8 -------------------------------------------------------------------------------------------------------
     _edit(
+        "pose_without_a_direction",
+        "F7",
+        "The status tells where the robot is, and not which way it looks.",
+        (_SPEED_SERVER, "response.pose = self._pose", "response.pose.position = self._pose.position"),
+        says=("odom said", "yaw 0.00"),
+    ),
+    _edit(
+        "once_an_obstacle_always_one",
+        "F7",
+        "The flag in the status is never taken back.",
+        (_SPEED_SERVER, "response.obstacle_detected = self._obstacle_in_way()",
+         "self._seen = getattr(self, '_seen', False) or self._obstacle_in_way()\n"
+         "        response.obstacle_detected = self._seen"),
+        says=("obstacle_detected = True when the obstacle is gone",),
+    ),
+    _edit(
         "stops_short",
         "F8",
         "The goal counts as reached 0.3 m before it.",
         (_STEERING, "    return distance <= min(ARRIVAL_M, ARRIVAL_SHARE * tolerance)", "    return distance <= 0.3"),
         says=("the tolerance was",),
+    ),
+    _edit(
+        "ignores_the_tolerance",
+        "F8",
+        "Within 0.1 m the goal counts as reached, whatever was asked for.",
+        (_NAVIGATOR, "goal.tolerance, self._obstacle_in_way()", "0.1, self._obstacle_in_way()"),
+        says=("the tolerance was 0.0625 m",),
+    ),
+    _edit(
+        "forgets_to_say_success",
+        "F8",
+        "The robot arrives and the goal succeeds, but the result says nothing of it.",
+        (_NAVIGATOR, "success=ending is Ending.ARRIVED, ", ""),
+        says=("ended as succeeded with success = False",),
     ),
     _edit(
         "rolls_on_after_arrival",
@@ -263,6 +293,14 @@ _EDITS = (
         "Feedback comes once a second.",
         (_NAVIGATOR, "self.create_timer(self._period(", "self.create_timer(20.0 * self._period("),
         says=("feedback messages in",),
+    ),
+    _edit(
+        "no_feedback_while_turning",
+        "F9",
+        "Feedback comes only while the robot drives.",
+        (_NAVIGATOR, "if goal is None or self._odom_time == NEVER:",
+         "if goal is None or self._odom_time == NEVER or self._last_command.v == 0.0:"),
+        says=("no feedback for",),
     ),
     _edit(
         "feedback_along_x",
@@ -306,6 +344,26 @@ _EDITS = (
         says=("v rose by",),
     ),
     _edit(
+        "jumps_backwards",
+        "F11",
+        "Only forward speeds rise gently.",
+        (_MOTION, "    if previous * wanted < 0.0:\n        return 0.0\n",
+         "    if wanted < min(previous, 0.0) and largest_rise < 0.15:\n        return wanted\n"
+         "    if previous * wanted < 0.0:\n        return 0.0\n"),
+        says=("v rose by",),
+    ),
+    _edit(
+        "jumps_after_a_stop",
+        "F11",
+        "The speed that an obstacle holds back is there at once when the way is free.",
+        (_DRIVER, "        safe = motion.make_safe(wanted, self._near, limits)\n", ""),
+        (_DRIVER, "        self._publish(motion.speed_up_gently(self._last_command, safe, dt, limits))",
+         "        self._gentle = motion.speed_up_gently(\n"
+         "            getattr(self, '_gentle', STOP), wanted, dt, limits)\n"
+         "        self._publish(motion.make_safe(self._gentle, self._near, limits))"),
+        says=("v rose by",),
+    ),
+    _edit(
         "turns_too_fast",
         "F11",
         "Turning is not held to its limit.",
@@ -327,6 +385,28 @@ _EDITS = (
         "A low battery is logged at every message.",
         (_PROCESSOR, "        if low and not self._battery_low:\n", "        if low:\n"),
         says=("warnings while the battery fell",),
+    ),
+    _edit(
+        "alarms_at_any_level",
+        "F12",
+        "The alarms compare a ratio with percents.",
+        (_PROCESSOR, "alarm_state(self._battery_low, percent,", "alarm_state(self._battery_low, battery.percentage,"),
+        says=("the level fell below 20 %",),
+    ),
+    _edit(
+        "says_nothing_when_nothing_is_near",
+        "F12",
+        "A scan with no valid reading is waited out.",
+        (_PROCESSOR, "if self._closest is None:", "if self._closest is None or math.isinf(self._closest):"),
+        says=("scans with nothing in range: no fused data came",),
+    ),
+    _edit(
+        "processor_dies_of_nothing",
+        "F12",
+        "The minimum of no readings ends the sensor processor.",
+        (_PROCESSOR, "        self._closest = closest_reading(scan)",
+         "        self._closest = min(r for r in scan.ranges if scan.range_min <= r <= scan.range_max)"),
+        says=("scans with nothing in range",),
     ),
     _edit(
         "keeps_the_first_imu_message",
@@ -434,6 +514,13 @@ _EDITS = (
         says=("left sensor_processor with use_sim_time = False",),
     ),
     _edit(
+        "always_simulated_time",
+        "I5",
+        "A launch file sets use_sim_time whatever its argument says.",
+        (_LAUNCH, "{'use_sim_time': LaunchConfiguration('use_sim_time')}", "{'use_sim_time': True}"),
+        says=("use_sim_time:=false left robot_controller with use_sim_time = True",),
+    ),
+    _edit(
         "names_another_node_in_the_file",
         "I5 I6",
         "The parameter file's key is no node's name.",
@@ -451,6 +538,14 @@ _EDITS = (
          "    for parameter, setting in settings.items():\n"
          "        node.declare_parameter(parameter, setting.default)\n    node.add_on_set_parameters_callback(check)\n"),
         says=("the node started with max_linear_speed = -1",),
+    ),
+    _edit(
+        "takes_a_negative_threshold",
+        "I6",
+        "One parameter takes any value.",
+        (_PROCESSOR, "'battery_low_threshold': settings.percentage(20.0)",
+         "'battery_low_threshold': settings.Setting(20.0, lambda _: True, '')"),
+        says=("accepted: battery_low_threshold := -5.0",),
     ),
     _edit(
         "ignores_the_threshold",
