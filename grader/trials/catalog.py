@@ -57,7 +57,7 @@ def trial(
     *,
     serves: Iterable[str],
     node: str = "robot_controller",
-    world: str = "open_field",
+    world: str = "lone_post",
     parameters: Mapping[str, object] | None = None,
     params_file: str = "",
     reliable: bool = True,

@@ -15,6 +15,7 @@ _LIMIT_S = 60.0  # the contract's robot crosses its world in less
 # The service calls go through the observer: it cannot see them otherwise, and a script could only claim them.
 @trial(
     serves=["Q6"],
+    world="open_field",  # where it drives is the package's choice
     beside={"sensor_processor": {"raw_scan": "scan"}},
     remappings={"set_speed": "behind/set_speed", "get_status": "behind/get_status"},
     real_time=True,
