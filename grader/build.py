@@ -23,7 +23,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from grader import evidence, leavings, sandbox, shortage, toolchain, type_hashes
+from grader import evidence, leavings, sandbox, scratch, shortage, toolchain, type_hashes
 from grader.errors import GraderError
 
 PACKAGE = "ros2_robot_controller"
@@ -63,8 +63,8 @@ def contract(cache: Path, package: str = PACKAGE) -> Built:
     Raises:
         GraderError: they do not build here.
     """
-    with tempfile.TemporaryDirectory(prefix="contract-") as scratch:
-        source = CONTRACT if package == PACKAGE else _renamed(CONTRACT, Path(scratch) / package)
+    with tempfile.TemporaryDirectory(prefix="contract-") as room:
+        source = CONTRACT if package == PACKAGE else _renamed(CONTRACT, Path(room) / package)
         built = build([source], cache, seconds=600.0, trusted=True, main=package)
     if not built.facts.ok:
         raise GraderError(
@@ -122,7 +122,7 @@ def _cached_or_built(
         if facts is not None:
             return Built(replace(facts, cached=True), folder / "install")
         for left in folder.parent.glob(f"{folder.name[:12]}.*.work"):  # by a grader that was killed
-            shutil.rmtree(left, ignore_errors=True)
+            scratch.remove(left)
         if missing := toolchain.missing_tools():
             raise GraderError(
                 f"This machine has no {' and no '.join(missing)}, so no package can be built. Run `grader doctor`; it "
@@ -144,10 +144,13 @@ def _build(packages: Sequence[Path], folder: Path, ccache: Path, seconds: float,
         if tree is not None and tree.is_dir():
             shutil.copytree(tree, work / "build", symlinks=True, dirs_exist_ok=True)
             if not _is_sealed(tree, work / "build"):  # damaged: begin with nothing, and put a sound one there
-                shutil.rmtree(tree, ignore_errors=True)
-                shutil.rmtree(work / "build")
+                scratch.remove(tree)
+                scratch.remove(work / "build")
                 (work / "build").mkdir()
         result = _colcon(work, ccache, seconds, trusted)
+        if result.stopped == "disk":  # what nobody can count, nobody should read
+            scratch.remove(work / "install")
+            (work / "install").mkdir()
         removed = [] if trusted else leavings.tidy(work / "install", _INSTALL)
         facts = _facts(result, work / "install", main)
         if not trusted:
@@ -157,17 +160,17 @@ def _build(packages: Sequence[Path], folder: Path, ccache: Path, seconds: float,
             with contextlib.suppress(OSError):  # another grading has put it there meanwhile
                 (work / "build").rename(tree)
                 _seal(tree, tree)
-        shutil.rmtree(work / "build", ignore_errors=True)
+        scratch.remove(work / "build")
         (work / "build.json").write_text(evidence.to_json(facts))
         _seal(work / "install", work / "install")
         if result.timed_out or result.stopped:
             # A build that ran out of time or memory may fare better on a quieter day: keep it out of the cache.
             folder = folder.with_name(work.name + ".timeout")
         elif folder.exists():
-            shutil.rmtree(folder)
+            scratch.remove(folder)
         work.rename(folder)
     finally:
-        shutil.rmtree(work, ignore_errors=True)
+        scratch.remove(work)
     return Built(facts, folder / "install")
 
 

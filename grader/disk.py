@@ -11,6 +11,9 @@ from pathlib import Path
 
 from grader import shortage
 
+_DEEPEST = 200  # folders in folders: below four thousand characters of a path nobody could count any more
+_TOO_MANY = 1 << 62
+
 
 class Guard:
     """Ends what fills the disk below some folders. Looks now and then; more often when space dwindles.
@@ -72,16 +75,19 @@ class Guard:
 
 
 def _used(folders: Sequence[Path]) -> tuple[int, int]:
-    """Return the bytes and the number of files below the folders, links not followed."""
+    """Return the bytes and the number of files below the folders, links not followed; too deep are too many."""
     size = count = 0
-    waiting = [str(folder) for folder in folders]
+    waiting = [(str(folder), 0) for folder in folders]
     while waiting:
-        with contextlib.suppress(OSError), os.scandir(waiting.pop()) as entries:
+        folder, depth = waiting.pop()
+        if depth > _DEEPEST:
+            return size, _TOO_MANY
+        with contextlib.suppress(OSError), os.scandir(folder) as entries:
             for entry in entries:
                 count += 1
                 with contextlib.suppress(OSError):
                     if entry.is_dir(follow_symlinks=False):
-                        waiting.append(entry.path)
+                        waiting.append((entry.path, depth + 1))
                     else:
                         size += entry.stat(follow_symlinks=False).st_blocks * 512
     return size, count

@@ -52,6 +52,22 @@ def tidy(root: Path, inside: str) -> list[Flag]:
     return flags[:_MOST]
 
 
+def text(path: Path, cap: int = 1_000_000) -> str | None:
+    """Return the text of a file that a submission may have made; None if it is no plain file, or longer than `cap`.
+
+    It waits for nothing, where a pipe bears the file's name, and follows no link.
+    """
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        with os.fdopen(descriptor, "rb") as stream:
+            facts = os.fstat(descriptor)
+            if not stat.S_ISREG(facts.st_mode) or facts.st_size > cap:
+                return None
+            return stream.read(cap).decode("utf-8", "surrogateescape")
+    except OSError:
+        return None
+
+
 def suspicious(install: Path) -> list[Flag]:
     """Return what in an install tree would change programs other than the package's own."""
     site = install / toolchain.SITE_IN_PREFIX

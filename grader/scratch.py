@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
+import subprocess
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,7 +24,19 @@ def folder(name: str) -> Iterator[Path]:
     try:
         yield made
     finally:
-        shutil.rmtree(made, ignore_errors=True)
+        remove(made)
+
+
+def remove(path: Path) -> None:
+    """Take away a folder with all that is in it, however deep, and whatever its modes. Nothing is said of what stays.
+
+    Python's own goes down by recursion, and gives up after a thousand folders in folders.
+    """
+    with contextlib.suppress(RecursionError):
+        shutil.rmtree(path, ignore_errors=True)
+    if path.is_dir():
+        for command in (["chmod", "-R", "u+rwX"], ["rm", "-rf"]):
+            subprocess.run([*command, "--", str(path)], capture_output=True, check=False)
 
 
 def sweep(parent: Path, name: str) -> None:
@@ -31,5 +44,4 @@ def sweep(parent: Path, name: str) -> None:
     for left in parent.glob(f"{name}-*-*"):
         pid = left.name[len(name) + 1 :].partition("-")[0]
         if pid.isdigit() and not Path("/proc", pid).exists():
-            with contextlib.suppress(OSError):
-                shutil.rmtree(left, ignore_errors=True)
+            remove(left)

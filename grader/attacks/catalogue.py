@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from grader.attacks import absent, on_build, on_intake, on_nodes, on_tests, on_text
+from grader.attacks import absent, on_answers, on_build, on_intake, on_nodes, on_tests, on_text
 from grader.attacks.attack import Attack
 
-_MODULES = (on_intake, on_build, on_nodes, on_tests, on_text, absent)
+_MODULES = (on_intake, on_build, on_nodes, on_answers, on_tests, on_text, absent)
 
 ATTACKS: dict[str, Attack] = {each.name: each for module in _MODULES for each in module.ATTACKS}
 

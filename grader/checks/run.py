@@ -14,6 +14,7 @@ from grader import shortage
 from grader.errors import GraderError
 from grader.score import CheckResult, Outcome
 
+_LIMIT_S = 300.0  # they take seconds
 _FOLDER = Path(__file__).parent
 
 
@@ -35,9 +36,14 @@ def run(folder: Path, ids: Sequence[str]) -> list[CheckResult]:
         ]  # fmt: skip
         environment = {"PATH": os.environ.get("PATH", ""), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "LANG": "C.UTF-8"}
         environment["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"  # the checks need no ROS
-        done = subprocess.run(
-            command, env=environment, cwd=scratch, capture_output=True, text=True, check=False, timeout=300
-        )
+        try:
+            done = subprocess.run(
+                command, env=environment, cwd=scratch, capture_output=True, text=True, check=False, timeout=_LIMIT_S
+            )
+        except subprocess.TimeoutExpired as error:
+            raise GraderError(
+                f"The checks did not end within {_LIMIT_S:g} s. The evidence is kept: {folder}"
+            ) from error
         if not results.exists():
             said = done.stdout + done.stderr
             raise GraderError(

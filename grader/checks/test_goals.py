@@ -123,6 +123,7 @@ def _has_moved(trial: Trial, until: float) -> bool:
 
 def _steepest(commands: list[Command], letter: str, limit: float) -> tuple[Command, Command] | None:
     """Return two commands between which a speed rose faster than `limit` + 10 %, None if there are none."""
+    commands = _extremes(commands, letter)
     for i, a in enumerate(commands):
         for b in commands[i + 1 :]:
             dt = b.t - a.t
@@ -133,6 +134,15 @@ def _steepest(commands: list[Command], letter: str, limit: float) -> tuple[Comma
             if abs(getattr(b, letter)) - _base(a, b, letter) > limit * (1.1 * dt + _LATE_S) + 1e-6:
                 return a, b
     return None
+
+
+def _extremes(commands: list[Command], letter: str) -> list[Command]:
+    """Return of the commands of each moment the slowest and the fastest: a thousand of them say no more."""
+    kept = []
+    for _, together in itertools.groupby(commands, key=lambda command: command.t):
+        ordered = sorted(together, key=lambda command: abs(getattr(command, letter)))
+        kept += [ordered[0], ordered[-1]][: len(ordered)]
+    return kept
 
 
 def _base(a: Command, b: Command, letter: str) -> float:

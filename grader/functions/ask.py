@@ -5,15 +5,13 @@ from __future__ import annotations
 import json
 import math
 import random
-import tempfile
 from pathlib import Path
 from typing import Any
 
-from grader import build, sandbox, toolchain
+from grader import build, leavings, sandbox, scratch, toolchain
 from grader.evidence import FunctionAnswer
 
 _PROBE = Path(__file__).parent / "probe.py"
-_CAP = 1_000_000
 
 
 def ask_conversions(install: Path, seed: int) -> list[FunctionAnswer]:
@@ -23,8 +21,7 @@ def ask_conversions(install: Path, seed: int) -> list[FunctionAnswer]:
     asked for counts as no answer.
     """
     asked = questions(seed)
-    with tempfile.TemporaryDirectory(prefix="conversions-") as scratch:
-        room = Path(scratch)
+    with scratch.folder("conversions") as room:
         (room / "out").mkdir()
         (room / "questions.json").write_text(json.dumps(asked))
         wall = sandbox.Wall(
@@ -66,16 +63,18 @@ def _answer(question: dict[str, Any], found: Any) -> FunctionAnswer:
     value = found.get("answer") if isinstance(found, dict) else None
     problem = str(found.get("problem", ""))[:200] if isinstance(found, dict) else ""
     numbers: list[Any] = value if isinstance(value, list) else [value]
-    if problem or not all(isinstance(n, int | float) and not isinstance(n, bool) for n in numbers) or len(numbers) > 4:
-        return FunctionAnswer(question["function"], question["arguments"], [], problem or f"returned {value!r}"[:200])
-    return FunctionAnswer(question["function"], question["arguments"], [float(n) for n in numbers])
+    try:
+        if any(not isinstance(n, int | float) or isinstance(n, bool) for n in numbers) or len(numbers) > 4:
+            problem = problem or f"returned {value!r}"[:200]
+        answer = [] if problem else [float(n) for n in numbers]
+    except (OverflowError, ValueError, RecursionError):  # a number, or a list, of more than anybody can tell
+        answer, problem = [], "returned what is no number in reach"
+    return FunctionAnswer(question["function"], question["arguments"], answer, problem)
 
 
 def _read(path: Path) -> list[Any]:
     try:
-        if path.is_symlink() or path.stat().st_size > _CAP:
-            return []
-        found = json.loads(path.read_text())
-    except (OSError, ValueError, RecursionError):
+        found = json.loads(leavings.text(path) or "")
+    except (ValueError, RecursionError):
         return []
     return found if isinstance(found, list) else []

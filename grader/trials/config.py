@@ -30,15 +30,29 @@ def changed(config: Path, out: Path, names: str = "*.yaml") -> tuple[dict[Path, 
     out.mkdir(parents=True, exist_ok=True)
     for path in sorted(config.glob(names)):
         document = _read(path)
+        set_to: dict[str, float] = {}
         for parameters in _parameter_blocks(document):
             for name, value in TELLTALES.items():
                 if name in parameters and (kept := _as(parameters[name], value)) is not None:
-                    parameters[name] = values[name] = kept
-        if document is not None:
+                    parameters[name] = set_to[name] = kept
+        text = _written(document)
+        if text is not None:
             copy = out / path.name
-            copy.write_text(yaml.safe_dump(document))
+            copy.write_text(text)
             copies[copy] = path.name
+            values |= set_to
     return copies, values
+
+
+def _written(document: Any) -> str | None:
+    """Return a document as YAML; None for none, and for one that can be read and not written: a number of 5000 digits.
+
+    Such a file stays as it is, and its node has to cope with it.
+    """
+    try:
+        return None if document is None else yaml.safe_dump(document)
+    except (ValueError, RecursionError, yaml.YAMLError):
+        return None
 
 
 def _as(old: Any, new: float) -> float | None:

@@ -243,8 +243,11 @@ class Stage(Running):
         self._await(future.done)
         value = None
         if future.done() and future.result() is not None and future.result().values:
-            # A byte array, or ten million numbers, are not what was asked for; they are told as far as they fit.
-            value = _tellable(parameter_value_to_python(future.result().values[0]))
+            try:
+                # A byte array, or ten million numbers, are not what was asked for; they are told as far as they fit.
+                value = _tellable(parameter_value_to_python(future.result().values[0]))
+            except Exception as error:  # whatever a node calls a parameter's value is its affair, and no fault of ours
+                reason = reason or f"an answer that is no parameter's value: {error}"[:300]
         self.parameters.append(evidence.ParameterAnswer(self.t, name, wanted, accepted, value, reason, node))
         return self.parameters[-1]
 

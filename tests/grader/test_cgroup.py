@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from grader import cgroup, sandbox, toolchain
+from grader import cgroup, sandbox, scratch, toolchain
 from grader.sandbox import MIB, Limits, Process, Wall
 
 PYTHON = Wall(environment=toolchain.environment(home=sandbox.HOME))
@@ -78,6 +78,18 @@ def test_a_full_disk_ends_the_wall(tmp_path: Path):
     result = python(code, wall, disk_bytes=10 * MIB)
     assert result.stopped == "disk"
     assert result.wall_seconds < 60
+
+
+@pytest.mark.sandbox
+def test_folders_in_folders_without_end_count_as_too_many(tmp_path: Path):
+    """Below 4096 characters of a path nobody could count what is there; and Python's rmtree gives up before."""
+    wall = Wall(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    code = "import os\nos.chdir('/ws/out')\nfor _ in range(3000):\n    os.mkdir('d')\n    os.chdir('d')"
+    try:
+        assert python(code, wall).stopped == "disk"
+    finally:
+        scratch.remove(tmp_path / "d")
+    assert not (tmp_path / "d").exists()
 
 
 @pytest.mark.sandbox

@@ -47,3 +47,18 @@ def test_what_is_no_number_is_left_to_the_node_that_reads_it(tmp_path: Path, val
     parameters, values = changed(tmp_path, FILE.format(rate=value))
     assert parameters["fusion_frequency"] == yaml.safe_load(value)
     assert "fusion_frequency" not in values
+
+
+def test_a_number_that_can_be_read_and_not_written_back_is_no_fault_of_ours(tmp_path: Path):
+    (tmp_path / "big.yaml").write_text(FILE.format(rate="20.0") + f"    big: 0x{'f' * 5000}\n")
+    assert config.changed(tmp_path, tmp_path / "out") == ({}, {})
+
+
+def test_an_ampersand_in_a_comment_is_no_anchor(tmp_path: Path):
+    _, values = changed(tmp_path, "# rates & thresholds\n" + FILE.format(rate="20.0"), names="sensor_params.yaml")
+    assert values == {"fusion_frequency": 10.0}
+
+
+def test_a_file_with_anchors_is_left_alone(tmp_path: Path):
+    (tmp_path / "big.yaml").write_text("a: &a [1]\nb: [*a, *a]\n")
+    assert config.changed(tmp_path, tmp_path / "out") == ({}, {})

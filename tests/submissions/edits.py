@@ -260,7 +260,7 @@ _EDITS = (
         "F8",
         "Within 0.1 m the goal counts as reached, whatever was asked for.",
         (_NAVIGATOR, "goal.tolerance, self._obstacle_in_way()", "0.1, self._obstacle_in_way()"),
-        says=("the tolerance was 0.0625 m",),
+        says=("the tolerance was 0.05 m",),
     ),
     _edit(
         "forgets_to_say_success",
