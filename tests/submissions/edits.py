@@ -256,13 +256,6 @@ _EDITS = (
         says=("the tolerance was",),
     ),
     _edit(
-        "ignores_the_tolerance",
-        "F8",
-        "Within 0.1 m the goal counts as reached, whatever was asked for.",
-        (_NAVIGATOR, "goal.tolerance, self._obstacle_in_way()", "0.1, self._obstacle_in_way()"),
-        says=("the tolerance was 0.05 m",),
-    ),
-    _edit(
         "forgets_to_say_success",
         "F8",
         "The robot arrives and the goal succeeds, but the result says nothing of it.",

@@ -30,7 +30,7 @@ def _place(stage: Stage, bearing: float, distance: float) -> tuple[float, float]
 def navigate_ahead(stage: Stage) -> None:
     """A target ahead, a little to one side."""
     side = stage.choose("side", [-1.0, 1.0])
-    _go(stage, side * stage.between("bearing", 0.05, 0.4), stage.between("distance", 1.5, 2.5), 0.05)
+    _go(stage, side * stage.between("bearing", 0.05, 0.4), stage.between("distance", 1.5, 2.5), 0.1)
 
 
 @trial(serves=["F8", "F9", "F11"])
