@@ -1,9 +1,13 @@
 """Q1 to Q6: what the package's text shows, its README against the graph, the demonstration."""
 
+import math
+
 from grader.checks.findings import MOST_SHOWN, listing, place, some
 from grader.checks.interface_table import agreement
 from grader.checks.judge import Judge, NotReached
-from grader.evidence import Build, Definition, Finding, Quality, Trial
+from grader.evidence import Build, Definition, Finding, Quality, SourceFile, Trial
+from grader.quality import bounds
+from grader.quality.modules import JUDGED, role
 
 _PACKAGE = "ros2_robot_controller"
 _LAYOUT = (
@@ -41,7 +45,7 @@ def test_ament_flake8_finds_nothing(judge: Judge) -> None:
     broken = [file for file in quality.files if file.problem]
     # What a linter cannot read is no better than code with a finding on every tenth line.
     count = quality.style_count + sum(max(1.0, file.lines / 10) for file in broken)
-    lines = sum(file.lines for file in quality.files)
+    lines = bounds.counted_lines(quality.files)
     suppressed = _suppressed(quality)
     if not count:
         judge.share(1.0, suppressed, "")
@@ -56,12 +60,15 @@ def test_ament_flake8_finds_nothing(judge: Judge) -> None:
 def test_public_things_have_docstrings(judge: Judge) -> None:
     """Public modules, classes and functions have docstrings: full marks at 90 %, none at 0 %, linear between."""
     things = _public(judge)
+    unread = _unread(judge)
     bare = [thing for thing in things if not thing.documented]
     share = 1 - len(bare) / len(things)
-    if share < 0.9:
+    if share < 0.9 or unread:
         names = [_name(thing) for thing in bare[:MOST_SHOWN]]
-        seen = "\n".join([f"{len(things) - len(bare)} of {len(things)} have a docstring; none at", *names])
-        judge.share(share / 0.9, seen, "say in one sentence what a caller gets, with units and frames")
+        said = [f"{len(things) - len(bare)} of {len(things)} have a docstring; none at", *names] if bare else []
+        seen = "\n".join([*said, *_said(unread)])
+        share = min(share / 0.9, 1 - _part(judge, unread))
+        judge.share(share, seen, "say in one sentence what a caller gets, with units and frames")
 
 
 def test_docstrings_keep_ament_pep257(judge: Judge) -> None:
@@ -71,16 +78,18 @@ def test_docstrings_keep_ament_pep257(judge: Judge) -> None:
     clean = [thing for thing in documented if not thing.faults]
     # A single docstring without a fault is not worth the marks of a package full of them.
     wanted = max(len(documented), 0.9 * len(things))
-    if len(clean) < wanted:
+    unread = _unread(judge)
+    if len(clean) < wanted or unread:
         faults = [fault for thing in documented for fault in thing.faults]
         seen = f"{len(clean)} of {len(things)} have a docstring that keeps every rule"
-        seen += f"\n{listing(faults)}" if faults else ""
-        judge.share(len(clean) / wanted, seen, "run `ament_pep257` in the package's folder; it says the same")
+        seen = "\n".join([seen, *([listing(faults)] if faults else []), *_said(unread)])
+        share = min(len(clean) / wanted, 1 - _part(judge, unread))
+        judge.share(share, seen, "run `ament_pep257` in the package's folder; it says the same")
 
 
 def test_layout_is_the_contracts(judge: Judge) -> None:
     """The package has the contract's layout; each missing path loses a share."""
-    paths = set(judge.quality().paths)
+    paths = set(_within_bounds(judge).paths)
     missing = [path for path in _LAYOUT if path not in paths]
     if missing:
         seen = f"missing: {some(missing, len(_LAYOUT))}"
@@ -92,10 +101,12 @@ def test_layout_is_the_contracts(judge: Judge) -> None:
 
 def test_no_function_is_too_complex(judge: Judge) -> None:
     """No function is above cyclomatic complexity 10; each that is loses a quarter."""
-    quality = _read(judge)
-    if quality.complex:
-        seen = f"{len(quality.complex)} above 10\n{listing(quality.complex)}"
-        judge.share(1 - len(quality.complex) / 4, seen, "give a part that decides one thing a function of its own")
+    found = _read(judge).complex
+    unread = _unread(judge)
+    if found or unread:
+        seen = "\n".join([*([f"{len(found)} above 10", listing(found)] if found else []), *_said(unread)])
+        count = len(found) + _at_worst(unread)
+        judge.share(1 - count / 4, seen, "give a part that decides one thing a function of its own")
 
 
 def test_conversions_are_in_utils_and_used(judge: Judge) -> None:
@@ -114,6 +125,10 @@ def test_conversions_are_in_utils_and_used(judge: Judge) -> None:
     if found.elsewhere:
         words += [f"{place(finding)} {finding.text}" for finding in found.elsewhere[:MOST_SHOWN]]
         share -= 0.25 * len(found.elsewhere)
+    unread = _unread(judge)
+    if unread:
+        words += _said(unread)
+        share -= _part(judge, unread)
     if words:
         judge.share(share, "\n".join(words), f"import them: from {_PACKAGE}.utils.conversions import normalize_angle")
 
@@ -121,24 +136,33 @@ def test_conversions_are_in_utils_and_used(judge: Judge) -> None:
 def test_no_block_stands_twice(judge: Judge) -> None:
     """No block of six or more lines stands twice in the package; each that does loses a quarter."""
     copies = _read(judge).copies
-    if copies:
+    unread = _unread(judge)
+    if copies or unread:
         shown = [f"{copy.lines} lines: {' = '.join(copy.places)}" for copy in copies[:MOST_SHOWN]]
-        seen = "\n".join([f"{len(copies)} blocks stand more than once", *shown])
-        judge.share(1 - len(copies) / 4, seen, "make the block a function in utils/: a fault is then mended once")
+        said = [f"{len(copies)} blocks stand more than once", *shown] if copies else []
+        seen = "\n".join([*said, *_said(unread)])
+        count = len(copies) + _at_worst(unread)
+        judge.share(1 - count / 4, seen, "make the block a function in utils/: a fault is then mended once")
 
 
 def test_no_bare_except_print_or_mutable_default(judge: Judge) -> None:
     """No bare `except`, no `print` in the package's modules, no mutable default; each loses a quarter."""
     bad = _habits(judge, "bare-except", "print", "mutable-default")
-    if bad:
-        judge.share(1 - len(bad) / 4, listing(bad), "name the exception; use self.get_logger(); use None as default")
+    unread = _unread(judge)
+    if bad or unread:
+        seen = "\n".join([*([listing(bad)] if bad else []), *_said(unread)])
+        count = len(bad) + _at_worst(unread)
+        judge.share(1 - count / 4, seen, "name the exception; use self.get_logger(); use None as default")
 
 
 def test_callbacks_do_not_sleep(judge: Judge) -> None:
     """No `time.sleep` in a callback, nor in a function of the package that a callback calls; each loses a half."""
     bad = _habits(judge, "sleep-in-callback")
-    if bad:
-        judge.share(1 - len(bad) / 2, listing(bad), "let a timer do the next step, and await a future in the action")
+    unread = _unread(judge)
+    if bad or unread:
+        seen = "\n".join([*([listing(bad)] if bad else []), *_said(unread)])
+        count = len(bad) + _at_worst(unread)
+        judge.share(1 - count / 2, seen, "let a timer do the next step, and await a future in the action")
 
 
 def test_contract_numbers_are_parameters(judge: Judge) -> None:
@@ -165,10 +189,13 @@ def test_public_functions_are_annotated(judge: Judge) -> None:
     functions = [thing for thing in _public(judge) if thing.kind == "function"]
     judge.expect(bool(functions), "there is no public function", "give the work that callbacks do to functions")
     bare = [thing for thing in functions if thing.unannotated]
-    if bare:
+    unread = _unread(judge)
+    if bare or unread:
         shown = [f"{_name(thing)}: {', '.join(thing.unannotated[:6])}" for thing in bare[:MOST_SHOWN]]
-        seen = "\n".join([f"{len(bare)} of {len(functions)} lack annotations", *shown])
-        judge.share(1 - len(bare) / len(functions), seen, "def clamp(value: float, low: float, high: float) -> float")
+        said = [f"{len(bare)} of {len(functions)} lack annotations", *shown] if bare else []
+        seen = "\n".join([*said, *_said(unread)])
+        share = min(1 - len(bare) / len(functions), 1 - _part(judge, unread))
+        judge.share(share, seen, "def clamp(value: float, low: float, high: float) -> float")
 
 
 def test_readme_says_what_and_how(judge: Judge) -> None:
@@ -263,9 +290,42 @@ def test_test_results_are_of_own_tests(judge: Judge) -> None:
 _WORDS = 30
 
 
+# A function above complexity 10, a block that stands twice or a bad habit takes some ten lines.
+_HIDES_ONE = 10
+
+
+def _within_bounds(judge: Judge) -> Quality:
+    """Return the facts of a package that has been looked at as a whole."""
+    quality = judge.quality()
+    words = bounds.beyond(quality.files)
+    judge.expect(not words, f"{some(words)}, so nobody has looked at all of it", "leave out what the nodes do not need")
+    return quality
+
+
+def _unread(judge: Judge) -> list[SourceFile]:
+    """Return the files that could not be read and should have been: no tests, not setup.py."""
+    return [file for file in judge.quality().files if file.problem and role(file.path) in JUDGED]
+
+
+def _said(unread: list[SourceFile]) -> list[str]:
+    return [f"{file.path} {file.problem}; what cannot be read does not count as kept" for file in unread[:MOST_SHOWN]]
+
+
+def _part(judge: Judge, unread: list[SourceFile]) -> float:
+    """Return the share of the package's lines, those of its tests left out, that stand in files not read."""
+    known = [file for file in judge.quality().files if not file.problem and role(file.path) in JUDGED]
+    hidden = sum(max(1, file.lines) for file in unread)
+    return hidden / max(1, hidden + bounds.counted_lines(known))
+
+
+def _at_worst(unread: list[SourceFile]) -> int:
+    """Return how many findings the files that were not read may hide, where each finding has its price."""
+    return sum(max(1, math.ceil(file.lines / _HIDES_ONE)) for file in unread)
+
+
 def _read(judge: Judge) -> Quality:
     """Return the facts of a package with some Python in it that can be read."""
-    quality = judge.quality()
+    quality = _within_bounds(judge)
     if not any(file.lines for file in quality.files if not file.problem):
         problems = [f"{file.path} {file.problem}" for file in quality.files if file.problem]
         judge.expect(False, f"no Python to read: {some(problems)}" if problems else "no Python in it", "see I1")

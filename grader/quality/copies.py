@@ -8,10 +8,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from grader.evidence import Copy
-from grader.quality.modules import Function, Module, is_docstring, last_name
+from grader.quality.modules import JUDGED, Function, Module, is_docstring, last_name
 
 BLOCK = 6  # lines, each with a statement of its own or the head of one
-_ROLES = ("module", "launch", "script")
 _MOST_PLACES = 20
 
 
@@ -29,7 +28,7 @@ def copies(modules: Sequence[Module]) -> list[Copy]:
     Spaces, comments and line breaks make no difference. Imports, docstrings and what every ROS node has at its end
     (`main` and the lines that call it) are no copies, and neither are tests.
     """
-    runs = [list(_lines(module)) for module in modules if module.role in _ROLES]
+    runs = [list(_lines(module)) for module in modules if module.role in JUDGED]
     places: dict[tuple[str, ...], list[tuple[int, int]]] = defaultdict(list)
     for number, run in enumerate(runs):
         for start in range(len(run) - BLOCK + 1):

@@ -7,25 +7,25 @@ from collections.abc import Iterator, Sequence
 from pathlib import PurePosixPath
 
 from grader.evidence import Definition
-from grader.quality.modules import Function, Module, last_name
+from grader.quality.modules import JUDGED, Function, Module, last_name, role
 
-_ROLES = ("module", "launch", "script")
 # One docstring says it all for a property and its setter, and for a function and its overloads.
 _SAME_THING = ("setter", "deleter", "getter", "overload")
 
 
 def definitions(module: Module) -> Iterator[Definition]:
     """Yield what is public in a module of the package, a launch file or a script: no leading _ on the way to it."""
-    if module.role not in _ROLES or not _is_public(module):
+    if not is_judged(module.path):
         return
     if module.tree.body or module.stem != "__init__":
         yield Definition(module.path, 1, "module", module.name, bool(ast.get_docstring(module.tree)))
     yield from _inside(module.path, module.tree.body, "")
 
 
-def _is_public(module: Module) -> bool:
-    parts = PurePosixPath(module.path).with_suffix("").parts
-    return not any(part.startswith("_") and part != "__init__" for part in parts)
+def is_judged(path: str) -> bool:
+    """Return whether what stands in this file is public: no test, and no leading _ on the way to it."""
+    parts = PurePosixPath(path).with_suffix("").parts
+    return role(path) in JUDGED and not any(part.startswith("_") and part != "__init__" for part in parts)
 
 
 def _inside(path: str, body: Sequence[ast.stmt], owner: str) -> Iterator[Definition]:

@@ -6,12 +6,13 @@ import ast
 import io
 import tokenize
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
 
 PACKAGE = "ros2_robot_controller"
 NODES = ("robot_controller", "sensor_processor")
+JUDGED = ("module", "launch", "script")  # the roles of what a robot runs; tests and setup.py serve the author
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 _DEEPEST = 150  # what people write stays below 30; linters walk trees recursively and break on a thousand
@@ -23,12 +24,16 @@ _NOT_CODE = {
 
 @dataclass(frozen=True)
 class Module:
-    """One Python file that can be parsed. `role` is "module" (of the package), "launch", "script", "test", "setup"."""
+    """One Python file that can be parsed. `role` is "module" (of the package), "launch", "script", "test", "setup".
+
+    `constants` are those of its `lines` that only give names to constants.
+    """
 
     path: str
     tree: ast.Module
     lines: int
     role: str = field(default="")
+    constants: int = 0
 
     @property
     def name(self) -> str:
@@ -53,7 +58,8 @@ def parse(path: str, data: bytes) -> Module:
             warnings.simplefilter("ignore")  # a stray "\d" in a string is the linter's to tell
             tree = ast.parse(data)
         _refuse_depth(tree)
-        return Module(path, tree, _code_lines(data, tree), role(path))
+        lines = _code_lines(data, tree)
+        return Module(path, tree, len(lines), role(path), len(lines & set(_constant_lines(tree.body))))
     except SyntaxError as error:
         raise ValueError(f"line {error.lineno or 1}: {error.msg}") from error
     except (RecursionError, MemoryError) as error:
@@ -72,23 +78,56 @@ def _refuse_depth(tree: ast.Module) -> None:
 
 
 def role(path: str) -> str:
-    """Return what a file is there for, by its place in the package."""
+    """Return what a file is there for, by its place in the package.
+
+    What lies in the Python package can be imported by the nodes, so its name makes it neither test nor launch file.
+    """
     parts = PurePosixPath(path).parts
     name = parts[-1]
-    if parts[0] in ("test", "tests") or name == "conftest.py" or name.startswith("test_") or name.endswith("_test.py"):
+    if parts[0] == PACKAGE and len(parts) > 1:
+        return "module"
+    if parts[0] in ("test", "tests") or (len(parts) == 1 and _is_pytests(name)):
         return "test"
     if parts == ("setup.py",):
         return "setup"
     if parts[0] == "launch" or name.endswith((".launch.py", "_launch.py")):
         return "launch"
-    return "script" if parts[0] in ("scripts", "bin", "examples", "tools", "demo") else "module"
+    # What is no `.py` file is here for its first line, which makes it a program.
+    in_scripts = parts[0] in ("scripts", "bin", "examples", "tools", "demo")
+    return "script" if in_scripts or not name.endswith(".py") else "module"
 
 
-def _code_lines(data: bytes, tree: ast.Module) -> int:
-    """Return the number of lines on which code begins: no blanks, comments, docstrings, rests of long strings."""
+def _is_pytests(name: str) -> bool:
+    return name == "conftest.py" or (name.startswith("test_") and name.endswith(".py")) or name.endswith("_test.py")
+
+
+def _code_lines(data: bytes, tree: ast.Module) -> set[int]:
+    """Return the lines on which code begins: no blanks, comments, docstrings, rests of long strings."""
     starts = {token.start[0] for token in tokenize.tokenize(io.BytesIO(data).readline) if token.type not in _NOT_CODE}
     docstrings = {node.lineno for node in _docstrings(tree)}
-    return len(starts - docstrings)
+    return starts - docstrings
+
+
+_PLAIN = (
+    ast.Constant, ast.Name, ast.Attribute, ast.UnaryOp, ast.BinOp, ast.List, ast.Tuple, ast.Set, ast.Dict,
+    ast.unaryop, ast.operator, ast.expr_context,
+)  # fmt: skip
+
+
+def _constant_lines(body: Sequence[ast.stmt]) -> Iterator[int]:
+    """Yield the lines, outside of functions, that hold constants or names for constants and nothing else."""
+    for node in body:
+        if isinstance(node, ast.ClassDef):
+            yield from _constant_lines(node.body)
+        elif isinstance(node, ast.If | ast.Try | ast.With | ast.For | ast.While):
+            for part in ast.iter_child_nodes(node):
+                if isinstance(part, ast.stmt | ast.ExceptHandler):
+                    yield from _constant_lines(part.body if isinstance(part, ast.ExceptHandler) else [part])
+        elif isinstance(node, ast.Pass) or (
+            isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign | ast.Expr)
+            and (node.value is None or all(isinstance(part, _PLAIN) for part in ast.walk(node.value)))
+        ):
+            yield from range(node.lineno, (node.end_lineno or node.lineno) + 1)
 
 
 def _docstrings(tree: ast.Module) -> Iterator[ast.Expr]:

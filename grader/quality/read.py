@@ -17,7 +17,7 @@ from grader import evidence
 from grader.errors import GraderError
 from grader.evidence import Definition, Finding, Manifest, Quality, SourceFile
 from grader.intake.names import printable
-from grader.quality import limited, sources
+from grader.quality import bounds, limited, sources, unread
 from grader.quality.sources import Source
 
 # flake8's own rules. With ROS from apt, ament_flake8 brings plugins for quotes, import order and more; the wheels do
@@ -41,14 +41,14 @@ def read(package: Path, interfaces: Path | None = None) -> Quality:
         room = Path(scratch)
         every = sources.copy(sources.find(package), room)
         good = [source for source in every if not source.problem]
-        found, unread = _facts(package, interfaces, good, room)
+        found, unreadable = _facts(package, interfaces, good, room)
         # What is no Python would only tell a linter's weak spots: it is not shown to them.
-        readable = {file.path for file in found.files if not file.problem} - {source.path for source in unread}
+        readable = {file.path for file in found.files if not file.problem} - {source.path for source in unreadable}
         good = [source for source in good if source.path in readable]
         with ThreadPoolExecutor(2) as pool:
             style = pool.submit(limited.all_but_the_worst, lambda items: _flake8(items, room), good)
             docstrings = pool.submit(limited.all_but_the_worst, lambda items: _pep257(items, room), good)
-            return _together(found, every, unread, style.result(), docstrings.result())
+            return _together(found, every, unreadable, style.result(), docstrings.result())
 
 
 def _flake8(items: Sequence[Source], room: Path) -> list[Finding] | None:
@@ -122,11 +122,11 @@ def _facts(package: Path, interfaces: Path | None, good: Sequence[Source], room:
 def _together(
     found: Quality,
     every: Sequence[Source],
-    unread: Sequence[Source],
+    unreadable: Sequence[Source],
     style: tuple[list[Finding] | None, list[Source]],
     docstrings: tuple[list[_Found] | None, list[Source]],
 ) -> Quality:
-    too_much = {source.path for source in (*unread, *style[1], *docstrings[1])}
+    too_much = {source.path for source in (*unreadable, *style[1], *docstrings[1])}
     files = {file.path: file for file in found.files}
     for source in every:
         known = files.get(source.path)
@@ -138,6 +138,14 @@ def _together(
     readable = {path for path, file in files.items() if not file.problem}
     linted = [finding for finding in style[0] or [] if finding.path in readable]
     rules = [finding for finding in linted if _RULES.match(finding.rule)]
+    public = [thing for thing in found.definitions if thing.path in readable]
+    # What hides in a file that cannot be read is not thereby documented.
+    hidden = [
+        thing
+        for source in every
+        if source.path not in readable
+        for thing in unread.definitions(printable(source.path), source.data)
+    ]
     return replace(
         found,
         files=[files[path] for path in sorted(files)],
@@ -149,7 +157,7 @@ def _together(
             for source in every
             for line, words in source.suppressions()
         ][:_MOST_FINDINGS],
-        definitions=_with_faults(found.definitions, docstrings[0] or []),
+        definitions=_with_faults(public, docstrings[0] or []) + hidden[: bounds.MOST_DEFINITIONS],
     )
 
 

@@ -9,10 +9,11 @@ import json
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from grader import evidence
 from grader.intake.names import printable
-from grader.quality import copies, habits, manifest, parameters
+from grader.quality import bounds, copies, habits, manifest, parameters
 from grader.quality.calls import Calls
 from grader.quality.conversions import conversions
 from grader.quality.definitions import definitions
@@ -23,13 +24,24 @@ from grader.quality.readme import read_readme
 from grader.quality.sources import package_files
 
 _MOST = 2000
+_LONGEST_TEXT = 2000
 
 
 def main() -> int:
     """Print the facts."""
     package, beside = Path(sys.argv[1]), Path(sys.argv[2]) if sys.argv[2] else None
-    print(evidence.to_json(read(package, beside, json.loads(Path(sys.argv[3]).read_text()))))
+    found = read(package, beside, json.loads(Path(sys.argv[3]).read_text()))
+    print(json.dumps(_cut(json.loads(evidence.to_json(found)))))
     return 0
+
+
+def _cut(value: Any) -> Any:
+    """Return what is to be printed with its texts cut: Python sets no limit to the length of a name."""
+    if isinstance(value, str):
+        return value[:_LONGEST_TEXT]
+    if isinstance(value, list):
+        return [_cut(item) for item in value]
+    return {_cut(key): _cut(item) for key, item in value.items()} if isinstance(value, dict) else value
 
 
 def read(package: Path, beside: Path | None, sources: list[tuple[str, str]]) -> evidence.Quality:
@@ -37,11 +49,14 @@ def read(package: Path, beside: Path | None, sources: list[tuple[str, str]]) -> 
     modules, files = _parse(sources)
     paths = package_files(package)
     calls = Calls(modules)
+    public = [item for module in modules for item in definitions(module)]
+    if len(public) > bounds.MOST_DEFINITIONS:
+        files.append(evidence.SourceFile(public[bounds.MOST_DEFINITIONS].path, 0, bounds.TOO_PUBLIC))
     found = evidence.Quality(
         manifest=manifest.read_manifest(package, paths, modules),
         paths=[printable(path) for path in paths][:_MOST],
         files=files,
-        definitions=[item for module in modules for item in definitions(module)][:_MOST],
+        definitions=public[: bounds.MOST_DEFINITIONS],
         copies=copies.copies(modules),
         habits=habits.habits(modules, calls)[:_MOST],
         conversions=conversions(calls),
@@ -60,6 +75,7 @@ def read(package: Path, beside: Path | None, sources: list[tuple[str, str]]) -> 
 
 def _parse(sources: list[tuple[str, str]]) -> tuple[list[Module], list[evidence.SourceFile]]:
     modules, files = [], []
+    left = bounds.MOST_CONSTANT_LINES
     for path, copy in sources:
         try:
             module = parse(path, Path(copy).read_bytes())
@@ -67,7 +83,9 @@ def _parse(sources: list[tuple[str, str]]) -> tuple[list[Module], list[evidence.
             files.append(evidence.SourceFile(path, 0, problem=f"is no Python: {printable(str(error))}"))
         else:
             modules.append(module)
-            files.append(evidence.SourceFile(path, module.lines))
+            told = min(module.constants, left)
+            left -= told
+            files.append(evidence.SourceFile(path, module.lines - module.constants + told))
     return modules, files
 
 

@@ -12,6 +12,7 @@ from grader.checks.test_quality import test_docstrings_keep_ament_pep257 as rule
 from grader.checks.test_quality import test_public_functions_are_annotated as annotations
 from grader.checks.test_quality import test_public_things_have_docstrings as coverage
 from grader.evidence import Definition, Quality
+from grader.quality import sources
 from grader.quality.definitions import definitions
 from grader.quality.modules import parse
 
@@ -68,8 +69,7 @@ def without_docstrings(path: str) -> str:
 
 def test_no_docstring_anywhere(tmp_path: Path):
     """Blatant."""
-    paths = [path.relative_to(REFERENCE).as_posix() for path in REFERENCE.rglob("*.py") if "test" not in path.parts]
-    files = {path: without_docstrings(path) for path in paths}
+    files = {path: without_docstrings(path) for path in (source.path for source in sources.find(REFERENCE))}
     result = judged(coverage, facts(reference(tmp_path, files=files)))
     assert result.share == 0.0
     assert "0 of" in result.seen

@@ -8,7 +8,7 @@ import pytest
 from quality_examples import judged, with_flake8, with_linters, written
 
 from grader.checks.test_quality import test_ament_flake8_finds_nothing as style
-from grader.quality import limited, sources
+from grader.quality import bounds, limited, sources
 
 GOOD = '"""A module."""\n\nX = 1\n'
 
@@ -75,10 +75,10 @@ def test_a_name_of_a_file_cannot_forge_a_finding(tmp_path: Path):
 
 
 def test_too_many_files_are_not_read(tmp_path: Path):
-    package = written(tmp_path, {f"m/f{n:04}.py": "X = 1\n" for n in range(sources.MOST_FILES + 50)})
+    package = written(tmp_path, {f"m/f{n:04}.py": "X = 1\n" for n in range(bounds.MOST_FILES + 50)})
     found = sources.find(package)
-    assert len(found) == sources.MOST_FILES + 1
-    assert "more Python than can be looked at" in found[-1].problem
+    assert len(found) == bounds.MOST_FILES + 1
+    assert "200 Python files in the package" in found[-1].problem
 
 
 def test_a_link_is_not_followed(tmp_path: Path):
@@ -88,7 +88,10 @@ def test_a_link_is_not_followed(tmp_path: Path):
 
 
 def test_build_trees_and_caches_are_not_the_students_text(tmp_path: Path):
-    others = ("build/x.py", "install/x.py", "venv/pyvenv.cfg", "venv/lib/x.py", ".hidden/x.py", "m/__pycache__/x.py")
+    others = (
+        "build/x.py", "install/x.py", "venv/pyvenv.cfg", "venv/lib/x.py", ".venv/lib/x.py", ".history/m/a_2024.py",
+        ".github/x.py", ".vscode/x.py", ".git/hooks/pre-commit", "m/__pycache__/x.py", "m/.ipynb_checkpoints/x.py",
+    )  # fmt: skip
     package = written(tmp_path, {"m/a.py": GOOD, **dict.fromkeys(others, GOOD)})
     assert [source.path for source in sources.find(package)] == ["m/a.py"]
 
