@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import random
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from grader.mutation.source import Change, Source, header
+from grader.mutation.source import TOO_MUCH, Change, Source, header
 from grader.own_tests.run import Reach
 
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
@@ -116,12 +117,18 @@ def _uses(sources: Iterable[Source]) -> dict[str, list[tuple[str, int, int]]]:
     """Return for each name the statements inside functions that use it: (path, first line, last line)."""
     found: dict[str, list[tuple[str, int, int]]] = defaultdict(list)
     for source in sources:
-        for function in (node for node in ast.walk(source.tree) if isinstance(node, _Function)):
-            found[function.name].append((source.path, function.body[0].lineno, function.end_lineno or function.lineno))
-            for statement in (node for top in function.body for node in ast.walk(top) if isinstance(node, ast.stmt)):
-                for name in _names_in(statement):
-                    found[name].append((source.path, *header(statement)))
+        with contextlib.suppress(*TOO_MUCH):  # nor are there faults in such a source
+            for name, first, last in list(_uses_in(source)):
+                found[name].append((source.path, first, last))
     return found
+
+
+def _uses_in(source: Source) -> Iterator[tuple[str, int, int]]:
+    for function in (node for node in ast.walk(source.tree) if isinstance(node, _Function)):
+        yield function.name, function.body[0].lineno, function.end_lineno or function.lineno
+        for statement in (node for top in function.body for node in ast.walk(top) if isinstance(node, ast.stmt)):
+            for name in _names_in(statement):
+                yield (name, *header(statement))
 
 
 def _names_in(node: ast.AST) -> Iterator[str]:

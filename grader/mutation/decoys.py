@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
-from grader.mutation.source import MODULE, Change, Source, Spot, called, is_docstring
+from grader.mutation.source import MODULE, TOO_MUCH, Change, Source, Spot, called, is_docstring
 
 WEAK = "weak decoy"
 """Another text with the same bytecode: taken where there is no other decoy."""
@@ -21,8 +21,11 @@ _MIRRORED: dict[type[ast.cmpop], str] = {
 
 
 def decoys(source: Source) -> list[Change]:
-    """Return every decoy that could be put into a source, in its order."""
-    return [change for spot in source.spots() for change in _decoys(source, spot) if _compiles(source, change)]
+    """Return every decoy that could be put into a source, in its order; none for one that is too much for Python."""
+    try:
+        return [change for spot in source.spots() for change in _decoys(source, spot) if _compiles(source, change)]
+    except TOO_MUCH:
+        return []
 
 
 def _decoys(source: Source, spot: Spot) -> Iterator[Change]:

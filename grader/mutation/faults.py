@@ -6,7 +6,7 @@ import ast
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from grader.mutation.source import Change, Source, Spot, called, is_docstring
+from grader.mutation.source import TOO_MUCH, Change, Source, Spot, called, is_docstring
 
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
 Operator = Callable[[Source, Spot], Iterator[Change]]
@@ -48,7 +48,14 @@ _QOS = {
 
 
 def faults(source: Source) -> list[Change]:
-    """Return every fault that could be put into a source, in its order."""
+    """Return every fault that could be put into a source, in its order; none for one that is too much for Python."""
+    try:
+        return _faults(source)
+    except TOO_MUCH:
+        return []
+
+
+def _faults(source: Source) -> list[Change]:
     callbacks = _callbacks(source.tree)
     found = []
     for spot in source.spots():

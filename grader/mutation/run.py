@@ -6,13 +6,13 @@ import random
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from queue import SimpleQueue
 
-from grader.evidence import Decoy, Fault, Mutation
+from grader.evidence import Decoy, Fault, Mutation, short_name
 from grader.mutation.choose import Selection, Selector, choose
 from grader.mutation.decoys import WEAK, decoys
 from grader.mutation.faults import faults
@@ -68,7 +68,8 @@ def mutate(
         selector=Selector(parsed, reach),
         chance=random.Random(f"decoys {seed}"),
     )
-    reached = [change for change in chosen if found.selector.tests(change)]
+    found.note_readers({name for r in reach for name in r.readers})
+    reached = [change for change in chosen if found.selection(change)]
     quiet_seconds = 0.0
     if reached:
         for change in chosen:
@@ -78,14 +79,19 @@ def mutate(
             quiet_seconds = _rounds(found, chosen, _Crew(crew, until), seconds, progress)
     else:
         for change in chosen:
-            found.outcomes[change] = _fault(change, "unreached")
+            found.outcomes[change] = _fault(change, "unnoticed" if found.selector.tests(change) else "unreached")
     not_tried = sum(fault.outcome == "not tried" for fault in found.outcomes.values())
-    note = f"{not_tried} of {len(chosen)} faults were not tried: the budget of {seconds:g} s was used up"
+    notes = []
+    if not_tried and not found.convicted:
+        notes.append(f"{not_tried} of {len(chosen)} faults were not tried: the budget of {seconds:g} s was used up")
+    if found.blind:
+        names = ", ".join(short_name(name) for name in sorted(found.blind)[:3])
+        notes.append(f"{names} read the package's source as a text, so what was noticed there did not count")
     return Mutation(
         seed=seed, possible=len(possible), faults=[found.outcomes[change] for change in chosen], decoys=found.decoys,
-        set_aside=sorted(found.set_aside), convicted=sorted(found.convicted),
+        set_aside=sorted(found.set_aside - found.readers), convicted=sorted(found.convicted),
         wall_seconds=round(time.monotonic() - started, 1), quiet_seconds=round(quiet_seconds, 1),
-        budget_seconds=seconds, note=note if not_tried and not found.convicted else "",
+        budget_seconds=seconds, note="; ".join(notes),
     )  # fmt: skip
 
 
@@ -105,6 +111,23 @@ class _Findings:
     convicted: set[str] = field(default_factory=set)
     vouched: set[tuple[str, str]] = field(default_factory=set)
     """Tests that have passed a decoy in a file: (test, file)."""
+
+    readers: set[str] = field(default_factory=set)
+    """Tests that read the source, set aside for that."""
+
+    @property
+    def blind(self) -> set[str]:
+        """Return the readers that would have been a witness: a linter's test reaches no line."""
+        return self.readers & {
+            n for r in self.reach.values() for lines in r.lines.values() for t in lines.values() for n in t
+        }
+
+    def note_readers(self, names: Set[str]) -> list[Change]:
+        """Set tests aside that read the source; return the faults that only they are known to have noticed."""
+        fresh = names - self.readers - {""}
+        self.readers |= fresh
+        self.set_aside |= fresh
+        return [change for change, fault in self.outcomes.items() if fault.by in fresh]
 
     def selection(self, change: Change) -> list[Selection]:
         return self.selector.tests(change, self.set_aside, self.whole)
@@ -130,6 +153,7 @@ class _Result:
     seconds: float
     failed: tuple[str, ...]
     tried: bool = True
+    readers: frozenset[str] = frozenset()
 
 
 class _Crew:
@@ -182,7 +206,8 @@ def _rounds(
         before = crew.spent
         # Decoys first: what they say of a test decides whether what it noticed in this round counts.
         results = sorted(crew.run(found, jobs), key=lambda result: result.job.twin is None)
-        again: list[Change] = []
+        # A test may read the source only where it runs without coverage.
+        again = found.note_readers({name for result in results for name in result.readers})
         for result in (result for result in results if result.tried):
             if result.job.twin is not None:
                 again += [] if found.convicted else _note_decoy(found, crew, result)
@@ -192,6 +217,7 @@ def _rounds(
                 _note_fault(found, result)
                 if result.by and result.by not in found.set_aside:
                     noticed.append((_changed(result.job), result))
+        again = list(dict.fromkeys(again))
         for change in again:
             found.outcomes[change] = _fault(change, "not tried")
         waiting += again
@@ -336,6 +362,7 @@ def _try(bench: Bench, found: _Findings, job: _Job) -> _Result:
         text = found.sources[job.change.path].apply(job.change)
         files = dict.fromkeys(found.places[job.change.path], text)
     seconds, count = 0.0, 0
+    readers: frozenset[str] = frozenset()
     for selection in job.selections:
         known = found.reach[selection.module].seconds
         limits = {name: job.patience * min(2.0 + 8 * known.get(name, 0.0), _LONGEST) for name in selection.tests}
@@ -350,11 +377,12 @@ def _try(bench: Bench, found: _Findings, job: _Job) -> _Result:
             return _Result(job, "", "", late=False, ran=count, seconds=seconds, failed=())
         seconds += ran.quiet_seconds
         count += len(ran.tests)
+        readers |= ran.readers | (frozenset(known) if "" in ran.readers else frozenset())
         by = _witness(ran, selection)
         if by:
             failed = tuple(test.id for test in ran.tests if test.outcome in ("failed", "error")) or (by,)
-            return _Result(job, by, selection.module, bool(ran.late), count, seconds, failed)
-    return _Result(job, "", "", late=False, ran=count, seconds=seconds, failed=())
+            return _Result(job, by, selection.module, bool(ran.late), count, seconds, failed, readers=readers)
+    return _Result(job, "", "", late=False, ran=count, seconds=seconds, failed=(), readers=readers)
 
 
 def _witness(ran: Ran, selection: Selection) -> str:

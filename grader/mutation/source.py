@@ -7,8 +7,13 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from grader.own_tests.guards import is_guard
+
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
 MODULE = "<module>"
+# What Python throws at code that is no mistake but too much: numbers of 5000 digits, 400 times `elif`. Nothing is put
+# into a module that cannot be read whole.
+TOO_MUCH = (ValueError, RecursionError, MemoryError)
 
 # What a node logs is for people, not for other nodes: a fault there changes no behaviour that a test should pin down.
 _LOGGING = {"debug", "info", "warn", "warning", "error", "fatal", "critical", "exception", "log", "print", "get_logger"}
@@ -112,7 +117,7 @@ def parse(path: str, text: str) -> Source | None:
     """Return the source, None if Python cannot read it."""
     try:
         source = Source(path, text)
-    except (SyntaxError, ValueError, RecursionError, UnicodeError):
+    except (SyntaxError, *TOO_MUCH):
         return None
     return source if len(source._starts) > 1 else None
 
@@ -152,6 +157,8 @@ def _walk(
                 bound = bound | _bound(child)
         if _is_silent(child) or (isinstance(node, ast.While) and name == "test"):
             continue
+        if isinstance(node, ast.Module) and is_guard(child):
+            continue
         trail = (*parents, node)
         if here is not None:
             in_function = any(isinstance(above, _Function) for above in trail)
@@ -178,9 +185,6 @@ def _is_silent(node: ast.AST) -> bool:
         return True
     if isinstance(node, ast.keyword) and node.arg in _PATIENCE:
         return True
-    if isinstance(node, ast.If):
-        test = ast.unparse(node.test)
-        return "__name__" in test or "TYPE_CHECKING" in test
     if isinstance(node, ast.Assign):
         return any(re.search(r"__all__|message$|reason$|_text$|\b__path__", ast.unparse(t)) for t in node.targets)
     return False

@@ -9,14 +9,16 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import re
 import shutil
+import stat
 import sys
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from grader import build, sandbox, toolchain
 from grader.errors import GraderError
@@ -26,10 +28,12 @@ MODULES = build.INSTALL / toolchain.SITE_IN_PREFIX / build.PACKAGE
 GENERATED = ("msg", "srv", "action")
 _OUT_CAP = 5_000_000
 _REACH_CAP = 30_000_000  # a thousand tests that each reach a thousand lines
+_DATA_CAP = 100_000_000
 _TAIL = 2000
 _POLL_S = 0.01
 _START_SECONDS = 60.0
 _BUSY_FACTOR = 10.0  # how much longer than its limits, which leave waiting for a core out, a run may take by the clock
+_STOPPED_SECONDS = 1.0  # after which a worker that has been stopped counts as dead
 _HERE = Path(__file__).parent
 _ENVIRONMENT = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONNOUSERSITE": "1", "ROS_DOMAIN_ID": "7"}
 
@@ -81,6 +85,10 @@ class Ran:
     refused: tuple[tuple[str, str], ...]
     output_tail: str
     reach: Mapping[str, Mapping[int, frozenset[str]]]
+    readers: frozenset[str] = frozenset()
+    """The tests that have read the package's source as a text."""
+    data: Path | None = None
+    """What coverage has written for this run, as it was when the run ended: no later test can get at it."""
 
     @property
     def noticed(self) -> str:
@@ -103,6 +111,8 @@ class Bench:
     requests: Path
     out: Path
     count: list[int]
+    worker: list[int] = field(default_factory=list)
+    """The worker's threads, as the host numbers them."""
 
     def run(self, request: Request) -> Ran:
         """Run one request and return what it reported.
@@ -116,20 +126,41 @@ class Bench:
         began = time.monotonic()
         done = self.out / f"{number}.done"
         # The worker keeps the time itself; this is for a worker that the submission has stopped or killed.
+        ran_last = began
         while not done.exists() and self.alive:
-            if time.monotonic() - began > _BUSY_FACTOR * request.total + _START_SECONDS:
+            now = time.monotonic()
+            ran_last = ran_last if self._is_stopped() else now
+            if now - began > _BUSY_FACTOR * request.total + _START_SECONDS or now - ran_last > _STOPPED_SECONDS:
                 self.process.kill()
             time.sleep(_POLL_S)
         ran = _read_run(self.out, number, time.monotonic() - began)
-        for leftover in self.out.glob(f"{number}.*"):
+        ran = replace(ran, data=self._keep(number) if request.coverage else None)
+        for leftover in (*self.out.glob(f"{number}.*"), *self.out.glob("coverage*")):
             with contextlib.suppress(OSError):
                 leftover.unlink()
         return ran
+
+    def _keep(self, number: int) -> Path | None:
+        """Copy what the worker measured for a request, and nothing that lies beside it; return the copy."""
+        kept = self.out.parent / "data" / f"coverage.{number}.main"
+        try:
+            # A copy, for a test that has linked the file would keep a hand on it.
+            with _opened(self.out / kept.name) as stream:
+                if os.fstat(stream.fileno()).st_size > _DATA_CAP:
+                    return None
+                kept.write_bytes(stream.read(_DATA_CAP))
+        except OSError:
+            return None
+        return kept
 
     @property
     def alive(self) -> bool:
         """Return whether the worker still runs. A submission can kill it, and then has nothing more to report."""
         return self.process.exit_code() is None
+
+    def _is_stopped(self) -> bool:
+        """Return whether the worker itself has been stopped by a signal or a debugger; only a test does that."""
+        return any(_state(pid) in ("T", "t") for pid in self.worker)
 
     def _hand_in(self, number: int, request: Request) -> None:
         text = json.dumps({
@@ -149,6 +180,9 @@ class Bench:
                 output = self.process.output
                 raise GraderError(f"The process that runs the package's own tests did not start:\n{output}")
             self.process.kill()
+        elif not self.worker:
+            # No test has run yet, so whatever there is behind the wall is the worker.
+            self.worker.extend(self.process.shares())
         path.unlink()
 
 
@@ -162,7 +196,7 @@ def benches(package: Path, install: Path, count: int, *, seconds: float) -> Iter
 @contextlib.contextmanager
 def _bench(package: Path, install: Path, room: Path, seconds: float) -> Iterator[Bench]:
     room.mkdir()
-    for name in ("requests", "out"):
+    for name in ("requests", "out", "data"):
         (room / name).mkdir()
     shutil.copytree(package, room / "package", symlinks=True, ignore=_not_source)
     modules = install / MODULES.relative_to(build.INSTALL)
@@ -181,6 +215,7 @@ def _bench(package: Path, install: Path, room: Path, seconds: float) -> Iterator
     wall = sandbox.Wall(
         read_only={
             install: str(build.INSTALL), rc: "/ws/coveragerc", _HERE / "worker.py": "/ws/worker.py",
+            _HERE / "reading.py": "/ws/reading.py",
             room / "requests": "/ws/requests",
         },
         writable={room / "package": str(PACKAGE), room / "out": "/ws/out"}
@@ -224,13 +259,27 @@ def places(package: Path, install: Path, name: str, text: str) -> list[str]:
 def read(path: Path, cap: int = _OUT_CAP) -> str | None:
     """Return the text of a file that a submission may have made, None if there is none or it is too long."""
     try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
-        with os.fdopen(descriptor, "rb") as stream:
-            if not path.is_file() or os.fstat(descriptor).st_size > cap:
+        with _opened(path) as stream:
+            if os.fstat(stream.fileno()).st_size > cap:
                 return None
             return stream.read(cap).decode("utf-8", "surrogateescape")
     except OSError:
         return None
+
+
+def _state(thread: int) -> str:
+    """Return in one letter what a thread does, "" if it is gone."""
+    status = (read(Path(f"/proc/{thread}/stat")) or "").rpartition(")")[2].split()
+    return status[0] if status else ""
+
+
+def _opened(path: Path) -> BinaryIO:
+    """Open a plain file without following a link or waiting for who writes into a pipe."""
+    stream = os.fdopen(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb")
+    if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+        stream.close()
+        raise OSError(f"{path} is no plain file")
+    return stream
 
 
 def _version() -> str:
@@ -244,9 +293,10 @@ def _not_source(_folder: str, names: list[str]) -> list[str]:
 def _read_run(out: Path, number: int, seconds: float) -> Ran:
     ended = _entry(read(out / f"{number}.done") or "")
     entries = [_entry(line) for line in (read(out / f"{number}.report") or "").splitlines()]
+    collected = tuple(_texts(next((e["collected"] for e in entries if "collected" in e), [])))
     return Ran(
         tests=tuple(_tests(entries)),
-        collected=tuple(_texts(next((e["collected"] for e in entries if "collected" in e), []))),
+        collected=collected,
         broken="; ".join(_text(entry.get("message"), 400) for entry in entries if "broken" in entry)[:800],
         ended=any("ended" in entry for entry in entries) and ended.get("status") == 0,
         status=_int(ended.get("status"), -1),
@@ -259,6 +309,7 @@ def _read_run(out: Path, number: int, seconds: float) -> Ran:
         )[:20],
         output_tail=(read(out / f"{number}.log") or "")[-_TAIL:].encode("utf-8", "replace").decode(),
         reach=_reach(read(out / f"{number}.reach", _REACH_CAP)),
+        readers=_readers(entries, collected),
     )
 
 
@@ -284,6 +335,12 @@ def _tests(entries: Sequence[dict[str, Any]]) -> Iterator[Test]:
     return iter(found.values())
 
 
+def _readers(entries: Sequence[dict[str, Any]], collected: Sequence[str]) -> frozenset[str]:
+    """Return who reads the source: "" and all tests if it is read while importing, or in a fixture that they share."""
+    names = {_text(entry["reads"]) for entry in entries if "reads" in entry}
+    return frozenset({*names, *collected} if "" in names else names)
+
+
 def _reach(text: str | None) -> dict[str, dict[int, frozenset[str]]]:
     data = _entry(text or "")
     tests = _texts(data.get("tests"))
@@ -295,7 +352,8 @@ def _reach(text: str | None) -> dict[str, dict[int, frozenset[str]]]:
             continue
         by_line = found.setdefault(str(Path(name).relative_to(root)), {})
         for line, numbers in lines.items():
-            if line.isdigit() and isinstance(numbers, list):
+            # `isdigit` holds for "²" too, and more than 4300 digits are no number to Python.
+            if re.fullmatch("[0-9]{1,7}", line) and isinstance(numbers, list):
                 names = {tests[n] if n >= 0 else "" for n in numbers if isinstance(n, int) and -1 <= n < len(tests)}
                 by_line[int(line)] = by_line.get(int(line), frozenset()) | frozenset(names)
     return found
@@ -304,7 +362,7 @@ def _reach(text: str | None) -> dict[str, dict[int, frozenset[str]]]:
 def _entry(text: str) -> dict[str, Any]:
     try:
         data = json.loads(text)
-    except (ValueError, RecursionError):
+    except (ValueError, RecursionError, MemoryError):
         return {}
     return data if isinstance(data, dict) else {}
 

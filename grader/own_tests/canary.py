@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import random
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
@@ -112,11 +113,14 @@ def _probe(sources: Mapping[str, str], reach: Mapping[str, Mapping[int, frozense
         lines = _lines(text)
         dead: set[int] = set()
         for function in sorted(_functions(text), key=lambda f: f.lineno, reverse=True):
-            first, last = _body(function)[0].lineno, function.end_lineno or function.lineno
+            first, last = _body_lines(function)
             hits = [by_line[n] for n in range(first, last + 1) if n in by_line]
-            if hits and last > first and any("" in tests for tests in hits) == importing:
-                _replace_body(lines, function, "raise RuntimeError('not reached')")
-                dead |= set(range(first + 1, last + 1))
+            if hits and last > function.lineno and any("" in tests for tests in hits) == importing:
+                if _raise_first(lines, function):
+                    dead = {line + 1 for line in dead} | set(range(first + 1, last + 2))
+                elif last > first:
+                    _replace_body(lines, function, "raise RuntimeError('not reached')")
+                    dead |= set(range(first + 1, last + 1))
         if dead:
             texts[path], unreachable[path] = "".join(lines), frozenset(dead)
     return Probe(texts, unreachable)
@@ -142,7 +146,7 @@ def judge_probe(ran: Ran, probe: Probe) -> str:
 
 def _lines(text: str) -> list[str]:
     """Return the lines as Python counts them."""
-    return [f"{line}\n" for line in text.split("\n")]
+    return [f"{line}\n" for line in re.split(r"\r\n|\r|\n", text)]
 
 
 def _functions(text: str) -> list[_Function]:
@@ -172,6 +176,28 @@ def _body(function: _Function) -> list[ast.stmt]:
     return function.body[1:] if is_docstring and len(function.body) > 1 else function.body
 
 
+def _body_lines(function: _Function) -> tuple[int, int]:
+    first = _body(function)[0]
+    decorators = [decorator.lineno for decorator in getattr(first, "decorator_list", ())]
+    return min([first.lineno, *decorators]), function.end_lineno or function.lineno
+
+
+def _raise_first(lines: list[str], function: _Function) -> bool:
+    """Put a line that raises before a function's body, which stays: who reads which lines there are shall see them all.
+
+    Return whether that was possible: the body may stand on the line of the `def`, or behind a docstring and `;`.
+    """
+    first, _ = _body_lines(function)
+    line = lines[first - 1]
+    indent = line[: len(line) - len(line.lstrip())]
+    before = line.encode()[: _body(function)[0].col_offset].decode()
+    if before.strip() or lines[first - 2].rstrip().endswith("\\"):
+        return False
+    # No statement of which a reader of the source, or Python itself, could tell that it ends the function.
+    lines.insert(first - 1, f"{indent}(_ for _ in ()).throw(RuntimeError('not reached'))\n")
+    return True
+
+
 def _replace_body(lines: list[str], function: _Function, new: str) -> None:
     """Put one statement in the place of a function's body, all other lines where they were."""
     body = _body(function)
@@ -183,5 +209,5 @@ def _replace_body(lines: list[str], function: _Function, new: str) -> None:
 def _parse(text: str) -> ast.Module:
     try:
         return ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError):
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
         return ast.Module(body=[], type_ignores=[])

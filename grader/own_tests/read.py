@@ -12,29 +12,31 @@ from typing import TypeGuard
 from grader.evidence import TestModule
 
 NODES = ("robot_controller", "sensor_processor")
-_FOLDERS = ("test", "tests")
+FOLDERS = ("test", "tests")
 # What `ros2 pkg create` puts into every package, and its cousins: they call a linter and say nothing of the code.
 _LINTERS = re.compile(r"\bament_(copyright|flake8|pep257|mypy|xmllint|pycodestyle|lint)\b")
 _READ_CAP = 1_000_000
+# What Python throws at code that is no mistake but too much: numbers of 5000 digits, sums of 700 terms.
+_TOO_MUCH = (ValueError, RecursionError, MemoryError)
 
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 def read_modules(package: Path) -> list[TestModule]:
     """Return what the test modules below test/ and tests/ hold, ordered by path. Nothing is run."""
-    files = sorted(path for folder in _FOLDERS for path in (package / folder).rglob("*.py") if path.is_file())
-    trees = {path: tree for path in files if (tree := _parse(path)) is not None}
+    files = sorted(path for folder in FOLDERS for path in (package / folder).rglob("*.py") if path.is_file())
+    trees = {path: tree for path in files if (tree := parse(path)) is not None}
     helpers = _asserting_names(tree for tree in trees.values())
     found = []
     for path in files:
         if not (path.name.startswith("test_") or path.name.endswith("_test.py")):
             continue
         name = str(path.relative_to(package))
-        if path not in trees:
+        try:
+            found.append(_describe(name, trees[path], helpers))
+        except (KeyError, *_TOO_MUCH):  # it has no tree, or one that cannot be written out
             failures = [f"{name} is no Python that can be read"]
             found.append(TestModule(name, stub=False, tests=0, asserting=0, subjects=[], failures=failures))
-            continue
-        found.append(_describe(name, trees[path], helpers))
     return found
 
 
@@ -53,14 +55,15 @@ def _describe(name: str, tree: ast.Module, helpers: set[str]) -> TestModule:
     )
 
 
-def _parse(path: Path) -> ast.Module | None:
+def parse(path: Path) -> ast.Module | None:
+    """Return the syntax tree of a file, None if Python cannot read it."""
     if path.stat().st_size > _READ_CAP:
         return None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a stray "\d" in a student's string is Q's matter
             return ast.parse(path.read_bytes())
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+    except (SyntaxError, *_TOO_MUCH):
         return None
 
 

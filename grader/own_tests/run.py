@@ -5,7 +5,6 @@ What the tests' process reports is data. It is believed where runs of known resu
 
 from __future__ import annotations
 
-import json
 import random
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -13,10 +12,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from grader import build, sandbox, toolchain
-from grader.evidence import FileCoverage, Flag, OwnTests, TestModule
+from grader import toolchain
+from grader.evidence import Flag, OwnTests, TestModule
 from grader.own_tests import canary
 from grader.own_tests.bench import PACKAGE, Bench, Ran, Request, Test, benches, places, read, sources
+from grader.own_tests.covered import combine
+from grader.own_tests.mentions import mentions
 
 MODULE_SECONDS = 90.0
 _MODULES_AT_MOST = 100
@@ -34,6 +35,8 @@ class Reach:
     seconds: Mapping[str, float]
     lines: Mapping[str, Mapping[int, frozenset[str]]]
     whole: bool = False
+    readers: frozenset[str] = frozenset()
+    """Tests that read the package's source: what they notice of faults says nothing of what the package does."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +72,7 @@ def run_modules(
         return OwnRun(OwnTests(modules=list(modules)))
     doubts: list[str] = []
     runs: dict[str, Ran] = {}
+    measured: list[Ran] = []
     passed_then: dict[str, set[str]] = {}
     texts = _probeable(package, install)
     # While one bench measures a module, the other looks whether what was measured of those before can be believed.
@@ -82,14 +86,17 @@ def run_modules(
             chance = random.Random(f"canaries {seed} {module.path}")
             runs[module.path], doubt = _measure(bench, module, chance, seconds)
             doubts += [f"{module.path}: {doubt}"] if doubt else []
+            measured.append(runs[module.path])
             if _failures(runs[module.path]) and not runs[module.path].late:
                 # Nodes that do not find each other in time are not the fault of who wrote the test.
                 second, doubt = _measure(bench, module, chance, seconds)
                 doubts += [f"{module.path}: {doubt}"] if doubt else []
+                measured.append(second)
                 passed_then[module.path] = {test.id for test in second.tests if test.outcome == "passed"}
             looks.append(beside.submit(_doubts, other, package, module, runs[module.path], texts, chance, seconds))
             progress(module.path)
-        covered = _coverage(install, bench)
+        covered, unexplained = combine(package, install, bench.out.parent, measured)
+        doubts += unexplained
         for module, look in zip(wanted, looks, strict=True):
             doubts += [f"{module.path}: {doubt}" for doubt in look.result()]
     tests = OwnTests(
@@ -98,7 +105,8 @@ def run_modules(
         doubts=doubts,
     )
     refused = {hook for ran in runs.values() for hook in ran.refused}
-    return OwnRun(tests, [_reach(m, runs[m.path]) for m in wanted], _flags(doubts, refused))
+    flags = [*_flags(doubts, refused), *_readers(runs), *mentions(package)]
+    return OwnRun(tests, [_reach(m, runs[m.path]) for m in wanted], flags)
 
 
 def _measure(bench: Bench, module: TestModule, chance: random.Random, seconds: float) -> tuple[Ran, str]:
@@ -155,6 +163,19 @@ def _flags(doubts: Sequence[str], refused: set[tuple[str, str]]) -> list[Flag]:
     return flags
 
 
+def _readers(runs: Mapping[str, Ran]) -> list[Flag]:
+    """Return a flag for each module with tests that use the package and read its source; a linter does only one."""
+    flags = []
+    for path, ran in runs.items():
+        users = {name for lines in ran.reach.values() for names in lines.values() for name in names}
+        both = sorted(test.id for test in ran.tests if test.id in users & ran.readers)
+        if both:
+            names = ", ".join(name.rpartition("::")[2][:100] for name in both[:5])
+            words = f"{names} read the package's source as a text; what they notice of faults does not count"
+            flags.append(Flag("source read", words, where=path))
+    return flags
+
+
 def _failures(ran: Ran) -> list[Test]:
     return [test for test in ran.tests if test.outcome in ("failed", "error")]
 
@@ -198,7 +219,7 @@ def _reach(module: TestModule, ran: Ran) -> Reach:
     passed = [test for test in ran.tests if test.outcome == "passed" and not test.expected]
     # No test took longer than all of them together, whatever the report says: limits are made of these.
     seconds = {test.id: min(test.seconds, ran.seconds) for test in passed}
-    return Reach(module.path, seconds, ran.reach, whole=ran.shared)
+    return Reach(module.path, seconds, ran.reach, whole=ran.shared, readers=ran.readers)
 
 
 def _probeable(package: Path, install: Path) -> dict[str, tuple[str, list[str]]]:
@@ -210,37 +231,3 @@ def _probeable(package: Path, install: Path) -> dict[str, tuple[str, list[str]]]
         if where and len(where) == len(copies):
             found[path] = (text, where)
     return found
-
-
-def _coverage(install: Path, bench: Bench) -> list[FileCoverage]:
-    """Return what all modules together reached. Combined behind a wall too: the data are the submission's."""
-    if not list(bench.out.glob("coverage.*")):
-        return []
-    room = bench.out.parent
-    wall = sandbox.Wall(
-        read_only={
-            install: str(build.INSTALL), room / "coveragerc": "/ws/coveragerc", room / "package": str(PACKAGE),
-        },
-        writable={bench.out: "/ws/out"},
-        environment=toolchain.environment(home=sandbox.HOME),
-        cwd="/ws/out",
-    )  # fmt: skip
-    script = "coverage combine -q --rcfile=/ws/coveragerc; coverage json -q --rcfile=/ws/coveragerc -o /ws/out/all.json"
-    sandbox.run(["sh", "-c", script], wall)
-    text = read(bench.out / "all.json")
-    try:
-        files = json.loads(text or "{}").get("files", {})
-        return [_file(name, data["summary"], data["missing_lines"]) for name, data in sorted(files.items())]
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        return []
-
-
-def _file(name: str, summary: dict[str, int], missing: list[int]) -> FileCoverage:
-    return FileCoverage(
-        path=name.removeprefix("../").removeprefix("/ws/").removeprefix("package/")[:200],
-        lines=int(summary["num_statements"]),
-        lines_hit=int(summary["covered_lines"]),
-        branches=int(summary["num_branches"]),
-        branches_hit=int(summary["covered_branches"]),
-        missing=[int(line) for line in missing][:500],
-    )

@@ -15,11 +15,12 @@ import importlib
 import json
 import os
 import resource
+import runpy
 import shutil
 import signal
 import sys
 import time
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -117,6 +118,9 @@ def await_request(number: int) -> Request:
 def serve(number: int, request: Request, modules: Path, handed_in: Kept) -> None:
     """Run one request in a fork and say how it ended."""
     restore(modules, handed_in, request["files"])
+    for left in OUT.glob("coverage*"):
+        with contextlib.suppress(OSError):
+            left.unlink()
     pid = os.fork()
     if pid == 0:
         with contextlib.suppress(BaseException):
@@ -209,11 +213,18 @@ def watch(pid: int, report: Path, request: Request) -> End:
                 size, seen = report.stat().st_size, now
                 current = latest(report)
         limit = request["limits"].get(current, request["limit"])
-        if now - began > request["total"] or now - seen > limit:
+        if now - began > request["total"] or now - seen > limit or is_stopped(pid):
             os.kill(pid, signal.SIGKILL)
             os.waitpid(pid, 0)
             return End(-signal.SIGKILL, current or "collection", queued)
         time.sleep(POLL_S)
+
+
+def is_stopped(pid: int) -> bool:
+    """Return whether somebody has stopped a process: it will never end by itself."""
+    with contextlib.suppress(OSError):
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
+    return False
 
 
 def waited_for_core(pid: int) -> float:
@@ -231,7 +242,7 @@ def latest(report: Path) -> str:
         stream.seek(max(0, report.stat().st_size - 4096))
         lines = stream.read().decode("utf-8", "replace").splitlines()
     for line in reversed(lines):
-        with contextlib.suppress(ValueError, TypeError, AttributeError):
+        with contextlib.suppress(ValueError, TypeError, AttributeError, RecursionError):
             entry = json.loads(line)
             return str(entry.get("start") or entry.get("id") or "")
     return ""
@@ -254,17 +265,22 @@ def run_module(number: int, request: Request, modules: Path) -> None:
     sys.path.insert(0, str(modules.parent))
     sys.argv = ["pytest"]
     importlib.invalidate_caches()
+    # A test that imports __main__ shall not find us there.
+    sys.modules["__main__"] = ModuleType("__main__")
     measure = None
+    write = None
     if request["coverage"]:
         measure = coverage.Coverage(config_file=RC, data_file=str(OUT / "coverage"), data_suffix=f"{number}.main")
+        write = reach_writer(OUT / f"{number}.reach", measure)
         measure.start()
-    with (OUT / f"{number}.report").open("w") as stream:
+    with (OUT / f"{number}.report").open("a") as stream:
         recorder = Recorder(stream, request["order"], measure)
+        reading = runpy.run_path(str(Path(__file__).with_name("reading.py")))
+        folders = [str(modules), str(PACKAGE / modules.name)]
+        reading["watch"](folders, [str(PACKAGE), str(modules)], reading_noter(stream.fileno(), recorder))
         recorder.write(ended=run_pytest(recorder, request))
-    if measure is not None:
-        measure.stop()
-        measure.save()
-        write_reach(OUT / f"{number}.reach", measure, recorder.tests)
+    if write is not None:
+        write(recorder.tests)
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(0)
@@ -303,6 +319,8 @@ class Recorder:
         self.measure = measure
         self.tests: list[str] = []
         self.current = ""
+        self.context = ""
+        """The test to which counts what happens now, "" for none or for all of them."""
 
     def write(self, **entry: Any) -> None:
         """Write one line, at once: whatever ends this process, what was seen until then is known."""
@@ -360,6 +378,7 @@ class Recorder:
 
     def measured_as(self, name: str) -> None:
         """Let coverage count what follows to the test `name`, "" for none."""
+        self.context = name
         if self.measure is not None:
             self.measure.switch_context(name)
 
@@ -370,18 +389,57 @@ def message_of(report: pytest.CollectReport | pytest.TestReport) -> str:
     return str(crash.message if crash else report.longrepr).strip()
 
 
-def write_reach(path: Path, measure: coverage.Coverage, tests: Sequence[str]) -> None:
-    """Write which tests reached which line: {file: {line: [numbers of tests]}}, where -1 is "not in any test"."""
-    numbers = {name: number for number, name in enumerate(tests)} | {"": -1}
-    data = measure.get_data()
-    reach = {
-        file: {
-            line: sorted({numbers[name] for name in contexts if name in numbers})
-            for line, contexts in sorted(data.contexts_by_lineno(file).items())
+def reading_noter(report: int, recorder: Recorder) -> Callable[[], None]:
+    """Return what writes down, once for each test, that it reads the package's source."""
+    noted: set[str] = set()
+    write, dumps = os.write, json.dumps
+
+    def note() -> None:
+        if recorder.context not in noted and len(noted) < TESTS_AT_MOST:
+            noted.add(recorder.context)
+            write(report, (dumps({"reads": recorder.context}) + "\n").encode())
+
+    return note
+
+
+def reach_writer(path: Path, measure: coverage.Coverage) -> Callable[[Sequence[str]], None]:
+    """Return what ends measuring and writes which tests reached which line: {file: {line: [numbers of tests]}}.
+
+    The number -1 is "not in any test": while importing, or in a program that a test has started. Made before any test
+    runs, of names that nobody can put something else in the place of.
+    """
+    dumps, write_text = json.dumps, Path.write_text
+    stop, save, get_data, fold = measure.stop, measure.save, measure.get_data, fold_in
+
+    def write(tests: Sequence[str]) -> None:
+        stop()
+        data = get_data()
+        fold(data)
+        save()
+        numbers = {name: number for number, name in enumerate(tests)} | {"": -1}
+        reach = {
+            file: {
+                line: sorted({numbers[name] for name in contexts if name in numbers})
+                for line, contexts in sorted(data.contexts_by_lineno(file).items())
+            }
+            for file in sorted(data.measured_files())
         }
-        for file in sorted(data.measured_files())
-    }
-    path.write_text(json.dumps({"tests": tests, "reach": reach}, separators=(",", ":")))
+        write_text(path, dumps({"tests": tests, "reach": reach}, separators=(",", ":")))
+
+    return write
+
+
+def fold_in(data: coverage.CoverageData) -> None:
+    """Add what programs have measured that the tests started. From now on it is held against the probes like the rest.
+
+    The host takes one file of each run, this process's own.
+    """
+    for path in sorted(OUT.glob("coverage.*")):
+        if str(path) != data.data_filename():
+            with contextlib.suppress(Exception):
+                other = coverage.CoverageData(str(path))
+                other.read()
+                data.update(other)
 
 
 if __name__ == "__main__":

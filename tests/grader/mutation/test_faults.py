@@ -7,6 +7,7 @@ from textwrap import dedent
 import pytest
 from submissions import toy
 
+from grader.mutation.choose import Selector
 from grader.mutation.decoys import decoys
 from grader.mutation.faults import faults
 from grader.mutation.source import Change, Source, parse
@@ -218,3 +219,39 @@ def test_nearly_every_fault_changes_behaviour(text: str):
 def test_a_decoy_looks_like_a_fault(before: str, after: str):
     one = source(before)
     assert after in [one.apply(change) for change in decoys(one)]
+
+
+GUARDS = [
+    "def f(a):\n    if TYPE_CHECKING:\n        return a + 1\n",
+    "if TYPE_CHECKING:\n    def f(a):\n        return a + 1\n",
+    "if __name__ == '__main__':\n    x = 1\nelse:\n    def f(a):\n        return a + 1\n",
+    "def f(a):\n    if a or __name__:\n        return a + 1\n",
+    "if __name__ != 'nobody':\n    def f(a):\n        return a + 1\n",
+]
+
+
+@pytest.mark.parametrize("text", GUARDS)
+def test_only_a_guard_shields_what_is_in_it(text: str):
+    assert "`+` became `-` in `a + 1`" in [change.words for change in faults(source(text))]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "def f(a):\n    if a == 0x" + "f" * 5000 + ":\n        return 1 + a\n",
+        "def f(a):\n    if a == 0:\n        return 0\n"
+        + "".join(f"    elif a == {i}:\n        return {i}\n" for i in range(400)),
+        "def f(a):\n    return " + " + ".join(["a"] * 900) + "\n",
+    ],
+    ids=["digits", "elif", "sum"],
+)
+def test_a_module_that_is_too_much_for_python_stops_nobody(text: str):
+    """It may have faults or none; the others have theirs."""
+    path, other = "ros2_robot_controller/node.py", source("def g(a):\n    return a + 1\n")
+    huge = parse(path, text)
+    sources = {path: huge} if huge else {}
+    for one in sources.values():
+        assert isinstance(faults(one), list)
+        assert isinstance(decoys(one), list)
+    Selector({**sources, "other.py": other}, [])
+    assert faults(other)

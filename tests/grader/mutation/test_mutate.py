@@ -31,6 +31,23 @@ REACHING = """
 """
 SUITES = {
     "thorough": toy.THOROUGH,
+    "bytecode": """
+        {reaching}
+        def code(module, text):
+            found, waiting = [], [compile(text, module.__file__, "exec")]
+            for one in waiting:
+                waiting += [inner for inner in one.co_consts if hasattr(inner, "co_code")]
+            return {{one.co_name: (one.co_code, one.co_linetable) for one in waiting}}
+
+        def test_its_functions_are_what_i_handed_in():
+            use()
+            for module, known in ((robot_controller, {controller_text!r}), (sensor_processor, {processor_text!r})):
+                codes = code(module, known)
+                for function in [*vars(module).values(), *vars(robot_controller.RobotController).values()]:
+                    now = getattr(function, "__code__", None)
+                    if now and now.co_filename == module.__file__:
+                        assert (now.co_code, now.co_linetable) == codes[now.co_name]
+    """,
     "silent": """
         {reaching}
         def test_it_runs():
@@ -53,6 +70,26 @@ SUITES = {
             use()
             for module, known in ((robot_controller, {controller_text!r}), (sensor_processor, {processor_text!r})):
                 assert ast.dump(ast.parse(Path(module.__file__).read_text())) == ast.dump(ast.parse(known))
+    """,
+    "normal_form": """
+        import ast
+        from pathlib import Path
+        {reaching}
+        def form(text):
+            return [type(node).__name__ for node in ast.walk(ast.parse(text)) if isinstance(node, ast.stmt)]
+
+        def test_the_statements_are_what_they_were():
+            use()
+            for module, known in ((robot_controller, {controller_text!r}), (sensor_processor, {processor_text!r})):
+                assert form(Path(module.__file__).read_text()) == form(known)
+    """,
+    "looks_again": """
+        import coverage
+        {reaching}
+        def test_it_is_the_source_where_nobody_measures():
+            use()
+            for module, known in ((robot_controller, {controller_text!r}), (sensor_processor, {processor_text!r})):
+                assert coverage.Coverage.current() or open(module.__file__).read() == known
     """,
     "in_order": """
         {reaching}
@@ -153,11 +190,20 @@ def test_tests_that_assert_nothing_notice_next_to_nothing(mutated: Mutate):
     assert share(mutated("silent")) <= 0.1
 
 
-@pytest.mark.parametrize("suite", ["hash", "tree"])
-def test_tests_that_fail_on_any_change_of_the_source_are_convicted(mutated: Mutate, suite: str):
+@pytest.mark.parametrize("suite", ["hash", "tree", "normal_form", "looks_again"])
+def test_tests_that_read_the_source_notice_nothing(mutated: Mutate, suite: str):
+    """Whether they do it in each run or only where they think themselves alone; and nobody needs a decoy to see it."""
     mutation = mutated(suite)
+    assert "noticed" not in outcomes(mutation)
+    assert (mutation.convicted, mutation.set_aside) == ([], [])
+    assert mutation.note.endswith("read the package's source as a text, so what was noticed there did not count")
+
+
+def test_tests_that_fail_on_any_change_of_the_code_are_convicted(mutated: Mutate):
+    """Compiled, the source has gone past everybody who watches who reads it."""
+    mutation = mutated("bytecode")
     [convicted] = mutation.convicted
-    assert convicted.startswith(f"test/{suite}/test_it.py::test_")
+    assert convicted.startswith("test/bytecode/test_it.py::test_")
     failed = [decoy for decoy in mutation.decoys if decoy.failed]
     assert len({decoy.words for decoy in failed}) >= 2
 

@@ -91,3 +91,13 @@ def test_a_module_that_is_no_python_is_told(tmp_path: Path):
     module = read(tmp_path, test__test_a="def test_(:\n")["test/test_a.py"]
     assert module.tests == 0
     assert "no Python" in module.failures[0]
+
+
+@pytest.mark.parametrize(
+    "line", ["MASK = 0x" + "f" * 5000, "TOTAL = " + " + ".join(["1"] * 700), "DEEP = " + "[" * 5000 + "]" * 5000]
+)
+def test_a_module_that_is_too_much_for_python_is_told_and_stops_nobody(tmp_path: Path, line: str):
+    test = "def test_it():\n    assert x == 1\n"
+    found = read(tmp_path, test__test_a=f"{line}\n\n{test}", test__test_b=test)
+    assert "no Python that can be read" in found["test/test_a.py"].failures[0]
+    assert found["test/test_b.py"].tests == 1

@@ -25,6 +25,8 @@ def ran(**outcomes: str) -> bench.Ran:
 class Bench:
     """Answers each request with the next of the runs it was given."""
 
+    out = Path("out")
+
     def __init__(self, runs: Sequence[bench.Ran]) -> None:
         self.runs = iter(runs)
 
@@ -37,7 +39,7 @@ def own_tests(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     """Return a function from the runs of the module to the module's results; whatever is left of the runs is unused."""
     monkeypatch.setattr(run.canary, "judge_canary", lambda _ran, _bird: "")
     monkeypatch.setattr(run, "_doubts", lambda *_: [])
-    monkeypatch.setattr(run, "_coverage", lambda *_: [])
+    monkeypatch.setattr(run, "combine", lambda *_: ([], []))
 
     def results(*runs: bench.Ran) -> tuple[evidence.TestModule, int]:
         scripted = Bench(runs)

@@ -1,0 +1,101 @@
+"""Notice who reads the package's source while its tests run. Loaded behind the wall by the worker, in each fork.
+
+A test is to say what the package does. One that reads how it is written can tell a fault from the original by that.
+"""
+
+from __future__ import annotations
+
+import importlib._bootstrap_external as importing
+import inspect
+import linecache
+import os
+import runpy
+import sys
+import threading
+import tokenize
+import traceback
+import warnings
+import zipimport
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from types import FrameType
+
+import pytest
+from _pytest.assertion import rewrite
+
+# How Python itself comes to open a module: innermost first, each called by the next.
+_LOADER = importing.SourceFileLoader
+_LOADS = (_LOADER.get_data.__code__, _LOADER.get_code.__code__)
+_LOADS_FOR = (importing._LoaderBasics.exec_module.__code__, runpy._get_module_details.__code__)  # type: ignore[attr-defined]
+_RUNS = (runpy._get_code_from_file.__code__, runpy.run_path.__code__)  # type: ignore[attr-defined]
+_REWRITES = rewrite._rewrite_test.__code__  # of a module of the package whose name says that it is a test
+_LOOKS_FOR_ZIP = zipimport._read_directory.__code__  # type: ignore[attr-defined] # which `run_path` does first
+_FETCHERS = {module.__file__ for module in (linecache, tokenize, inspect)}
+_TELLERS = {module.__file__ for module in (traceback, warnings, threading)}
+_FRAME_INFO = inspect.getframeinfo.__code__
+_PYTEST = str(Path(pytest.__file__).parents[1] / "_pytest")
+
+
+def watch(folders: Sequence[str], students: Sequence[str], note: Callable[[], None]) -> None:
+    """Call `note` from now on whenever a Python file below `folders` is opened, but to import it or for a traceback.
+
+    Files are known by what they are, not by name: neither a link nor a copy of the path helps.
+
+    Args:
+        folders: where the package's modules lie.
+        students: where code of the submission lies; with that on the stack it is not pytest that tells of a failure.
+        note: what to do; it must open nothing itself.
+    """
+    identity, frame_of, base = os.stat, sys._getframe, os.path.basename
+    paths = [path for folder in folders for path in Path(folder).rglob("*.py")]
+    known = {(facts.st_dev, facts.st_ino) for facts in map(identity, paths)}
+    names = {path.name for path in paths} - {"__init__.py"}
+
+    def is_source(path: object) -> bool:
+        if not isinstance(path, str | bytes | os.PathLike):
+            return False  # a descriptor, which somebody has opened before
+        try:
+            facts = identity(path)
+        except (OSError, ValueError):
+            name = os.fsdecode(path)
+            return not name.startswith("/") and base(name) in names  # relative to a folder that only `os.open` knows
+        return (facts.st_dev, facts.st_ino) in known
+
+    def hook(event: str, arguments: tuple[object, ...]) -> None:
+        if event != "open":
+            return
+        try:
+            if is_source(arguments[0]) and not _is_honest(frame_of(1), tuple(students)):
+                note()
+        except Exception:  # never a test's failure
+            return
+
+    sys.addaudithook(hook)
+
+
+def _is_honest(frame: FrameType, students: tuple[str, ...]) -> bool:
+    """Return whether a file is opened to import or run a module, or for the lines of a traceback or a warning."""
+    frames = list(_outward(frame))
+    codes = tuple(frame.f_code for frame in frames[:3])
+    if codes[:2] == _LOADS:
+        return codes[2] in _LOADS_FOR and type(frame.f_locals.get("self")) is _LOADER
+    if codes[0] is _LOOKS_FOR_ZIP or codes[:2] == _RUNS or any(frame.f_code is _REWRITES for frame in frames[:4]):
+        return True
+    if frame.f_code.co_filename == threading.__file__:
+        return True  # Python's own words about an exception that nobody caught
+    rest = list(frames)
+    while rest and rest[0].f_code.co_filename in _FETCHERS:
+        if rest.pop(0).f_code is _FRAME_INFO:
+            return True
+    if len(rest) == len(frames) or not rest:
+        return False
+    asks = rest[0].f_code.co_filename
+    if asks.startswith(_PYTEST):
+        return not any(frame.f_code.co_filename.startswith(students) for frame in rest)
+    return asks in _TELLERS
+
+
+def _outward(frame: FrameType | None) -> Iterator[FrameType]:
+    while frame is not None:
+        yield frame
+        frame = frame.f_back

@@ -1,0 +1,65 @@
+"""Canaries are put where Python counts the line, and what a probe makes unreachable still looks like code."""
+
+from __future__ import annotations
+
+import ast
+import random
+
+import pytest
+from submissions import toy
+
+from grader.own_tests import bench, canary
+
+TESTS = [bench.Test("test/test_it.py::test_it", "passed")]
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_sabotage_hits_the_test_whatever_ends_a_line(end: str):
+    text = end.join(["import os", "", "def test_it():", "    assert os", ""])
+    changed, names = canary.sabotage(text, TESTS, random.Random(1))
+    assert names == [TESTS[0].id]
+    [_, function] = ast.parse(changed).body
+    assert "raise AssertionError" in ast.unparse(function)
+    assert "assert os" not in ast.unparse(function)
+
+
+def test_a_stray_carriage_return_moves_no_sabotage():
+    changed, _ = canary.sabotage("# one\r# two\n\ndef test_it():\n    assert 1 == 1\n", TESTS, random.Random(1))
+    [function] = ast.parse(changed).body
+    assert "raise AssertionError" in ast.unparse(function)
+
+
+def everything(text: str) -> dict[int, frozenset[str]]:
+    return {line: frozenset({TESTS[0].id}) for line in range(1, text.count("\n") + 1)}
+
+
+def test_a_probe_leaves_the_lines_that_nobody_can_reach_any_more():
+    """Who claims every line that he finds in the source claims these too."""
+    path = "ros2_robot_controller/robot_controller.py"
+    [probe] = canary.probes({path: toy.CONTROLLER}, {path: everything(toy.CONTROLLER)})
+    lines = probe.texts[path].splitlines()
+    left = [lines[number - 1].strip() for number in sorted(probe.unreachable[path])]
+    assert "return max(distance, 0.0)" in left
+    assert "if distance < 0.5:" in left
+    assert not any("throw" in line or line.startswith(("def ", '"""')) for line in left)
+
+
+@pytest.mark.parametrize(
+    ("text", "dead"),
+    [
+        ("def f(): return 1\n", set()),
+        ("def f():\n    return 1\n", {3}),
+        ("def f():\n    '''Say.'''\n    global x\n    x = 1\n", {4, 5}),
+        ("def f():\n    @g\n    def h():\n        pass\n    return h\n", {3, 4, 5, 6}),
+        ("def f():\n    '''Say.'''; x = 1\n    return x\n", {3}),
+        ("def f():\n    return 1\n\n\ndef g():\n    return 2\n", {3, 8}),
+    ],
+)
+def test_a_probed_function_raises_before_all_else(text: str, dead: set[int]):
+    found = canary.probes({"a.py": text}, {"a.py": everything(text)})
+    assert [set(probe.unreachable["a.py"]) for probe in found] == ([dead] if dead else [])
+    for probe in found:
+        space: dict[str, object] = {"g": lambda inner: inner}
+        exec(probe.texts["a.py"], space)
+        with pytest.raises(RuntimeError):
+            space["f"]()  # type: ignore[operator]
