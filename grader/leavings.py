@@ -13,6 +13,7 @@ import stat
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from grader import toolchain
 from grader.evidence import Flag
@@ -52,20 +53,28 @@ def tidy(root: Path, inside: str) -> list[Flag]:
     return flags[:_MOST]
 
 
-def text(path: Path, cap: int = 1_000_000) -> str | None:
-    """Return the text of a file that a submission may have made; None if it is no plain file, or longer than `cap`.
-
-    It waits for nothing, where a pipe bears the file's name, and follows no link.
-    """
+def text(path: Path, cap: int = 5_000_000) -> str | None:
+    """Return the text of a file that a submission may have made; None if it is no plain file, or longer than `cap`."""
     try:
-        descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
-        with os.fdopen(descriptor, "rb") as stream:
-            facts = os.fstat(descriptor)
-            if not stat.S_ISREG(facts.st_mode) or facts.st_size > cap:
+        with opened(path) as stream:
+            if os.fstat(stream.fileno()).st_size > cap:
                 return None
             return stream.read(cap).decode("utf-8", "surrogateescape")
     except OSError:
         return None
+
+
+def opened(path: Path) -> BinaryIO:
+    """Open a plain file for reading, following no link and waiting for nobody who writes into a pipe of its name.
+
+    Raises:
+        OSError: there is none.
+    """
+    stream = os.fdopen(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb")
+    if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+        stream.close()
+        raise OSError(f"{path} is no plain file")
+    return stream
 
 
 def suspicious(install: Path) -> list[Flag]:

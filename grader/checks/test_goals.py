@@ -13,7 +13,8 @@ _ACCELERATION, _ANGULAR_ACCELERATION = 1.0, 2.0
 _WINDOW_S = (0.2, 1.0)  # over which a rise is measured: one late command must not look like a jump
 _DRIFT_M = 0.05  # by ground truth beyond the tolerance; how exact an arrival is F8's matter
 _SILENT_S = 2.0  # four times what 2 Hz allows
-_LATE_S = 0.05  # a command that came one tick late
+# How late a command may come: a tick. Until a node is known to go by wall time, and on a busy machine, it is several.
+_LATE_S = {"lockstep": 0.05, "real time": 0.3}
 
 
 def test_feedback_comes_at_two_hertz(judge: Judge) -> None:
@@ -105,7 +106,7 @@ def test_limits_hold_throughout(judge: Judge) -> None:
             inside = abs(command.v) <= _MAX_V + 1e-3 and abs(command.omega) <= _MAX_OMEGA + 1e-3
             judge.expect(inside, seen, "clamp both to max_linear_speed and max_angular_speed")
         for letter, unit, limit in (("v", "m/s", _ACCELERATION), ("omega", "rad/s", _ANGULAR_ACCELERATION)):
-            jump = _steepest(trial.commands, letter, limit)
+            jump = _steepest(trial.commands, letter, limit, _LATE_S[trial.pace])
             if jump is not None:
                 a, b = jump
                 rise = abs(getattr(b, letter)) - _base(a, b, letter)
@@ -121,8 +122,11 @@ def _has_moved(trial: Trial, until: float) -> bool:
     return bool(before) and math.dist(*((s.x, s.y, s.yaw) for s in (before[0], before[-1]))) >= 0.05
 
 
-def _steepest(commands: list[Command], letter: str, limit: float) -> tuple[Command, Command] | None:
-    """Return two commands between which a speed rose faster than `limit` + 10 %, None if there are none."""
+def _steepest(commands: list[Command], letter: str, limit: float, late: float) -> tuple[Command, Command] | None:
+    """Return two commands between which a speed rose faster than `limit` + 10 %, None if there are none.
+
+    Each of them may have come up to `late` seconds after its time.
+    """
     commands = _extremes(commands, letter)
     for i, a in enumerate(commands):
         for b in commands[i + 1 :]:
@@ -131,7 +135,7 @@ def _steepest(commands: list[Command], letter: str, limit: float) -> tuple[Comma
                 break
             if dt < _WINDOW_S[0] - 1e-9:
                 continue
-            if abs(getattr(b, letter)) - _base(a, b, letter) > limit * (1.1 * dt + _LATE_S) + 1e-6:
+            if abs(getattr(b, letter)) - _base(a, b, letter) > limit * (1.1 * dt + late) + 1e-6:
                 return a, b
     return None
 

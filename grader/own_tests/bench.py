@@ -11,22 +11,19 @@ import json
 import os
 import re
 import shutil
-import stat
 import sys
-import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
-from grader import build, sandbox, toolchain
+from grader import build, leavings, sandbox, scratch, toolchain
 from grader.errors import GraderError
 
 PACKAGE = Path("/ws/package")
 MODULES = build.INSTALL / toolchain.SITE_IN_PREFIX / build.PACKAGE
 GENERATED = ("msg", "srv", "action")
-_OUT_CAP = 5_000_000
 _REACH_CAP = 30_000_000  # a thousand tests that each reach a thousand lines
 _DATA_CAP = 100_000_000
 _TAIL = 2000
@@ -145,7 +142,7 @@ class Bench:
         kept = self.out.parent / "data" / f"coverage.{number}.main"
         try:
             # A copy, for a test that has linked the file would keep a hand on it.
-            with _opened(self.out / kept.name) as stream:
+            with leavings.opened(self.out / kept.name) as stream:
                 if os.fstat(stream.fileno()).st_size > _DATA_CAP:
                     return None
                 kept.write_bytes(stream.read(_DATA_CAP))
@@ -189,8 +186,8 @@ class Bench:
 @contextlib.contextmanager
 def benches(package: Path, install: Path, count: int, *, seconds: float) -> Iterator[list[Bench]]:
     """Give `count` benches for a package (its source folder and its install tree), each behind a wall of its own."""
-    with tempfile.TemporaryDirectory(prefix="own-tests-") as scratch, contextlib.ExitStack() as stack:
-        yield [stack.enter_context(_bench(package, install, Path(scratch, str(i)), seconds)) for i in range(count)]
+    with scratch.folder("own-tests") as rooms, contextlib.ExitStack() as stack:
+        yield [stack.enter_context(_bench(package, install, rooms / str(i), seconds)) for i in range(count)]
 
 
 @contextlib.contextmanager
@@ -207,7 +204,7 @@ def _bench(package: Path, install: Path, room: Path, seconds: float) -> Iterator
     rc = room / "coveragerc"
     rc.write_text((_HERE / "coverage.ini").read_text().replace("@VERSION@", _version()))
     # Importing ROS takes the worker a second, which a package that does without it need not wait for.
-    warm = any("rclpy" in (read(path) or "") for path in (room / "package").rglob("*.py"))
+    warm = any("rclpy" in (leavings.text(path) or "") for path in (room / "package").rglob("*.py"))
     (room / "requests" / "settings.json").write_text(json.dumps({"modules": str(MODULES), "warm": warm}))
     environment = toolchain.environment(build.INSTALL, home=sandbox.HOME) | _ENVIRONMENT
     # The worker starts without the install tree on its path: a sitecustomize in there must not come first.
@@ -239,7 +236,7 @@ def sources(package: Path, install: Path) -> dict[str, str]:
             inside = path.relative_to(root)
             if inside.parts[0] in GENERATED or path.is_symlink() or not path.is_file():
                 continue
-            text = read(path)
+            text = leavings.text(path)
             if text is not None:
                 found[str(Path(build.PACKAGE) / inside)] = text
         if found:
@@ -251,35 +248,15 @@ def places(package: Path, install: Path, name: str, text: str) -> list[str]:
     """Return where inside the wall the module `name` lies with this text: installed, in the source folder, or both."""
     found = []
     for host, inside in ((install / toolchain.SITE_IN_PREFIX, MODULES.parent), (package, PACKAGE)):
-        if read(host / name) == text:
+        if leavings.text(host / name) == text:
             found.append(str(inside / name))
     return found
 
 
-def read(path: Path, cap: int = _OUT_CAP) -> str | None:
-    """Return the text of a file that a submission may have made, None if there is none or it is too long."""
-    try:
-        with _opened(path) as stream:
-            if os.fstat(stream.fileno()).st_size > cap:
-                return None
-            return stream.read(cap).decode("utf-8", "surrogateescape")
-    except OSError:
-        return None
-
-
 def _state(thread: int) -> str:
     """Return in one letter what a thread does, "" if it is gone."""
-    status = (read(Path(f"/proc/{thread}/stat")) or "").rpartition(")")[2].split()
+    status = (leavings.text(Path(f"/proc/{thread}/stat")) or "").rpartition(")")[2].split()
     return status[0] if status else ""
-
-
-def _opened(path: Path) -> BinaryIO:
-    """Open a plain file without following a link or waiting for who writes into a pipe."""
-    stream = os.fdopen(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb")
-    if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
-        stream.close()
-        raise OSError(f"{path} is no plain file")
-    return stream
 
 
 def _version() -> str:
@@ -291,8 +268,8 @@ def _not_source(_folder: str, names: list[str]) -> list[str]:
 
 
 def _read_run(out: Path, number: int, seconds: float) -> Ran:
-    ended = _entry(read(out / f"{number}.done") or "")
-    entries = [_entry(line) for line in (read(out / f"{number}.report") or "").splitlines()]
+    ended = _entry(leavings.text(out / f"{number}.done") or "")
+    entries = [_entry(line) for line in (leavings.text(out / f"{number}.report") or "").splitlines()]
     collected = tuple(_texts(next((e["collected"] for e in entries if "collected" in e), [])))
     return Ran(
         tests=tuple(_tests(entries)),
@@ -307,8 +284,8 @@ def _read_run(out: Path, number: int, seconds: float) -> Ran:
         refused=tuple(
             sorted({(_text(e["refused"], 80), _text(e.get("where"), 200)) for e in entries if "refused" in e})
         )[:20],
-        output_tail=(read(out / f"{number}.log") or "")[-_TAIL:].encode("utf-8", "replace").decode(),
-        reach=_reach(read(out / f"{number}.reach", _REACH_CAP)),
+        output_tail=(leavings.text(out / f"{number}.log") or "")[-_TAIL:].encode("utf-8", "replace").decode(),
+        reach=_reach(leavings.text(out / f"{number}.reach", _REACH_CAP)),
         readers=_readers(entries, collected),
     )
 

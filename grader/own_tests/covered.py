@@ -9,9 +9,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from grader import build, sandbox, toolchain
+from grader import build, leavings, sandbox, toolchain
 from grader.evidence import FileCoverage
-from grader.own_tests.bench import MODULES, PACKAGE, Ran, read
+from grader.own_tests.bench import MODULES, PACKAGE, Ran
 from grader.own_tests.guards import guarded_lines
 
 _SCRIPT = "coverage combine -q --rcfile=/ws/coveragerc; coverage json -q --rcfile=/ws/coveragerc -o /ws/out/all.json"
@@ -41,11 +41,11 @@ def combine(package: Path, install: Path, room: Path, measured: Sequence[Ran]) -
     )
     sandbox.run(["sh", "-c", _SCRIPT], wall)
     try:
-        files = json.loads(read(out / "all.json") or "{}").get("files", {})
+        files = json.loads(leavings.text(out / "all.json") or "{}").get("files", {})
         found, doubts = [], []
         for name, data in sorted(files.items()):
             inside = _inside(name)
-            text = next((t for root in _roots(package, install) if (t := read(root / inside)) is not None), "")
+            text = next((t for root in _roots(package, install) if (t := leavings.text(root / inside)) is not None), "")
             found.append(_file(name, data, guarded_lines(text)))
             doubts += unexplained(inside, text, data["executed_lines"], [ran.reach.get(inside, {}) for ran in measured])
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError, RecursionError, MemoryError):

@@ -12,10 +12,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from grader import toolchain
+from grader import leavings, toolchain
 from grader.evidence import Flag, OwnTests, TestModule
 from grader.own_tests import canary
-from grader.own_tests.bench import PACKAGE, Bench, Ran, Request, Test, benches, places, read, sources
+from grader.own_tests.bench import PACKAGE, Bench, Ran, Request, Test, benches, places, sources
 from grader.own_tests.covered import combine
 from grader.own_tests.mentions import mentions
 
@@ -137,7 +137,7 @@ def _doubts(
 ) -> list[str]:  # fmt: skip
     """Return what came out otherwise than it must in runs whose result is known beforehand."""
     found = []
-    text = read(package / module.path) or ""
+    text = leavings.text(package / module.path) or ""
     changed, names = canary.sabotage(text, ran.tests, chance)
     if names:
         files = {str(PACKAGE / module.path): changed}

@@ -19,13 +19,13 @@ def ramp(acceleration: float, top: float, seconds: float = 2.0) -> list[Command]
 @pytest.mark.parametrize("top", [0.5, -0.5])
 def test_a_gentle_rise_is_allowed_in_both_directions(top: float):
     commands = [Command(c.t, c.v if top > 0 else -c.v, 0.0, 0.0) for c in ramp(1.0, 0.5)]
-    assert checks._steepest(commands, "v", 1.0) is None
+    assert checks._steepest(commands, "v", 1.0, TICK) is None
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_jump_is_not(sign: float):
     commands = [Command(n * TICK, sign * (0.375 if n > 10 else 0.0), 0.0, 0.0) for n in range(40)]
-    assert checks._steepest(commands, "v", 1.0) is not None
+    assert checks._steepest(commands, "v", 1.0, TICK) is not None
 
 
 def test_a_jump_among_ten_thousand_commands_at_a_time_is_found(monkeypatch: pytest.MonkeyPatch):
@@ -40,6 +40,6 @@ def test_a_jump_among_ten_thousand_commands_at_a_time_is_found(monkeypatch: pyte
 
     monkeypatch.setattr(checks, "_base", counted)
     clumps = [Command(t, v, 0.0, 0.0) for t, v in ((0.0, 0.0), (0.3, 0.2), (0.6, 0.2)) for _ in range(10_000)]
-    assert checks._steepest(clumps, "v", 1.0) is None
-    assert checks._steepest([*clumps, Command(0.6, 0.9, 0.0, 0.0)], "v", 1.0) is not None
+    assert checks._steepest(clumps, "v", 1.0, TICK) is None
+    assert checks._steepest([*clumps, Command(0.6, 0.9, 0.0, 0.0)], "v", 1.0, TICK) is not None
     assert compared < 100
