@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import lru_cache
 
 from grader.mutation.source import MODULE, TOO_MUCH, Change, Source, Spot, called, is_docstring
 
@@ -20,10 +21,11 @@ _MIRRORED: dict[type[ast.cmpop], str] = {
 }  # fmt: skip
 
 
+@lru_cache(maxsize=64)  # they are asked for after every round; the modules of a few packages
 def decoys(source: Source) -> list[Change]:
     """Return every decoy that could be put into a source, in its order; none for one that is too much for Python."""
     try:
-        return [change for spot in source.spots() for change in _decoys(source, spot) if _compiles(source, change)]
+        return [change for spot in source.spots() for change in _decoys(source, spot) if source.reads(change)]
     except TOO_MUCH:
         return []
 
@@ -149,7 +151,8 @@ def _free_name(spot: Spot, base: str = "answer") -> str:
     return f"{base}{number}"
 
 
-def _compiles(source: Source, change: Change) -> bool:
+def compiles(source: Source, change: Change) -> bool:
+    """Return whether Python compiles the module with the change made, as it does what it can read nearly always."""
     try:
         compile(source.apply(change), "decoy", "exec")
     except (SyntaxError, ValueError):

@@ -14,7 +14,7 @@ from queue import SimpleQueue
 
 from grader.evidence import Decoy, Fault, Mutation, short_name
 from grader.mutation.choose import Selection, Selector, choose
-from grader.mutation.decoys import WEAK, decoys
+from grader.mutation.decoys import WEAK, compiles, decoys
 from grader.mutation.faults import faults
 from grader.mutation.source import Change, Source, parse
 from grader.own_tests.bench import Bench, Ran, Request, benches, places, sources
@@ -269,7 +269,9 @@ def _decoy_for(found: _Findings, fault: Change, skip: int = 0, but: Change | Non
         return None
     found.chance.shuffle(near)
     near.sort(key=lambda decoy: (decoy.operator == WEAK, abs(decoy.line - fault.line) > 3))
-    return near[skip % len(near)]
+    skip %= len(near)
+    source = found.sources[fault.path]
+    return next((decoy for decoy in [*near[skip:], *near[:skip]] if compiles(source, decoy)), None)
 
 
 def _up_to(result: _Result) -> tuple[Selection, ...]:

@@ -255,3 +255,32 @@ def test_a_module_that_is_too_much_for_python_stops_nobody(text: str):
         assert isinstance(decoys(one), list)
     Selector({**sources, "other.py": other}, [])
     assert faults(other)
+
+
+def test_a_module_of_a_thousand_lines_is_not_read_anew_for_each_fault():
+    """Counted in bytes: it took minutes."""
+    long = source(
+        "".join(f"def f{n}(a):\n    if a == {n}:\n        return a + {n}\n    return a * 3\n" for n in range(250))
+    )
+    found = faults(long)
+    assert len(found) >= 1000
+    assert long._read < 100 * len(found)
+
+
+INDENTED = """\
+class Node:
+    @staticmethod
+    def text(a):
+        s = \'\'\'
+no indentation here
+\'\'\'
+        return s * a if a > 2 else s + 'x'
+
+    limit = 3 + 4; other = 5 - 1
+"""
+
+
+def test_faults_in_methods_strings_and_lines_of_two_statements_are_found():
+    words = [change.words for change in faults(source(INDENTED))]
+    for part in ("`a > 2`", "`3 + 4`", "`5 - 1`"):
+        assert any(part in each for each in words), (part, words)
