@@ -6,7 +6,6 @@ from grader.attacks.attack import Attack, append, attack
 
 _CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
 _CONTROLLER = "ros2_robot_controller/robot_controller.py"
-_PROBED = "\n\nimport os\nimport sys\n\nif 'probe.py' in sys.argv[0]:\n"
 _UNKNOWN_TYPE = """
 
 from rclpy.parameter_service import ParameterService
@@ -24,29 +23,32 @@ def odd(self, request, response):
 ParameterService._get_parameters_callback = odd
 """
 
+
+def _when_asked(name: str, tries: str, lines: str, stopped: str) -> Attack:
+    """Return an attack that does something else than to answer when the conversions are asked."""
+    body = "".join(f"    {line}\n" for line in [*lines.splitlines(), "os._exit(0)"])
+    probed = f"\n\nimport os\nimport sys\n\nif 'probe.py' in sys.argv[0]:\n{body}"
+    return attack(name, tries, append(_CONVERSIONS, probed), needs="F14", costs="F14", stopped=stopped)
+
+
 ATTACKS: tuple[Attack, ...] = (
-    attack(
+    _when_asked(
         "answers_through_a_pipe",
         "Where the conversions' answers should lie there is a pipe that nobody writes to.",
-        append(_CONVERSIONS, _PROBED + "    os.mkfifo('/ws/out/answers.json')\n    os._exit(0)\n"),
-        needs="F14", costs="F14",
-        stopped="what a submission may have made is opened without waiting, and read only if it is a plain file",
+        "os.mkfifo('/ws/out/answers.json')",
+        "what a submission may have made is opened without waiting, and read only if it is a plain file",
     ),
-    attack(
+    _when_asked(
         "answers_with_an_endless_number",
         "A conversion's answer is an integer of 400 digits.",
-        append(_CONVERSIONS, _PROBED + "    with open('/ws/out/answers.json', 'w') as found:\n"
-               "        found.write('[{\"answer\": 1' + '0' * 400 + '}]')\n    os._exit(0)\n"),
-        needs="F14", costs="F14",
-        stopped="a number that no float can hold is no answer",
+        "with open('/ws/out/answers.json', 'w') as found:\n    found.write('[{\"answer\": 1' + '0' * 400 + '}]')",
+        "a number that no float can hold is no answer",
     ),
-    attack(
+    _when_asked(
         "folders_in_folders",
         "The folder for the answers gets 1500 folders in one another: rmtree goes down by recursion, and gives up.",
-        append(_CONVERSIONS, _PROBED + "    os.chdir('/ws/out')\n    for _ in range(1500):\n        os.mkdir('d')\n"
-               "        os.chdir('d')\n    os._exit(0)\n"),
-        needs="F14", costs="F14",
-        stopped="more than 200 folders in one another are too many files, and they are removed without recursion",
+        "os.chdir('/ws/out')\nfor _ in range(1500):\n    os.mkdir('d')\n    os.chdir('d')",
+        "more than 200 folders in one another are too many files, and they are removed without recursion",
     ),
     attack(
         "parameters_of_an_unknown_type",

@@ -67,7 +67,10 @@ class _Row:
         self.cells = [_plain(cell) for cell in cells]
         self.heads = [_plain(cell) for cell in head]
         self.names = {name.strip("/~") for cell in self.cells for name in _NAME.findall(cell)}
-        self.types = {name.rpartition("/")[2] for name in self.names}
+        self.last_names = {name.rpartition("/")[2] for name in self.names}
+        full = _TYPE.findall(" ".join(self.cells))
+        self.types = {name.rpartition("/")[2] for name in full} | set(filter(_CAMEL.fullmatch, self.last_names))
+        """What looks like a type: all with a package, and words such as LaserScan."""
 
     def directions(self, name: str) -> set[str]:
         """Return "publisher" or "subscription" as this row says of `name`: in its cell's column head, or in a cell."""
@@ -95,10 +98,10 @@ def _missing(interface: Interface, rows: Sequence[_Row], topics: set[str]) -> st
     what = f"{interface.node}: {interface.kind} {interface.name} ({interface.type})"
     if not named:
         return f"{what} is in no table"
-    typed = [row for row in named if interface.type in row.types]
+    typed = [row for row in named if interface.type in row.last_names]
     if interface.kind not in _DIRECTIONS:
         # The contract's own table names services and actions without their types.
-        typed += [row for row in named if not {name for name in row.types if _CAMEL.fullmatch(name)} - topics]
+        typed += [row for row in named if not row.types - topics]
     if not typed:
         return f"{what} stands there with another type or none: {named[0].text[:120]}"
     if interface.kind in _DIRECTIONS:

@@ -102,11 +102,8 @@ def test_layout_is_the_contracts(judge: Judge) -> None:
 def test_no_function_is_too_complex(judge: Judge) -> None:
     """No function is above cyclomatic complexity 10; each that is loses a quarter."""
     found = _read(judge).complex
-    unread = _unread(judge)
-    if found or unread:
-        seen = "\n".join([*([f"{len(found)} above 10", listing(found)] if found else []), *_said(unread)])
-        count = len(found) + _at_worst(unread)
-        judge.share(1 - count / 4, seen, "give a part that decides one thing a function of its own")
+    words = [f"{len(found)} above 10", listing(found)]
+    _charge(judge, len(found), 4, words, "give a part that decides one thing a function of its own")
 
 
 def test_conversions_are_in_utils_and_used(judge: Judge) -> None:
@@ -136,33 +133,21 @@ def test_conversions_are_in_utils_and_used(judge: Judge) -> None:
 def test_no_block_stands_twice(judge: Judge) -> None:
     """No block of six or more lines stands twice in the package; each that does loses a quarter."""
     copies = _read(judge).copies
-    unread = _unread(judge)
-    if copies or unread:
-        shown = [f"{copy.lines} lines: {' = '.join(copy.places)}" for copy in copies[:MOST_SHOWN]]
-        said = [f"{len(copies)} blocks stand more than once", *shown] if copies else []
-        seen = "\n".join([*said, *_said(unread)])
-        count = len(copies) + _at_worst(unread)
-        judge.share(1 - count / 4, seen, "make the block a function in utils/: a fault is then mended once")
+    shown = [f"{copy.lines} lines: {' = '.join(copy.places)}" for copy in copies[:MOST_SHOWN]]
+    words = [f"{len(copies)} blocks stand more than once", *shown]
+    _charge(judge, len(copies), 4, words, "make the block a function in utils/: a fault is then mended once")
 
 
 def test_no_bare_except_print_or_mutable_default(judge: Judge) -> None:
     """No bare `except`, no `print` in the package's modules, no mutable default; each loses a quarter."""
     bad = _habits(judge, "bare-except", "print", "mutable-default")
-    unread = _unread(judge)
-    if bad or unread:
-        seen = "\n".join([*([listing(bad)] if bad else []), *_said(unread)])
-        count = len(bad) + _at_worst(unread)
-        judge.share(1 - count / 4, seen, "name the exception; use self.get_logger(); use None as default")
+    _charge(judge, len(bad), 4, [listing(bad)], "name the exception; use self.get_logger(); use None as default")
 
 
 def test_callbacks_do_not_sleep(judge: Judge) -> None:
     """No `time.sleep` in a callback, nor in a function of the package that a callback calls; each loses a half."""
     bad = _habits(judge, "sleep-in-callback")
-    unread = _unread(judge)
-    if bad or unread:
-        seen = "\n".join([*([listing(bad)] if bad else []), *_said(unread)])
-        count = len(bad) + _at_worst(unread)
-        judge.share(1 - count / 2, seen, "let a timer do the next step, and await a future in the action")
+    _charge(judge, len(bad), 2, [listing(bad)], "let a timer do the next step, and await a future in the action")
 
 
 def test_contract_numbers_are_parameters(judge: Judge) -> None:
@@ -309,6 +294,14 @@ def _unread(judge: Judge) -> list[SourceFile]:
 
 def _said(unread: list[SourceFile]) -> list[str]:
     return [f"{file.path} {file.problem}; what cannot be read does not count as kept" for file in unread[:MOST_SHOWN]]
+
+
+def _charge(judge: Judge, count: int, most: int, words: list[str], try_: str) -> None:
+    """Take a part of `most` for each of so many findings, of which `words` tell, and for what unread files may hide."""
+    unread = _unread(judge)
+    if count or unread:
+        seen = "\n".join([*(words if count else []), *_said(unread)])
+        judge.share(1 - (count + _at_worst(unread)) / most, seen, try_)
 
 
 def _part(judge: Judge, unread: list[SourceFile]) -> float:

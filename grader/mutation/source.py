@@ -120,8 +120,7 @@ class Source:
         region = self._around(change)
         if region not in self._meanings:
             self._meanings[region] = self._meaning(self._bytes[slice(*region)])
-        meaning = self._changed_meaning(change, region)
-        return meaning not in ("", self._meanings[region])
+        return self._changed_meaning(change, region) not in ("", self._meanings[region])
 
     def reads(self, change: Change) -> bool:
         """Return whether a change leaves a module that Python reads, by the innermost function around it."""
@@ -136,17 +135,15 @@ class Source:
         start, end = region
         changed = self._bytes[start : change.start] + change.new.encode() + self._bytes[change.end : end]
         self._read += len(changed)
-        if self._read > _READ_AT_MOST:
-            return ""
-        try:
-            return self._meaning(changed)
-        except (SyntaxError, ValueError):
-            return ""
+        return self._meaning(changed) if self._read <= _READ_AT_MOST else ""
 
     @staticmethod
     def _meaning(text: bytes) -> str:
-        """Return what Python reads in some whole lines, whatever their indentation."""
-        return ast.dump(ast.parse(("if 1:\n" if text[:1] in b" \t" else "") + text.decode()))
+        """Return what Python reads in some whole lines, whatever their indentation, "" if it cannot."""
+        try:
+            return ast.dump(ast.parse(("if 1:\n" if text[:1] in b" \t" else "") + text.decode()))
+        except (SyntaxError, ValueError):
+            return ""
 
     def _find_regions(self) -> list[tuple[int, int]]:
         """Return where functions, and statements of the module and of classes, begin and end in whole lines."""
@@ -158,7 +155,8 @@ class Source:
                 last = part.end_lineno or part.lineno
                 start, end = self._starts[first - 1], self._starts[last]
                 alone = not self._bytes[start : self.span(part)[0]].strip() or first < part.lineno
-                if alone and not self._bytes[self.span(part)[1] : end].strip():
+                rest = self._bytes[self.span(part)[1] : end].strip()
+                if alone and (not rest or rest.startswith(b"#")):
                     found.add((start, end))
         return sorted(found, key=lambda region: region[1] - region[0])
 

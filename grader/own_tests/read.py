@@ -7,9 +7,9 @@ import re
 import warnings
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import TypeGuard
 
 from grader.evidence import TestModule
+from grader.quality.modules import is_test
 
 NODES = ("robot_controller", "sensor_processor")
 FOLDERS = ("test", "tests")
@@ -70,19 +70,10 @@ def parse(path: Path) -> ast.Module | None:
 def _tests(tree: ast.Module) -> Iterator[_Function]:
     """Yield the functions that pytest would collect."""
     for node in tree.body:
-        if _is_test(node):
+        if is_test(node):
             yield node
         if isinstance(node, ast.ClassDef) and (node.name.startswith("Test") or _is_unittest(node)):
-            yield from filter(_is_test, node.body)
-
-
-def _is_test(node: ast.stmt) -> TypeGuard[_Function]:
-    """Return whether it is a function that pytest takes for a test; a fixture may be called test_node."""
-    return (
-        isinstance(node, _Function)
-        and node.name.startswith("test")
-        and not any("fixture" in ast.unparse(decorator) for decorator in node.decorator_list)
-    )
+            yield from filter(is_test, node.body)
 
 
 def _is_unittest(node: ast.ClassDef) -> bool:

@@ -9,7 +9,7 @@ from xml.parsers import expat
 
 from grader.evidence import TestReport
 from grader.intake.names import printable
-from grader.quality.modules import Function, Module
+from grader.quality.modules import Module, is_test
 
 NAME = "test_results.xml"
 MOST_BYTES = 4 * 1024 * 1024
@@ -44,12 +44,8 @@ def tests_of(modules: Sequence[Module]) -> Iterator[str]:
         for node in module.tree.body:
             members = node.body if isinstance(node, ast.ClassDef) else [node]
             for member in members:
-                if isinstance(member, Function) and member.name.startswith("test") and not _is_fixture(member):
+                if is_test(member):
                     yield f"{module.stem}::{member.name}"
-
-
-def _is_fixture(function: Function) -> bool:
-    return any("fixture" in ast.unparse(decorator) for decorator in function.decorator_list)
 
 
 class _NotAllowed(Exception):

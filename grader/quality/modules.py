@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
+from typing import TypeGuard
 
 PACKAGE = "ros2_robot_controller"
 NODES = ("robot_controller", "sensor_processor")
@@ -99,6 +100,16 @@ def role(path: str) -> str:
 
 def _is_pytests(name: str) -> bool:
     return name == "conftest.py" or (name.startswith("test_") and name.endswith(".py")) or name.endswith("_test.py")
+
+
+def is_test(node: ast.AST) -> TypeGuard[Function]:
+    """Return whether it is a function that pytest takes for a test; a fixture may be called test_node."""
+    return isinstance(node, Function) and node.name.startswith("test") and not _is_fixture(node)
+
+
+def _is_fixture(function: Function) -> bool:
+    parts = (part for decorator in function.decorator_list for part in ast.walk(decorator))
+    return any("fixture" in (getattr(part, "id", ""), getattr(part, "attr", "")) for part in parts)
 
 
 def _code_lines(data: bytes, tree: ast.Module) -> set[int]:

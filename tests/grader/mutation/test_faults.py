@@ -277,10 +277,11 @@ no indentation here
         return s * a if a > 2 else s + 'x'
 
     limit = 3 + 4; other = 5 - 1
+    rate = 7 * 2  # with a comment
 """
 
 
 def test_faults_in_methods_strings_and_lines_of_two_statements_are_found():
     words = [change.words for change in faults(source(INDENTED))]
-    for part in ("`a > 2`", "`3 + 4`", "`5 - 1`"):
+    for part in ("`a > 2`", "`3 + 4`", "`5 - 1`", "`7 * 2`"):
         assert any(part in each for each in words), (part, words)

@@ -161,6 +161,11 @@ def test_no_table(tmp_path: Path):
         ),
         ("publishes | `cmd_vel`", "subscribes | `cmd_vel`", "cmd_vel (Twist) stands there with another direction"),
         ("srv/SetSpeed`", "srv/SetVelocity`", "set_speed (SetSpeed) stands there with another type"),
+        (
+            "ros2_robot_controller/srv/SetSpeed`",
+            "std_srvs/srv/Trigger`",
+            "set_speed (SetSpeed) stands there with another",
+        ),
     ],
 )
 def test_one_row_that_is_not_true(tmp_path: Path, old: str, new: str, said: str):
