@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import re
-import subprocess
-import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
+from node_runs import run_with_node
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 
@@ -88,23 +87,18 @@ bridge.close()
 """
 
 
-def run(tmp_path: Path, kind: str, ticks: int = 40, event: str = "none") -> dict[str, object]:
+def run(tmp_path: Path, kind: str, ticks: int = 40, event: str = "none") -> dict[str, Any]:
     (tmp_path / "node.py").write_text(NODE)
     (tmp_path / "host.py").write_text(HOST)
-    # Loopback only: what other tests on this machine say is not heard, and no port is taken.
-    wall = ["bwrap", "--dev-bind", "/", "/", "--unshare-net", "--die-with-parent", "--"]
-    command = [*wall, sys.executable, str(tmp_path / "host.py"), str(tmp_path / "node.py"), kind, event, str(ticks)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
-    assert done.returncode == 0, done.stderr
-    answer: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
-    assert answer["ready"], done.stderr
+    answer = run_with_node(tmp_path / "host.py", tmp_path / "node.py", kind, event, str(ticks))
+    assert answer["ready"]
     return answer
 
 
 def test_commands_come_at_the_nodes_own_rate_of_simulated_time(tmp_path: Path):
     found = run(tmp_path, "timer")
     assert found["pace"] == "lockstep"
-    times = [t for t, _, _ in found["commands"]]  # type: ignore[attr-defined]
+    times = [t for t, _, _ in found["commands"]]
     later = [t for t in times if t > 0.15]
     assert later == pytest.approx([0.2 + 0.1 * i for i in range(len(later))])
     assert later[-1] == pytest.approx(2.0)
@@ -113,19 +107,19 @@ def test_commands_come_at_the_nodes_own_rate_of_simulated_time(tmp_path: Path):
 def test_a_command_knows_the_scan_of_its_own_tick(tmp_path: Path):
     """Each command carries the number of scans the node had heard: ten scans a second, ten commands a second."""
     found = run(tmp_path, "timer")
-    counts = {t: n for t, _, n in found["commands"]}  # type: ignore[attr-defined]
+    counts = {t: n for t, _, n in found["commands"]}
     assert all(n == pytest.approx(10 * t, abs=1.01) for t, n in counts.items() if t > 0.15)
 
 
 def test_a_sensor_that_the_node_does_not_get_costs_no_time(tmp_path: Path):
     """Two rounds a tick, a third where a clock got lost; the five readings of the IMU in each are not published."""
-    assert 80 <= run(tmp_path, "timer", ticks=40)["calls"] < 120  # type: ignore[operator]
+    assert 80 <= run(tmp_path, "timer", ticks=40)["calls"] < 120
 
 
 def test_two_runs_give_the_same_commands_at_the_same_times(tmp_path: Path):
     first, second = (run(tmp_path, "timer")["commands"] for _ in range(2))
-    assert len(first) > 15  # type: ignore[arg-type]
-    assert [c for c in first if c[0] > 0] == [c for c in second if c[0] > 0]  # type: ignore[attr-defined]
+    assert len(first) > 15
+    assert [c for c in first if c[0] > 0] == [c for c in second if c[0] > 0]
 
 
 def test_the_robot_does_what_it_is_told(tmp_path: Path):
@@ -135,7 +129,7 @@ def test_the_robot_does_what_it_is_told(tmp_path: Path):
 
 def test_a_node_by_wall_time_is_noticed_and_run_in_real_time(tmp_path: Path):
     found = run(tmp_path, "wall")
-    if found["pace"] == "lockstep" and found["tick_s"] > 0.02:  # type: ignore[operator]
+    if found["pace"] == "lockstep" and found["tick_s"] > 0.02:
         pytest.skip(f"a tick took {found['tick_s']} s: run it again on a machine that is less busy")
     assert found["pace"] == "real time"
     assert found["t"] == pytest.approx(2.0)
@@ -169,6 +163,6 @@ def test_a_dead_node_holds_up_nothing(tmp_path: Path):
 @pytest.mark.slow
 def test_a_blocked_node_holds_up_the_run_once(tmp_path: Path):
     found = run(tmp_path, "blocked", ticks=20)
-    assert "busy in a callback for seconds of wall time" in found["said"][0]  # type: ignore[index]
+    assert "busy in a callback for seconds of wall time" in found["said"][0]
     assert found["blocked"] is True
     assert found["t"] == pytest.approx(1.0)

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from node_runs import run_with_node
 
 from sim import Box, Circle, Path, Recorder, Seen, Simulator, Tourist, Twist, Wall, World, drive, load_world
 from sim.live import HIDDEN_LOST_S, LOST_S, NO_RANGE, Feed, Live, Message, Pacer
@@ -682,18 +683,9 @@ bridge.close()
 
 
 def with_a_node(folder: FilePath, kind: str) -> dict[str, Any]:
-    pytest.importorskip("rclpy", reason="no rclpy: make setup")
-    if shutil.which("bwrap") is None:
-        pytest.skip("no bubblewrap: make setup installs it, or names the command")
     (folder / "node.py").write_text(NODE)
     (folder / "host.py").write_text(HOST)
-    # Loopback only: what other tests on this machine say is not heard, and no port is taken.
-    wall = ["bwrap", "--dev-bind", "/", "/", "--unshare-net", "--die-with-parent", "--"]
-    command = [*wall, sys.executable, "host.py", kind]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=120)
-    assert done.returncode == 0, done.stderr
-    answer: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return answer
+    return run_with_node(folder / "host.py", kind)
 
 
 @pytest.mark.ros

@@ -28,8 +28,8 @@ def desk(folder: Path, env: dict[str, str]) -> Iterator[Callable[[], Terminal]]:
     """Yield a function that opens a terminal in `folder`. All of them share a network that holds nobody else."""
     here, there = socket.socketpair()
     process = subprocess.Popen(
-        ["bwrap", "--dev-bind", "/", "/", "--unshare-net", "--die-with-parent", "--chdir", folder,
-         sys.executable, __file__, str(there.fileno())],
+        ["bwrap", "--dev-bind", "/", "/", "--tmpfs", "/dev/shm", "--unshare-net", "--die-with-parent", "--chdir",
+         folder, sys.executable, __file__, str(there.fileno())],
         env=env, pass_fds=[there.fileno()], stdin=subprocess.DEVNULL,
     )  # fmt: skip
     there.close()

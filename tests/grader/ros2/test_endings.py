@@ -127,7 +127,7 @@ def test_no_orphan_when_the_terminal_is_closed(demo, tmp_path, mark):
     pid, terminal = pty.fork()
     if pid == 0:
         os.execve(sys.executable, [sys.executable, str(COMMAND), "launch", str(file)], environment(demo, tmp_path))
-    until(lambda: os.read(terminal, 4096) and alive(mark))
+    until(lambda: alive(mark))
     os.close(terminal)
     _, status = os.waitpid(pid, 0)
     assert os.waitstatus_to_exitcode(status) == -signal.SIGHUP

@@ -39,7 +39,7 @@ def ros2(tmp_path_factory: pytest.TempPathFactory, reference: Path) -> Iterator[
     install = build.build([reference], build.cache_folder()).install
     env = {**toolchain.environment(install, home=folder), "ROS2_COURSE_KIT_OWN": "1"}
     driver = subprocess.Popen(
-        ["bwrap", "--dev-bind", "/", "/", "--unshare-net", "--die-with-parent", sys.executable,
+        ["bwrap", "--dev-bind", "/", "/", "--tmpfs", "/dev/shm", "--unshare-net", "--die-with-parent", sys.executable,
          Path(__file__).parent / "netns_driver.py"],
         env=env, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
