@@ -62,7 +62,8 @@ class Spot:
         return next((node for node in reversed(self.parents) if isinstance(node, _Function)), None)
 
 
-_READ_AT_MOST = 30_000_000  # bytes, to see which changes matter: one function of a thousand `elif` is no honest one
+_Meaning = tuple[object, ...]
+_READ_AT_MOST = 500_000  # bytes, to see which changes matter: twenty times what the reference's largest module takes
 
 
 @dataclass(eq=False)
@@ -80,7 +81,7 @@ class Source:
         for line in self._bytes.splitlines(keepends=True) if b"\x0c" not in self._bytes else ():
             self._starts.append(self._starts[-1] + len(line))
         self._regions = self._find_regions() if len(self._starts) > 1 else []
-        self._meanings: dict[tuple[int, int], str] = {}
+        self._meanings: dict[tuple[int, int], _Meaning] = {}
         self._read = 0
 
     def spots(self) -> Iterator[Spot]:
@@ -114,51 +115,65 @@ class Source:
     def changes(self, change: Change) -> bool:
         """Return whether a change leaves a module that Python reads, and reads as another one.
 
-        Only the innermost function or statement around it is read: a module of a thousand lines has thousands of
-        changes, and to read all of it for each took minutes.
+        Only the innermost statement around it is read: a module of a thousand lines has thousands of changes, and to
+        read all of it for each took minutes.
         """
         region = self._around(change)
         if region not in self._meanings:
-            self._meanings[region] = self._meaning(self._bytes[slice(*region)])
-        return self._changed_meaning(change, region) not in ("", self._meanings[region])
+            self._meanings[region] = _meaning(self._bytes[slice(*region)])
+        return self._changed_meaning(change, region) not in ((), self._meanings[region])
 
     def reads(self, change: Change) -> bool:
-        """Return whether a change leaves a module that Python reads, by the innermost function around it."""
+        """Return whether a change leaves a module that Python reads, by the innermost statement around it."""
         return bool(self._changed_meaning(change, self._around(change)))
 
     def _around(self, change: Change) -> tuple[int, int]:
         inside = ((a, b) for a, b in self._regions if a <= change.start and change.end <= b)
         return next(inside, (0, len(self._bytes)))
 
-    def _changed_meaning(self, change: Change, region: tuple[int, int]) -> str:
-        """Return what Python reads in a region with the change made, "" if it cannot."""
+    def _changed_meaning(self, change: Change, region: tuple[int, int]) -> _Meaning:
+        """Return what Python reads in a region with the change made, () if it cannot."""
         start, end = region
         changed = self._bytes[start : change.start] + change.new.encode() + self._bytes[change.end : end]
         self._read += len(changed)
-        return self._meaning(changed) if self._read <= _READ_AT_MOST else ""
-
-    @staticmethod
-    def _meaning(text: bytes) -> str:
-        """Return what Python reads in some whole lines, whatever their indentation, "" if it cannot."""
-        try:
-            return ast.dump(ast.parse(("if 1:\n" if text[:1] in b" \t" else "") + text.decode()))
-        except (SyntaxError, ValueError):
-            return ""
+        return _meaning(changed) if self._read <= _READ_AT_MOST else ()
 
     def _find_regions(self) -> list[tuple[int, int]]:
-        """Return where functions, and statements of the module and of classes, begin and end in whole lines."""
+        """Return where statements that can stand alone begin and end, in whole lines, the shortest first."""
         found = set()
         for node in ast.walk(self.tree):
-            members = node.body if isinstance(node, ast.Module | ast.ClassDef) else []
-            for part in [*members, *([node] if isinstance(node, _Function) else [])]:
-                first = min([part.lineno, *(d.lineno for d in getattr(part, "decorator_list", []))])
-                last = part.end_lineno or part.lineno
-                start, end = self._starts[first - 1], self._starts[last]
-                alone = not self._bytes[start : self.span(part)[0]].strip() or first < part.lineno
-                rest = self._bytes[self.span(part)[1] : end].strip()
-                if alone and (not rest or rest.startswith(b"#")):
+            if isinstance(node, ast.stmt):
+                first = min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", []))])
+                begins, ends = self.span(node)
+                start, end = self._starts[first - 1], self._starts[node.end_lineno or node.lineno]
+                alone = not self._bytes[start:begins].strip() or first < node.lineno
+                rest = self._bytes[ends:end].strip()
+                if alone and not self._bytes.startswith(b"elif", begins) and (not rest or rest.startswith(b"#")):
                     found.add((start, end))
         return sorted(found, key=lambda region: region[1] - region[0])
+
+
+def _meaning(text: bytes) -> _Meaning:
+    """Return what Python reads in some whole lines, whatever their indentation, () if it cannot.
+
+    It is the tree in one row, put together without recursion: of a long sum `ast.dump` makes a string a thousand deep.
+    """
+    row: list[object] = []
+    try:
+        todo: list[object] = [ast.parse(("if 1:\n" if text[:1] in b" \t" else "") + text.decode())]
+        while todo:
+            part = todo.pop()
+            if isinstance(part, ast.AST):
+                row.append(type(part))
+                todo.extend([getattr(part, name, None) for name in part._fields])
+            elif isinstance(part, list):
+                row.append(len(part))
+                todo.extend(part)
+            else:
+                row.append(repr(part))
+    except (SyntaxError, *TOO_MUCH):
+        return ()
+    return tuple(row)
 
 
 def parse(path: str, text: str) -> Source | None:

@@ -29,9 +29,9 @@ def grader(*arguments: object, **options: Any) -> subprocess.CompletedProcess[st
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=600, **options)
 
 
-# Graded on everything that trials judge: one fault in the build, one at the start, one name; the others are slow.
-THOROUGHLY = ("does_not_compile", "crashes_at_start", "misnames_set_speed")
-SLOWLY = ("drives_into_the_wall", "ignores_the_limit")
+# Graded on everything that trials judge: one fault in the build, one at the start; the others are slow.
+THOROUGHLY = ("does_not_compile", "crashes_at_start")
+SLOWLY = ("misnames_set_speed", "drives_into_the_wall", "ignores_the_limit")
 
 
 @pytest.fixture(scope="session")
