@@ -85,7 +85,7 @@ def _statement(source: Source, spot: Spot) -> Iterator[Change]:
         yield source.change(spot, WEAK, f"a `pass` stands before `{_short(text)}`", f"pass; {text}")
     if isinstance(node, ast.Return) and node.value is not None and not _shares_line(spot, node):
         value = source.text_of(node.value)
-        name = _free_name(spot)
+        name = _free_name(source)
         yield source.change(
             spot, "decoy", f"`{_short(source.text_of(node))}` got a name first", f"{name} = ({value}); return {name}"
         )
@@ -114,7 +114,7 @@ def _local_name(source: Source, spot: Spot) -> Iterator[Change]:
         start, end = source.span(node.body[0])[0], source.span(node.body[-1])[1]
         new, at = "", start
         for first, last in uses:
-            new, at = new + source.piece(at, first) + _free_name(spot, name), last
+            new, at = new + source.piece(at, first) + _free_name(source, name), last
         changed = new + source.piece(at, end)
         first_statement = Spot(node.body[0], (*spot.parents, node), node.body[0], spot.function)
         yield source.change(first_statement, "decoy", f"the local name `{name}` was changed", changed, (start, end))
@@ -139,14 +139,10 @@ def _shares_line(spot: Spot, node: ast.stmt) -> bool:
     return getattr(above, "lineno", 0) == node.lineno or called(above) != ""
 
 
-def _free_name(spot: Spot, base: str = "answer") -> str:
-    """Return a name that the function does not use."""
-    around = spot.function_node or spot.node
-    taken = {n.id for n in ast.walk(around) if isinstance(n, ast.Name)} | {
-        n.arg for n in ast.walk(around) if isinstance(n, ast.arg)
-    }
+def _free_name(source: Source, base: str = "answer") -> str:
+    """Return a name that the module does not use."""
     number = 2
-    while f"{base}{number}" in taken:
+    while f"{base}{number}" in source.names:
         number += 1
     return f"{base}{number}"
 

@@ -6,6 +6,7 @@ import ast
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from grader.own_tests.guards import is_guard
 
@@ -83,6 +84,12 @@ class Source:
         self._regions = self._find_regions() if len(self._starts) > 1 else []
         self._meanings: dict[tuple[int, int], _Meaning] = {}
         self._read = 0
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """All names of variables and parameters that the module uses."""
+        nodes = [node for node in ast.walk(self.tree) if isinstance(node, ast.Name | ast.arg)]
+        return frozenset(node.id if isinstance(node, ast.Name) else node.arg for node in nodes)
 
     def spots(self) -> Iterator[Spot]:
         """Yield the nodes that decide behaviour: no annotation, docstring, message, log line or import among them."""
