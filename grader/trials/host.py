@@ -36,14 +36,15 @@ def main() -> int:
         request = Request(**json.loads(line))
         plan = plans[request.trial]
         try:
-            facts = run_trial(plan, request)
-            Path(request.out).write_text(evidence.to_json(facts))
+            run_trial(plan, request)
         except Exception as error:  # the one place where a fault of ours must not take the other trials along
+            if Path(request.out).is_file():  # the trial was over; a process that cannot leave the graph begins no other
+                traceback.print_exc()
+                return 1
             if said := _of_this_machine(error):
                 print(CANNOT + said, flush=True)
                 continue
-            facts = unjudged(plan, request.seed, traceback.format_exc())
-            Path(request.out).write_text(evidence.to_json(facts))
+            _keep(request, unjudged(plan, request.seed, traceback.format_exc()))
         print(request.trial, flush=True)
     return 0
 
@@ -53,12 +54,20 @@ def _of_this_machine(error: Exception) -> str:
     return " ".join((str(error) if isinstance(error, GraderError) else shortage.words(error)).split())
 
 
-def run_trial(plan: catalog.TrialPlan, request: Request) -> evidence.Trial:
-    """Start the node behind its wall, play the trial's script, and return what was seen."""
+def _keep(request: Request, facts: evidence.Trial) -> None:
+    """Write the facts, whole or not at all: who asked for them believes the file even if this process ends badly."""
+    part = Path(f"{request.out}.part")
+    part.write_text(evidence.to_json(facts))
+    part.replace(request.out)
+
+
+def run_trial(plan: catalog.TrialPlan, request: Request) -> None:
+    """Start the node behind its wall, play the trial's script, keep what was seen, and leave the graph."""
     install = Path(request.install)
     missing = _missing(plan, install)
     if missing:
-        return unjudged(plan, request.seed, "", ended=missing)
+        _keep(request, unjudged(plan, request.seed, "", ended=missing))
+        return
     simulator = Simulator(_variant(plan, request.seed), seed=request.seed)
     wall = _wall(install, request)
     telltales: dict[str, float] = {}
@@ -85,9 +94,8 @@ def run_trial(plan: catalog.TrialPlan, request: Request) -> evidence.Trial:
             if _of_this_machine(error):
                 raise
             script_error = traceback.format_exc()
-        facts = stage.facts(ended, script_error)
+        _keep(request, stage.facts(ended, script_error))  # first: Fast DDS has been seen to crash on leaving
         stage.close()
-    return facts
 
 
 def _missing(plan: catalog.TrialPlan, install: Path) -> str:

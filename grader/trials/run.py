@@ -115,6 +115,7 @@ class _Worker(threading.Thread):
         out = self._folder.resolve() / f"{plan.name}.json"
         # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones.
         domain_id, package = 1 + secrets.randbelow(100), str(self._package or "")
+        out.unlink(missing_ok=True)
         request = Request(plan.name, str(self._install), self._seed, domain_id, str(out), package)
         assert host.stdin is not None
         assert host.stdout is not None
@@ -133,6 +134,8 @@ class _Worker(threading.Thread):
             raise GraderError(answer.removeprefix(CANNOT))
         if answer != plan.name:
             self._stop()
+            if out.is_file():  # the trial was over when its host died
+                return evidence.from_json(out.read_text(), evidence.Trial)
             if host.returncode in _KILLED and not capped.is_set():
                 raise GraderError(shortage.KILLED)
             return unjudged(plan, self._seed, f"the trial's host ended (answer {answer!r}, status {host.returncode})")

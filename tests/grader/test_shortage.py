@@ -16,9 +16,10 @@ import pytest
 from grader import build, cli, evidence, pipeline, rubric, sandbox, shortage, toolchain, type_hashes
 from grader.errors import GraderError
 from grader.report.grading import Grading
+from grader.trials import catalog
 from grader.trials import run as trials
 from grader.trials.catalog import TrialPlan
-from grader.trials.request import READY
+from grader.trials.request import READY, unjudged
 
 ROOT = Path(__file__).parents[2]
 MB = 1_000_000
@@ -356,3 +357,40 @@ def test_a_trial_host_that_dies_of_itself_costs_that_trial_only(tmp_path: Path, 
     plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
     found = trials.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)
     assert "the trial's host ended" in found["any"].script_error
+
+
+def test_a_trial_host_that_dies_when_the_trial_is_over_costs_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
+    seen = tmp_path / "seen.json"
+    seen.write_text(evidence.to_json(unjudged(plan, 0, "", ended="as the host saw it")))
+    command = f"echo {READY}; read line; cp {seen} any.json; kill -SEGV $$"
+    monkeypatch.setattr(sandbox, "private_network", lambda _command: ["sh", "-c", command])
+    found = trials.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)
+    assert (found["any"].ended, found["any"].script_error) == ("as the host saw it", "")
+
+
+LEAVES_BADLY = """
+import os, signal
+import sim.bridge
+sim.bridge.Bridge.close = lambda self: os.kill(os.getpid(), signal.SIGSEGV)
+"""
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_a_crash_on_leaving_the_graph_loses_no_trial(
+    reference: Path, contract: build.Built, settings: pipeline.Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """Fast DDS has been seen to crash there: what was seen is kept before, and the next trial gets another host."""
+    (tmp_path / "sitecustomize.py").write_text(LEAVES_BADLY)
+    usual = toolchain.observer_environment
+
+    def environment(contract: Path, *, home: Path) -> dict[str, str]:
+        found = usual(contract, home=home)
+        return found | {"PYTHONPATH": f"{tmp_path}:{ROOT}:{found['PYTHONPATH']}"}
+
+    monkeypatch.setattr(toolchain, "observer_environment", environment)
+    plans = [catalog.trials()[name] for name in ("idle", "idle_processor")]
+    built = build.build([reference], settings.cache)
+    found = trials.run(plans, install=built.install, contract=contract.install, folder=tmp_path, seed=1, workers=1)
+    assert [(trial.ready, trial.script_error) for trial in found.values()] == [(True, ""), (True, "")]
