@@ -123,19 +123,20 @@ def _build_and_try(submission: Submission, room: Path, settings: Settings) -> ev
     found = evidence.Evidence(intake=submission.intake, build=facts, flags=[*submission.flags, *facts.flags])
     if not facts.ok:
         return found
-    if any(requirement.id == "F14" for requirement in settings.wanted):
-        found = replace(found, conversions=ask_conversions(built.install, settings.seed))
+    asked = any(requirement.id == "F14" for requirement in settings.wanted)
     (room / "trials").mkdir()
     plans = catalog.serving(requirement.id for requirement in settings.wanted)
-    with ThreadPoolExecutor(1) as pool:
+    with ThreadPoolExecutor(2) as pool:
         # The tests are mostly one long module: they run beside the trials, or the grading would wait for it alone.
         own = pool.submit(_own_tests, submission, built, settings)
+        answers = pool.submit(ask_conversions, built.install, settings.seed) if asked else None
         tried = trials.run(
             plans.values(), install=built.install, contract=contract.install, folder=room / "trials",
             package=submission.package,
             seed=settings.seed, progress=lambda name: settings.progress(f"trial {name}: {plans[name].sentence}"),
         )  # fmt: skip
         tested = own.result()
+        found = replace(found, conversions=answers.result()) if answers else found
     found = replace(found, flags=[*found.flags, *oddities(tried)])
     if tested is None:
         return replace(found, trials=tried)
