@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from grader.checks.judge import Judge, NotReached, last_words, near_topic
+from grader.checks.judge import Failed, Judge, NotReached, last_words, near_topic
 from grader.evidence import Message, Trial
 
 _TICK_S = 0.05
@@ -19,9 +19,16 @@ def test_fuses_the_closest_valid_reading(judge: Judge) -> None:
     try_ = "leave out what is not finite or not within [range_min, range_max]; inf when nothing is left"
     for trial, fused in (_fused(judge), _fused_nothing(judge)):
         scans = [(scan.t, scan.anywhere) for scan in trial.scans]
-        _expect_followed(
-            judge, trial, fused, "closest_obstacle_distance", scans, lambda said, true: _same(said, true, 0.01), try_
-        )
+        edge = trial.marks.get("at range_min", math.inf)
+        sure = [message for message in fused if message.t < edge]
+        _expect_followed(judge, trial, sure, "closest_obstacle_distance", scans, _same_distance, try_)
+    trial, fused = _fused(judge)
+    scans = [(scan.t, scan.anywhere) for scan in trial.scans]
+    try:
+        _expect_followed(judge, trial, fused, "closest_obstacle_distance", scans, _same_distance, "")
+    except Failed as failed:
+        seen = f"{failed.seen}, which is range_min itself"
+        judge.share(0.5, seen, "range_min <= reading <= range_max: the limits themselves are valid")
 
 
 def test_fuses_the_battery_in_percent(judge: Judge) -> None:
@@ -145,6 +152,10 @@ def _expect_followed(
 def _same(said: Any, true: Any, tolerance: float) -> bool:
     a, b = float(said), float(true)
     return a == b or abs(a - b) <= tolerance
+
+
+def _same_distance(said: Any, true: Any) -> bool:
+    return _same(said, true, 0.01)
 
 
 def _same_vector(said: Any, true: Any) -> bool:

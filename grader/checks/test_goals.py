@@ -55,6 +55,11 @@ def test_a_cancelled_goal_ends_as_canceled(judge: Judge) -> None:
         seen = f"{words}; it ended as {goal.status} with success = {goal.success}"
         judge.expect(goal.status == "canceled", seen, "call goal_handle.canceled() when is_cancel_requested")
         judge.expect(goal.success is False, seen, "return a result with success = False")
+    blocked = _blocked_and_cancelled(judge)
+    free = judge.trial("cancel_blocked", complete=False).marks.get("free", math.inf)
+    if blocked is not None and not (blocked.status == "canceled" and blocked.ended_t <= free):
+        seen = f"cancelled while its way was blocked, the goal had not ended 1 s later (in the end: {blocked.status})"
+        judge.share(0.5, seen, "look at is_cancel_requested in every cycle, while the robot waits too")
 
 
 def test_stands_still_after_a_cancel(judge: Judge) -> None:
@@ -72,6 +77,20 @@ def test_stands_still_after_a_cancel(judge: Judge) -> None:
         judge.expect(still, seen, "publish zero as soon as the goal is no longer active")
     if not moved:
         raise NotReached("the robot had not begun to move when the goals were cancelled (F8)")
+    blocked = _blocked_and_cancelled(judge)
+    if blocked is not None and blocked.cancel_accepted:
+        trial = judge.trial("cancel_blocked")
+        if not motion.stays_still(trial.samples, blocked.cancel_t + 1.0):
+            seen = (
+                f"v = {trial.samples[-1].v:.2f} m/s 2 s after a goal was cancelled; set_speed had been called before it"
+            )
+            judge.share(0.5, seen, "a cancelled goal leaves a robot that stands: forget the speed that was set before")
+
+
+def _blocked_and_cancelled(judge: Judge) -> Goal | None:
+    """Return the goal that was cancelled while something was in its way, None if it was not accepted."""
+    trial = judge.trial("cancel_blocked", complete=False)
+    return trial.goals[0] if trial.goals and trial.goals[0].accepted and not trial.ended else None
 
 
 def test_a_blocked_goal_never_ends_in_a_collision(judge: Judge) -> None:
@@ -95,7 +114,7 @@ def test_a_blocked_goal_is_completed_once_the_way_is_free(judge: Judge) -> None:
 
 def test_limits_hold_throughout(judge: Judge) -> None:
     """abs(v) and abs(w) stay within their maxima, and commanded speeds rise no faster than the accelerations + 10 %."""
-    for name in (*_ROUTES, "wall_fast", "wall_backward", "obstacle_vanishes", "blocked_goal"):
+    for name in (*_ROUTES, "drive_forward", "wall_fast", "wall_backward", "obstacle_vanishes", "blocked_goal"):
         trial = judge.trial(name)
         if not any(not motion.is_zero(command) for command in trial.commands):
             if name == "wall_backward":

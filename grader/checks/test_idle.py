@@ -14,12 +14,16 @@ def test_publishes_zero_without_a_command(judge: Judge) -> None:
     if bad is not None:
         seen = f"v = {bad.v:.3g} m/s, omega = {bad.omega:.3g} rad/s at {bad.t:.2f} s, before any command"
         judge.expect(False, seen, "which value does the speed start with, and what changes it?")
+    scans = trial.marks["scans"]
+    if not motion.between(trial.commands, 0.0, scans):
+        seen = f"no message on cmd_vel before the first scan, in {scans:g} s"
+        judge.share(0.5, seen, "a robot whose lidar is silent must be told to stand, too")
 
 
 def test_publishes_at_the_control_rate(judge: Judge) -> None:
     """`cmd_vel` comes at 10 Hz ± 20 % in node-clock time."""
     trial = judge.trial("idle")
-    start, end = 1.0, trial.samples[-1].t
+    start, end = trial.marks["scans"] + 1.0, trial.samples[-1].t
     hertz = motion.rate(trial.commands, start, end)
     seen = f"{hertz:.1f} Hz between {start:g} and {end:g} s of simulated time"
     judge.expect(8.0 <= hertz <= 12.0, seen, "create the timer with 1 / laser_processing_rate on the node's clock")

@@ -50,8 +50,13 @@ def test_a_real_obstacle_among_bad_readings_is_seen(judge: Judge) -> None:
     zero = next((c.t for c in trial.commands if c.t > since and motion.is_zero(c)), math.inf)
     seen = (
         f"a zero {zero - since:.2f} s after the obstacle" if math.isfinite(zero) else "no zero cmd_vel"
-    ) + " stood 0.45 m ahead, seen by one beam in four; the others read NaN, inf, 0, 0.05 and 25 m"
+    ) + " stood 0.45 m ahead, seen by one beam in four; the others read NaN, inf, 0, 0.22 and 11 m"
     judge.expect(zero - since <= 1.0, seen, "what does min() make of a list that starts with NaN?")
+    edge = trial.marks["at range_min"]
+    before = [c for c in trial.commands if c.t <= edge]
+    if before[-1].v > 0.05 and not any(motion.is_zero(c) for c in motion.between(trial.commands, edge, math.inf)):
+        seen = "the robot drove on through scans that read 0.25 m, which is their range_min"
+        judge.share(0.5, seen, "range_min <= reading <= range_max: the limits themselves are valid")
 
 
 def _speed_before(judge: Judge, trial: Trial) -> float:

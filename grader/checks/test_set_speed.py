@@ -1,6 +1,7 @@
 """F2 and F3: the set_speed service."""
 
 import math
+import re
 
 from grader.checks import motion
 from grader.checks.judge import Judge
@@ -32,6 +33,7 @@ def test_drives_backwards_at_a_negative_speed(judge: Judge) -> None:
     trial = judge.trial("drive_backward")
     judge.call(trial, "set_speed", 0)
     _expect_speed(judge, trial, -trial.choices["speed"], "cruise", "cruise_end")
+    _expect_speed(judge, trial, trial.choices["limit"], "at_limit", "at_limit_end")
 
 
 def test_refuses_a_speed_above_the_limit(judge: Judge) -> None:
@@ -52,6 +54,14 @@ def test_a_refusal_states_the_limit(judge: Judge) -> None:
             message = str(response["message"])
             seen = f"speed {_asked(call):g} was refused with the message {message!r}"
             judge.expect("0.5" in message or "0,5" in message, seen, "say in the message which limit holds, in m/s")
+    # Whether another limit takes effect is I6's matter; where it does, it is the one to be stated.
+    slow = judge.started("slow_robot")
+    asked = next((call for call in slow.calls if call.service == "set_speed" and call.response), None)
+    response = (asked and asked.response) or {}
+    message = str(response.get("message"))
+    if asked and response.get("success") is False and not re.search(r"0[.,](25|2|3)(?!\d)", message):
+        seen = f"with max_linear_speed 0.25, speed {_asked(asked):g} was refused with the message {message!r}"
+        judge.share(0.5, seen, "write the parameter's value into the message, not a number of your own")
 
 
 def test_a_refusal_leaves_the_speed_in_force(judge: Judge) -> None:

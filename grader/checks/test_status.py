@@ -6,7 +6,14 @@ from typing import Any
 from grader.checks.judge import Judge, at
 from grader.evidence import Call, Trial
 
-_MOMENTS = ("standing", "driving", "before an obstacle 0.45 m ahead", "when the obstacle is gone")
+_MOMENTS = (
+    "standing",
+    "driving",
+    "before an obstacle 0.45 m ahead",
+    "when the obstacle is gone",
+    "driving past a pole 0.4 m away, more than 60 degrees to one side",
+)
+_OBSTACLES = (False, False, True, False, False)
 _AGREES_M, _AGREES_RAD = 0.1, 0.2  # the pose may be a message old
 
 
@@ -25,7 +32,7 @@ def test_status_gives_the_speed_in_force(judge: Judge) -> None:
 def test_status_tells_of_an_obstacle(judge: Judge) -> None:
     """`get_status` gives the obstacle flag."""
     _, calls = _calls(judge)
-    for moment, call, wanted in zip(_MOMENTS, calls, (False, False, True, False), strict=True):
+    for moment, call, wanted in zip(_MOMENTS, calls, _OBSTACLES, strict=True):
         flag = _answer(call)["obstacle_detected"]
         judge.expect(flag is wanted, f"obstacle_detected = {flag} {moment}", "set the flag from each scan, both ways")
 
@@ -49,8 +56,8 @@ def test_status_gives_the_pose_from_odometry(judge: Judge) -> None:
 def test_status_is_one_of_the_contracts_words(judge: Judge) -> None:
     """Status is `ACTIVE`, or `OBSTACLE_DETECTED` while there is an obstacle."""
     _, calls = _calls(judge)
-    for moment, call, wanted in zip(_MOMENTS, calls, ("ACTIVE", "ACTIVE", "OBSTACLE_DETECTED", "ACTIVE"), strict=True):
-        status = _answer(call)["status"]
+    for moment, call, obstacle in zip(_MOMENTS, calls, _OBSTACLES, strict=True):
+        status, wanted = _answer(call)["status"], "OBSTACLE_DETECTED" if obstacle else "ACTIVE"
         judge.expect(status == wanted, f"status {status!r} {moment}", f"the word for this moment is {wanted}")
 
 

@@ -48,6 +48,8 @@ def questions(seed: int) -> list[dict[str, Any]]:
     halves = [[0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)] for yaw in yaws]
     # The same turn has two quaternions.
     halves += [[-value for value in half] for half in halves]
+    # A robot on a ramp has a yaw as well.
+    halves += [_turn(0.3, 0.0, 2.5), _turn(0.0, -0.4, -1.0), _turn(-0.25, 0.35, round(chance.uniform(-3.0, 3.0), 3))]
     limits = [(0.5, 0.0, 1.0), (-2.0, 0.0, 1.0), (7.0, 0.0, 1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (-0.5, -1.0, 1.0)]
     limits += [(-3.0, -1.0, -0.5), (0.0, -1.0, -0.5), (5.0, 2.0, 2.0)]
     limits += [(round(chance.uniform(-9, 9), 2), -3.5, 4.25) for _ in range(4)]
@@ -56,6 +58,17 @@ def questions(seed: int) -> list[dict[str, Any]]:
         *({"function": "yaw_from_quaternion", "arguments": [half]} for half in halves),
         *({"function": "quaternion_from_yaw", "arguments": [yaw]} for yaw in [*yaws, 2 * pi, -4.0]),
         *({"function": "clamp", "arguments": list(triple)} for triple in limits),
+    ]
+
+
+def _turn(roll: float, pitch: float, yaw: float) -> list[float]:
+    """Return the quaternion [x, y, z, w] of a roll, then a pitch, then a yaw, about the fixed axes x, y and z."""
+    (sr, cr), (sp, cp), (sy, cy) = ((math.sin(angle / 2), math.cos(angle / 2)) for angle in (roll, pitch, yaw))
+    return [
+        sr * cp * cy - cr * sp * sy,
+        cr * sp * cy + sr * cp * sy,
+        cr * cp * sy - sr * sp * cy,
+        cr * cp * cy + sr * sp * sy,
     ]
 
 

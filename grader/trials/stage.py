@@ -44,8 +44,23 @@ SOURCE = Path("/ws/src/ros2_robot_controller")
 """Where a wall shows the package's source."""
 
 
+@dataclass(frozen=True)
+class _Distorted:
+    """Changes the ranges of each scan, and what it says of its lidar."""
+
+    change: Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]] | None = None
+    limits: tuple[float, float] | None = None
+
+    def __call__(self, scan: ScanReading) -> ScanReading:
+        range_min, range_max = self.limits or (scan.range_min, scan.range_max)
+        ranges = scan.ranges if self.change is None else self.change(np.array(scan.ranges, dtype=float))
+        return replace(scan, ranges=ranges, range_min=range_min, range_max=range_max)
+
+
 class Stage(Running):
     """A node, a robot and a world, in the hands of a trial's script. Times are simulated seconds since the start."""
+
+    _scans = _Distorted()
 
     def choose(self, name: str, options: Sequence[float]) -> float:
         """Return one of `options`, picked by the seed, and put it on record under `name`."""
@@ -129,7 +144,13 @@ class Stage(Running):
 
     def distort(self, change: Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]] | None) -> None:
         """Publish scans with their ranges changed from now on; None for the true ones."""
-        self.bridge.filter_scan = (lambda scan: scan) if change is None else _Distorted(change)
+        self._scans = replace(self._scans, change=change)
+        self.bridge.filter_scan = self._scans
+
+    def narrow(self, range_min: float, range_max: float) -> None:
+        """Publish scans of a lidar with other limits from now on, in metres; the readings stay as they are."""
+        self._scans = replace(self._scans, limits=(range_min, range_max))
+        self.bridge.filter_scan = self._scans
 
     def hold(self, wall_seconds: float) -> int:
         """Let the clock stand still and return how often the node answers meanwhile."""
@@ -250,16 +271,6 @@ class Stage(Running):
                 reason = reason or f"an answer that is no parameter's value: {error}"[:300]
         self.parameters.append(evidence.ParameterAnswer(self.t, name, wanted, accepted, value, reason, node))
         return self.parameters[-1]
-
-
-@dataclass(frozen=True)
-class _Distorted:
-    """Changes the ranges of each scan."""
-
-    change: Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]
-
-    def __call__(self, scan: ScanReading) -> ScanReading:
-        return replace(scan, ranges=self.change(np.array(scan.ranges, dtype=float)))
 
 
 def _tellable(value: Any) -> Any:

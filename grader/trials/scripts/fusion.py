@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grader.trials.catalog import trial
+from grader.trials.scripts.readings import BAD, NARROW
 from sim.sensors import BatteryReading, ImuReading, ScanReading
 
 if TYPE_CHECKING:
@@ -15,7 +16,8 @@ if TYPE_CHECKING:
 
 @trial(serves=["F12", "F13", "I6", "I7"], node="sensor_processor")
 def fusion(stage: Stage) -> None:
-    """The sensors begin to speak one after the other; things come near, some beams go bad."""
+    """The sensors begin to speak one after the other; things come near, some beams go bad, some read range_min."""
+    stage.narrow(*NARROW)
     stage.listen("sensor_fusion_data")
     stage.listen("obstacle_distance")
     stage.mute(ScanReading, ImuReading, BatteryReading)
@@ -37,7 +39,10 @@ def fusion(stage: Stage) -> None:
     stage.run(0.6)
     stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 5 == 0, np.nan, ranges))
     stage.run(0.4)
-    stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, 0.01, ranges))
+    stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, BAD["below range_min"], ranges))
+    stage.run(0.4)
+    stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, NARROW[0], ranges))
+    stage.mark("at range_min")
     stage.run(0.4)
     stage.mark("end")
     # What is still said has the time at which it is said, not that of the last scan.
@@ -48,11 +53,12 @@ def fusion(stage: Stage) -> None:
 @trial(serves=["F12"], node="sensor_processor")
 def nothing_to_fuse(stage: Stage) -> None:
     """An obstacle, and then scans in which there is none: all out of range, and no readings at all."""
+    stage.narrow(*NARROW)
     stage.listen("sensor_fusion_data")
     stage.run(0.5)
     stage.put_ahead(stage.between("distance", 0.8, 1.5), bearing=stage.between("bearing", -3.0, 3.0))
     for kind, change in (
-        ("nothing in range", lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, 50.0, np.inf)),
+        ("nothing in range", lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, BAD["above range_max"], np.inf)),
         ("no readings", lambda ranges: ranges[:0]),
     ):
         stage.distort(None)

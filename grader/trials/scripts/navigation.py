@@ -37,7 +37,7 @@ def navigate_ahead(stage: Stage) -> None:
 def navigate_beside(stage: Stage) -> None:
     """A target square to the robot's side."""
     side = stage.choose("side", [-1.0, 1.0])
-    _go(stage, side * stage.between("bearing", 1.4, 1.8), stage.between("distance", 0.8, 1.6), 0.15)
+    _go(stage, side * stage.between("bearing", 1.4, 1.8), stage.between("distance", 0.8, 1.6), 0.3)
 
 
 @trial(serves=["F8", "F9", "F11"])
@@ -67,6 +67,23 @@ def cancel_late(stage: Stage) -> None:
     stage.run(2.0)
 
 
+@trial(serves=["F10"])
+def cancel_blocked(stage: Stage) -> None:
+    """Set a speed, send a goal, cancel it while something is in the way, and clear the way."""
+    stage.run(0.3)
+    stage.call("set_speed", speed=0.125)
+    stage.run(0.5)
+    goal = stage.navigate(*_place(stage, 0.1, 3.0))
+    stage.run(1.5)
+    name = stage.put_ahead(0.4)
+    stage.run(1.0)
+    goal.cancel()
+    stage.run(1.0)
+    stage.take_away(name)
+    stage.mark("free")
+    stage.run(1.5)
+
+
 @trial(serves=["F11"])
 def blocked_goal(stage: Stage) -> None:
     """Something gets into the way to a goal and goes away after a while."""
@@ -75,7 +92,7 @@ def blocked_goal(stage: Stage) -> None:
     stage.run(2.0)
     name = stage.put_ahead(stage.between("distance", 0.7, 1.0), radius=0.4)
     stage.mark("blocked")
-    stage.run(6.0)
+    stage.run(12.0)
     stage.take_away(name)
     stage.mark("free")
     stage.run_until(lambda: goal.ended, 40.0)

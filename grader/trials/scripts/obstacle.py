@@ -53,11 +53,11 @@ def pole_aside(stage: Stage) -> None:
     stage.run(2.0)
 
 
-@trial(serves=["F5", "F11"])
+@trial(serves=["F4", "F5", "F11"])
 def obstacle_vanishes(stage: Stage) -> None:
-    """Something stands in the way and goes away again."""
+    """Something is suddenly in the way and goes away again; then it comes to a robot that has slowed down."""
     stage.run(0.3)
-    stage.call("set_speed", speed=stage.choose("speed", [0.375, 0.4375]))
+    stage.call("set_speed", speed=stage.choose("speed", [0.4375, 0.46875, 0.5]))
     stage.run(1.0)
     name = stage.put_ahead(0.45)
     stage.mark("blocked")
@@ -68,6 +68,16 @@ def obstacle_vanishes(stage: Stage) -> None:
     stage.mark("cruise")
     stage.run(1.5)
     stage.mark("cruise_end")
+    far = stage.put_ahead(0.78)
+    stage.run(0.6)
+    near = stage.put_ahead(0.4)
+    stage.run(0.8)
+    stage.take_away(far)
+    stage.take_away(near)
+    stage.run(1.0)
+    stage.mark("again")
+    stage.run(1.0)
+    stage.mark("again_end")
 
 
 @trial(serves=["F5"])
@@ -83,7 +93,7 @@ def obstacle_behind(stage: Stage) -> None:
 
 @trial(serves=["F7"])
 def status(stage: Stage) -> None:
-    """Ask for the status standing, driving, with something right before the robot, and when that is gone."""
+    """Ask for the status standing, driving, before an obstacle, when that is gone, and with a pole beside the robot."""
     stage.run(0.5)
     stage.call("get_status")
     stage.call("set_speed", speed=stage.choose("speed", [0.25, 0.375]))
@@ -94,4 +104,8 @@ def status(stage: Stage) -> None:
     stage.call("get_status")
     stage.take_away(name)
     stage.run(1.0)
+    stage.call("get_status")
+    # 64 degrees to one side at the least, and soon square to the robot: no more than 60 count as ahead.
+    stage.put_ahead(0.4, bearing=math.radians(stage.choose("aside", [-70.0, 70.0])), radius=0.05)
+    stage.run(0.2)
     stage.call("get_status")

@@ -31,7 +31,7 @@ def file_processor(stage: Stage) -> None:
         stage.ask_parameter(name)
 
 
-@trial(serves=["I6"], parameters={"max_linear_speed": 0.25})
+@trial(serves=["F3", "I6"], parameters={"max_linear_speed": 0.25})
 def slow_robot(stage: Stage) -> None:
     """The speed limit is set to half of its default at the start."""
     stage.run(0.3)

@@ -21,26 +21,33 @@ def _cruise(stage: Stage) -> None:
     stage.mark("cruise_end")
 
 
-@trial(serves=["F2"])
-def drive_forward(stage: Stage) -> None:
-    """A speed within the limit, then another one, then the limit itself, in an open field."""
-    stage.run(0.5)
-    stage.call("set_speed", speed=stage.choose("speed", [0.125, 0.1875, 0.25, 0.375]))
-    _cruise(stage)
-    stage.call("set_speed", speed=0.5)
-    stage.choices["limit"] = 0.5
+def _limit(stage: Stage, speed: float) -> None:
+    stage.call("set_speed", speed=speed)
+    stage.choices["limit"] = speed
     stage.run(_SETTLED_S)
     stage.mark("at_limit")
     stage.run(1.0)
     stage.mark("at_limit_end")
 
 
+@trial(serves=["F2", "F11"])
+def drive_forward(stage: Stage) -> None:
+    """A speed within the limit, then the limit itself, then straight back, in an open field."""
+    stage.run(0.5)
+    stage.call("set_speed", speed=stage.choose("speed", [0.125, 0.1875, 0.25, 0.375]))
+    _cruise(stage)
+    _limit(stage, 0.5)
+    stage.call("set_speed", speed=-0.375)
+    stage.run(0.6)
+
+
 @trial(serves=["F2"])
 def drive_backward(stage: Stage) -> None:
-    """A negative speed in an open field."""
+    """A negative speed in an open field, then the limit itself."""
     stage.run(0.5)
     stage.call("set_speed", speed=-stage.choose("speed", [0.125, 0.1875, 0.25, 0.375]))
     _cruise(stage)
+    _limit(stage, -0.5)
 
 
 @trial(serves=["F3"])
