@@ -118,6 +118,14 @@ _EDITS = (
         (_DRIVER, "self.create_timer(self._period(", "self.create_timer(2.0 * self._period("),
         says=("5.0 Hz",),
     ),
+    _edit(
+        "silent_before_the_first_scan",
+        "F1",
+        "The control loop waits for the lidar.",
+        (_DRIVER, "        safe = motion.make_safe(wanted",
+         "        if self._scan_time == NEVER:\n            return\n        safe = motion.make_safe(wanted"),
+        says=("before the first scan",),
+    ),
     # -- F2, F3 ---------------------------------------------------------------------------------------------------
     _edit(
         "drives_too_slowly",
@@ -155,6 +163,20 @@ _EDITS = (
         "A refusal does not say which limit holds.",
         (_SPEED_SERVER, "is beyond the limit of {limit:.3g} m/s'", "is too fast'"),
         says=("say in the message which limit holds",),
+    ),
+    _edit(
+        "backs_up_slowly",
+        "F2",
+        "Backwards the robot drives at half the limit at most.",
+        (_MOTION, "v=clamp(wanted.v, -cap, cap)", "v=clamp(wanted.v, -0.5 * cap, cap)"),
+        says=("after set_speed -0.5",),
+    ),
+    _edit(
+        "states_a_limit_of_its_own",
+        "F3",
+        "A refusal names the default limit, whatever the parameter says.",
+        (_SPEED_SERVER, "is beyond the limit of {limit:.3g} m/s'", "is beyond the limit of 0.5 m/s'"),
+        says=("write the parameter's value into the message",),
     ),
     # -- F4, F5 ---------------------------------------------------------------------------------------------------
     _edit(
@@ -199,6 +221,26 @@ _EDITS = (
         (_SCANS, "        ahead=min(ahead, default=math.inf),", "        ahead=closest_reading(scan),"),
         says=("with something 0.",),
     ),
+    _edit(
+        "brakes_gently",
+        "F4",
+        "The robot slows down no faster than it speeds up, and only in the control loop.",
+        (_DRIVER, "        if motion.make_safe(self._last_command, self._near, self._limits()) == STOP:\n"
+         "            if self._last_command != STOP:\n                self._publish(STOP)\n", ""),
+        (_MOTION, "    return math.copysign(min(abs(wanted), abs(previous) + largest_rise), wanted)",
+         "    wanted = max(abs(wanted), abs(previous) - largest_rise) * math.copysign(1.0, previous or wanted)\n"
+         "    return math.copysign(min(abs(wanted), abs(previous) + largest_rise), wanted)"),
+        says=("after the first scan below 0.5 m",),
+    ),
+    _edit(
+        "remembers_the_slowed_speed",
+        "F5",
+        "At a stop the speed of the moment, slowed down before the obstacle, is kept as the one to go on at.",
+        (_DRIVER, "            if self._last_command != STOP:\n                self._publish(STOP)\n",
+         "            if self._last_command != STOP:\n                self._speed = self._last_command.v\n"
+         "                self._publish(STOP)\n"),
+        says=("had slowed down and stopped",),
+    ),
     # -- F6 -------------------------------------------------------------------------------------------------------
     _edit(
         "believes_every_reading",
@@ -216,6 +258,23 @@ _EDITS = (
          "        self._first = scan.ranges[0]\n        self._near = measure_proximity(scan)\n"),
         says=("IndexError",),
     ),
+    _edit(
+        "knows_the_lidar_by_heart",
+        "F6 F12",
+        "The limits of the lidar are two numbers in the code.",
+        (_SCANS, "in_range = scan.range_min <= distance <= scan.range_max", "in_range = 0.15 <= distance <= 12.0"),
+        says=("scans full of: below range_min",),
+        why="both nodes ask the same function",
+    ),
+    _edit(
+        "leaves_the_limits_out",
+        "F6 F12",
+        "A reading of exactly range_min or range_max does not count.",
+        (_SCANS, "in_range = scan.range_min <= distance <= scan.range_max",
+         "in_range = scan.range_min < distance < scan.range_max"),
+        says=("the limits themselves are valid",),
+        why="both nodes ask the same function",
+    ),
     # -- F7 -------------------------------------------------------------------------------------------------------
     _edit(
         "status_is_ok",
@@ -230,6 +289,13 @@ _EDITS = (
         "get_status answers with a pose of zeros.",
         (_SPEED_SERVER, "        response.pose = self._pose\n", ""),
         says=("pose (0.00, 0.00)",),
+    ),
+    _edit(
+        "sees_what_is_beside",
+        "F7",
+        "What is within 90 degrees to each side counts as in the way.",
+        (_SCANS, "SECTOR_HALF_WIDTH = math.radians(60.0)", "SECTOR_HALF_WIDTH = math.radians(90.0)"),
+        says=("more than 60 degrees to one side",),
     ),
     # -- F8 -------------------------------------------------------------------------------------------------------
     _edit(
@@ -317,6 +383,21 @@ _EDITS = (
         "A cancelled goal's result says success.",
         (_NAVIGATOR, "success=ending is Ending.ARRIVED,", "success=ending is not Ending.REPLACED,"),
         says=("success = True",),
+    ),
+    _edit(
+        "hears_no_cancel_while_it_waits",
+        "F10",
+        "Whether a cancel is asked for is looked at only while the way is free.",
+        (_NAVIGATOR, "if goal.handle.is_cancel_requested:",
+         "if goal.handle.is_cancel_requested and not self._obstacle_in_way():"),
+        says=("while the robot waits too",),
+    ),
+    _edit(
+        "goes_back_to_its_speed",
+        "F10",
+        "When a goal is over, the robot drives on at the speed that was set before it.",
+        (_NAVIGATOR, "            self._speed = 0.0  # or the robot would drive off from where it was sent\n", ""),
+        says=("forget the speed that was set before",),
     ),
     # -- F11 ------------------------------------------------------------------------------------------------------
     _edit(
@@ -448,6 +529,14 @@ _EDITS = (
         "clamp forgets the lower limit.",
         (_CONVERSIONS, "    if value < low:\n        return low\n", ""),
         says=("clamp(",),
+    ),
+    _edit(
+        "yaw_of_a_flat_robot",
+        "F14",
+        "The yaw is right for a quaternion without roll and pitch.",
+        (_CONVERSIONS, "    return normalize_angle(math.atan2(sine, cosine))",
+         "    return normalize_angle(2.0 * math.atan2(q.z, q.w) + 0.0 * (sine + cosine))"),
+        says=("yaw_from_quaternion((",),
     ),
     # -- I3, I4 ---------------------------------------------------------------------------------------------------
     _edit(
