@@ -42,7 +42,11 @@ def hold_to(cores: Iterable[int], pids: Iterable[int]) -> None:
 
 
 def _threads(pids: Iterable[int]) -> list[Path]:
-    return [thread for pid in pids for thread in Path(f"/proc/{pid}/task").glob("*")]
+    found: list[Path] = []
+    for pid in pids:
+        with contextlib.suppress(OSError):  # it has just ended
+            found += list(Path(f"/proc/{pid}/task").iterdir())
+    return found
 
 
 def _parents() -> dict[int, int]:

@@ -26,4 +26,7 @@ def test_publishes_at_the_control_rate(judge: Judge) -> None:
     start, end = trial.marks["scans"] + 1.0, trial.samples[-1].t
     hertz = motion.rate(trial.commands, start, end)
     seen = f"{hertz:.1f} Hz between {start:g} and {end:g} s of simulated time"
-    judge.expect(8.0 <= hertz <= 12.0, seen, "create the timer with 1 / laser_processing_rate on the node's clock")
+    try_ = "create the timer with 1 / laser_processing_rate on the node's clock"
+    if hertz > 12.0:
+        try_ += "; does another callback publish cmd_vel, too?"
+    judge.expect(8.0 <= hertz <= 12.0, seen, try_)

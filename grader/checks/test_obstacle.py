@@ -33,8 +33,8 @@ def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
             continue  # it stopped earlier than it had to
         zero = next((c.t for c in trial.commands if c.t >= near - 1e-9 and motion.is_zero(c)), math.inf)
         delay = zero - near
-        after = f"{delay:.2f} s after" if math.isfinite(delay) else "never after"
-        seen = f"a zero came {after} the first scan below {motion.THRESHOLD_M} m (at {near:.2f} s){_where(trial)}"
+        zero_came = f"a zero came {delay:.2f} s after" if math.isfinite(delay) else "no zero came after"
+        seen = f"{zero_came} the first scan below {motion.THRESHOLD_M} m (at {near:.2f} s){_where(trial)}"
         judge.expect(delay <= 0.3 + _SLACK_S, seen, "stop in the cycle that sees the scan: no averaging, no waiting")
 
 

@@ -41,8 +41,10 @@ def test_own_tests_pass(judge: Judge) -> None:
     judge.expect(ran > 0, "no test ran to its end: all were skipped", "run pytest in a clean folder")
     problems = [failure for m in modules for failure in m.failures]
     if passed < ran:
-        seen = f"{passed} of {ran} tests passed; {_list(problems, '; ')}"
-        judge.share(passed / ran, seen, "run pytest in a clean folder")
+        more = ran - passed - len(problems[:3])
+        seen = f"{passed} of {ran} tests passed; {'; '.join(problems[:3])}" + (f" and {more} more" if more else "")
+        try_ = "run pytest in a clean folder; a test that fails now and then goes by how fast the machine is"
+        judge.share(passed / ran, seen, try_)
 
 
 def test_coverage_of_lines_and_branches(judge: Judge) -> None:

@@ -50,7 +50,11 @@ def test_ament_flake8_finds_nothing(judge: Judge) -> None:
     if not count:
         judge.share(1.0, suppressed, "")
         return
-    said = f"{quality.style_count} findings in {lines} lines of code" if quality.style_count else ""
+    said = (
+        f"{quality.style_count} finding{'s'[: quality.style_count - 1]} in {lines} lines of code"
+        if quality.style_count
+        else ""
+    )
     unread = [f"{file.path} {file.problem}" for file in broken[:MOST_SHOWN]]
     parts = [said, listing(quality.style), *unread, suppressed]
     seen = "\n".join(part for part in parts if part)

@@ -25,7 +25,7 @@ def test_drives_at_the_set_speed(judge: Judge) -> None:
     trial = judge.trial("drive_forward")
     judge.call(trial, "set_speed", 0)
     _expect_speed(judge, trial, trial.choices["speed"], "cruise", "cruise_end")
-    _expect_speed(judge, trial, trial.choices["limit"], "at_limit", "at_limit_end")
+    _expect_the_limit(judge, trial)
 
 
 def test_drives_backwards_at_a_negative_speed(judge: Judge) -> None:
@@ -33,7 +33,7 @@ def test_drives_backwards_at_a_negative_speed(judge: Judge) -> None:
     trial = judge.trial("drive_backward")
     judge.call(trial, "set_speed", 0)
     _expect_speed(judge, trial, -trial.choices["speed"], "cruise", "cruise_end")
-    _expect_speed(judge, trial, trial.choices["limit"], "at_limit", "at_limit_end")
+    _expect_the_limit(judge, trial)
 
 
 def test_refuses_a_speed_above_the_limit(judge: Judge) -> None:
@@ -77,6 +77,12 @@ def test_a_refusal_leaves_the_speed_in_force(judge: Judge) -> None:
     seen = f"{before:.3f} m/s before the refusals, {after:.3f} m/s after them"
     holds = abs(after - before) <= 0.05 * max(abs(before), 0.1)
     judge.expect(holds, seen, "change the speed in force only after all the tests have passed")
+
+
+def _expect_the_limit(judge: Judge, trial: Trial) -> None:
+    """Expect it to drive at the limit itself, if that was accepted: whether it was is another check's matter."""
+    if (judge.call(trial, "set_speed", 1).response or {}).get("success") is not False:
+        _expect_speed(judge, trial, trial.choices["limit"], "at_limit", "at_limit_end")
 
 
 def _expect_speed(judge: Judge, trial: Trial, wanted: float, start: str, end: str) -> None:

@@ -34,6 +34,7 @@ class Loss:
         if self.result.outcome is Outcome.ERROR:
             return "a fault of the grader: costs no points"
         lost = self.check.points * (1.0 - min(1.0, max(0.0, self.result.fraction)))
+        lost = math.ceil(lost * 100 - 1e-6) / 100  # with the points, which are rounded down, it makes up the whole
         return f"{points(lost)} of {points(self.check.points)} points lost"
 
 
