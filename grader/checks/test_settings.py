@@ -76,7 +76,7 @@ def _slow_robot(judge: Judge) -> list[str]:
     refused = judge.call(trial, "set_speed", 0).response or {}
     accepted = judge.call(trial, "set_speed", 1).response or {}
     if refused["success"] is not False or accepted["success"] is not True:
-        answers = f"0.375 answered {refused['success']} and 0.25 answered {accepted['success']}"
+        answers = f"0.375 answered {refused['success']} and 0.1875 answered {accepted['success']}"
         return [f"with max_linear_speed 0.25, set_speed {answers}"]
     return []
 

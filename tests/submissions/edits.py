@@ -172,6 +172,13 @@ _EDITS = (
         says=("after set_speed -0.5",),
     ),
     _edit(
+        "refuses_the_limit_itself",
+        "F2",
+        "Only speeds below the limit are taken.",
+        (_SPEED_SERVER, "if abs(speed) > limit * (1.0 + FLOAT32_SLACK):", "if abs(speed) >= limit:"),
+        says=("the limit included",),
+    ),
+    _edit(
         "states_a_limit_of_its_own",
         "F3",
         "A refusal names the default limit, whatever the parameter says.",

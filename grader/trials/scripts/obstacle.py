@@ -57,7 +57,7 @@ def pole_aside(stage: Stage) -> None:
 def obstacle_vanishes(stage: Stage) -> None:
     """Something is suddenly in the way and goes away again; then it comes to a robot that has slowed down."""
     stage.run(0.3)
-    stage.call("set_speed", speed=stage.choose("speed", [0.4375, 0.46875, 0.5]))
+    stage.call("set_speed", speed=stage.choose("speed", [0.4375, 0.46875]))
     stage.run(1.0)
     name = stage.put_ahead(0.45)
     stage.mark("blocked")

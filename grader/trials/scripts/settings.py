@@ -37,11 +37,8 @@ def slow_robot(stage: Stage) -> None:
     stage.run(0.3)
     stage.call("set_speed", speed=0.375)
     stage.run(0.3)
-    stage.call("set_speed", speed=0.25)
-    stage.run(1.0)
-    stage.mark("cruise")
-    stage.run(1.0)
-    stage.mark("cruise_end")
+    stage.call("set_speed", speed=0.1875)
+    stage.run(0.3)
 
 
 @trial(serves=["I6"], world="wall_ahead", parameters={"obstacle_detection_threshold": 1.0})
