@@ -37,7 +37,9 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
             for parameter in own:
                 value = next(a.value for a in _answers(trial, parameter) if a.node == node)
                 seen = f"{parameter} was {trial.choices[parameter]:g} in the file and {value} in {node}"
-                judge.expect(value == trial.choices[parameter], seen, "is the file's key the node's name, or /**?")
+                judge.expect(
+                    value == trial.choices[parameter], seen, "is it this node's file, and its key the node's name?"
+                )
 
 
 def test_a_remapping_in_a_launch_file_works(judge: Judge) -> None:

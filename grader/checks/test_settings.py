@@ -51,7 +51,8 @@ def test_senseless_values_are_refused_at_run_time(judge: Judge) -> None:
         seen = f"{good.name} := {good.wanted}, which makes sense, was refused: {good.reason}"
         judge.expect(good.accepted is True, seen, "refuse only what makes no sense")
     if accepted:
-        judge.share(1 - len(accepted) / asked, f"accepted: {', '.join(accepted)}", _TRY_CALLBACK)
+        try_ = "refuse in the callback for every parameter what makes no sense for it"
+        judge.share(1 - len(accepted) / asked, f"accepted: {', '.join(accepted)}", try_)
 
 
 def test_senseless_values_are_refused_at_start(judge: Judge) -> None:
