@@ -26,6 +26,11 @@ _CREATES = {
     "create_publisher", "create_subscription", "create_service", "create_client", "create_timer", "ActionServer",
     "ActionClient", "QoSProfile",
 }  # fmt: skip
+# How many threads there are and how long one waits for another changes when a thing is done, not what.
+_WAITS = {
+    "MultiThreadedExecutor", "spin_once", "spin_until_future_complete", "wait", "join", "wait_for_server",
+    "wait_for_service",
+}  # fmt: skip
 _NAMED = _CREATES - {"create_timer", "QoSProfile"}
 # The contract's names and words, wherever the code holds them.
 _WORDS = {
@@ -310,7 +315,7 @@ def _is_telling(spot: Spot, value: float) -> bool:
     if (value and abs(value) < 1e-3) or abs(value) >= 1e5:
         return False
     if isinstance(spot.parent, ast.Call):
-        if called(spot.parent) in _CREATES - {"create_timer"}:
+        if called(spot.parent) in (_CREATES - {"create_timer"}) | _WAITS:
             return False
         if called(spot.parent) in ("round", "format") and spot.node is not spot.parent.args[0]:
             return False

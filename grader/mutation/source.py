@@ -19,7 +19,7 @@ TOO_MUCH = (ValueError, RecursionError, MemoryError)
 # What a node logs is for people, not for other nodes: a fault there changes no behaviour that a test should pin down.
 _LOGGING = {"debug", "info", "warn", "warning", "error", "fatal", "critical", "exception", "log", "print", "get_logger"}
 # Waiting longer or queueing more is no fault.
-_PATIENCE = {"timeout_sec", "timeout", "depth", "queue_size", "history", "description", "ndigits"}
+_PATIENCE = {"timeout_sec", "timeout", "num_threads", "depth", "queue_size", "history", "description", "ndigits"}
 
 
 @dataclass(frozen=True)
