@@ -260,7 +260,7 @@ def _facts(result: sandbox.RunResult, install: Path, package: str) -> evidence.B
         executables=sorted(p.name for p in _files(install / "lib" / PACKAGE) if p.stat().st_mode & 0o111),
         shared_files=sorted(str(p.relative_to(share / PACKAGE)) for p in _files(share / PACKAGE)),
         type_hashes={name: found for name in INTERFACES if (found := _type_hash(share, name))},
-        interface_texts={name: text for name in INTERFACES if (text := _interface_text(share, name))},
+        interface_texts={name: text for name in INTERFACES if (text := interface_text(share, name))},
     )
 
 
@@ -321,7 +321,8 @@ def _hash_in(share: Path, package: str, interface: str) -> str:
     return ""
 
 
-def _interface_text(share: Path, interface: str) -> str:
+def interface_text(share: Path, interface: str) -> str:
+    """Return the text of an interface ("msg/SensorFusionData") as a package has installed it, "" if there is none."""
     kind, name = interface.split("/")
     for package in (PACKAGE, INTERFACES_PACKAGE):
         path = share / package / kind / f"{name}.{kind}"

@@ -21,10 +21,11 @@ from typing import Any
 
 from grader import build, evidence, sandbox, shortage, toolchain
 from grader.errors import GraderError
-from grader.trials import catalog, config
+from grader.trials import catalog, config, layout
 from grader.trials.request import CANNOT, LATE_VARIABLE, READY, Request, unjudged
 from grader.trials.running import TrialOver
 from grader.trials.stage import SOURCE, Stage
+from grader.trials.types import SensorFusionData
 from sim import Simulator, World, load_world
 
 
@@ -81,6 +82,7 @@ def run_trial(plan: catalog.TrialPlan, request: Request) -> None:
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
         stage = Stage(plan, request.seed, simulator, process, request.domain_id)
         stage.start = lambda command: others.enter_context(sandbox.Process(command, wall, _LIMITS))
+        stage.readers = _readers(install)
         for name, remappings in plan.beside.items():
             stage.others[name] = stage.start(_start(name) + _remap(remappings))
         stage.choices.update(telltales)
@@ -96,6 +98,13 @@ def run_trial(plan: catalog.TrialPlan, request: Request) -> None:
             script_error = traceback.format_exc()
         _keep(request, stage.facts(ended, script_error))  # first: Fast DDS has been seen to crash on leaving
         stage.close()
+
+
+def _readers(install: Path) -> dict[str, layout.Read]:
+    """Return by topic how to read the messages of a type that the submission has laid out in its own way."""
+    text = build.interface_text(install / "share", "msg/SensorFusionData")
+    read = layout.reader(text, SensorFusionData)
+    return {"sensor_fusion_data": read} if read else {}
 
 
 def _missing(plan: catalog.TrialPlan, install: Path) -> str:

@@ -555,6 +555,22 @@ _EDITS = (
         why="without the service nobody can make the robot drive",
     ),
     _edit(
+        "exchanges_two_fields",
+        "I3",
+        "SensorFusionData has the battery before the distance.",
+        ("msg/SensorFusionData.msg", "float32 closest_obstacle_distance", "float32 BATTERY"),
+        ("msg/SensorFusionData.msg", "float32 battery_level", "float32 closest_obstacle_distance"),
+        ("msg/SensorFusionData.msg", "float32 BATTERY", "float32 battery_level"),
+        says=("not in the contract's order",),
+    ),
+    _edit(
+        "doubles_the_precision",
+        "I3",
+        "SensorFusionData has the distance as a float64.",
+        ("msg/SensorFusionData.msg", "float32 closest_obstacle_distance", "float64 closest_obstacle_distance"),
+        says=("float64",),
+    ),
+    _edit(
         "renames_a_field",
         "I3",
         "SensorFusionData calls the battery `battery`.",
