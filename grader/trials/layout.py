@@ -12,8 +12,6 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-
 _FIELD = re.compile(r"([a-z0-9]+|(?:std|geometry)_msgs/(?:msg/)?[A-Z]\w*)\s+([a-z]\w*)")
 _NUMBERS = {f"{kind}{bits}" for kind in ("int", "uint") for bits in (8, 16, 32, 64)} | {"float32", "float64"}
 _PYTHON = {"float": "float32", "double": "float64"}  # as rclpy calls them
@@ -59,6 +57,9 @@ def _fields(text: str) -> dict[str, str] | None:
 
 @cache
 def _reader(definition: str) -> Read:
+    # Few submissions need it, and hosts start often.
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
     store = get_typestore(Stores.ROS2_JAZZY)
     store.register(get_types_from_msg(definition, _NAME))
     return lambda data: _plain(store.deserialize_cdr(data, _NAME))
