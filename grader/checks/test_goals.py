@@ -88,9 +88,10 @@ def test_stands_still_after_a_cancel(judge: Judge) -> None:
 
 
 def _blocked_and_cancelled(judge: Judge) -> Goal | None:
-    """Return the goal that was cancelled while something was in its way, None if it was not accepted."""
+    """Return the goal that was cancelled while something was in its way, None if it had not begun or was given up."""
     trial = judge.trial("cancel_blocked", complete=False)
-    return trial.goals[0] if trial.goals and trial.goals[0].accepted and not trial.ended else None
+    goal = trial.goals[0] if trial.goals and not trial.ended else None
+    return goal if goal is not None and goal.accepted and goal.ended_t >= goal.cancel_t else None
 
 
 def test_a_blocked_goal_never_ends_in_a_collision(judge: Judge) -> None:
