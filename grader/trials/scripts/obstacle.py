@@ -80,7 +80,7 @@ def obstacle_vanishes(stage: Stage) -> None:
     stage.mark("again_end")
 
 
-@trial(serves=["F5"])
+@trial(serves=["F5", "F7"])
 def obstacle_behind(stage: Stage) -> None:
     """Drive forward with something right behind the robot."""
     stage.put_ahead(stage.between("distance", 0.35, 0.45), bearing=3.14159)
