@@ -134,11 +134,10 @@ class Stage(Running):
         read = self.readers.get(topic)
 
         def take(message: Any) -> None:
-            if self._has_room(self.messages):
-                try:
-                    found = read(message) if read else plain(message)
-                except Exception:  # whatever bytes a node publishes are its affair, and no fault of ours
-                    return
+            if not self._has_room(self.messages):
+                return
+            found = read(message) if read else plain(message)
+            if found is not None:
                 self.messages.append(evidence.Message(self.t, topic, found))
 
         self.bridge.node.create_subscription(message_type, topic, take, depth, raw=read is not None)
