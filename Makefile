@@ -41,7 +41,7 @@ test: setup  ## Run the tests, but for the slow ones
 test-all: setup  ## Run all tests
 	@$(PYTEST)
 
-faults: setup  ## Grade the reference with each named fault; print what each costs (takes three quarters of an hour)
+faults: setup  ## Grade the reference with each named fault; print what each costs (takes an hour)
 	@PYTHONPATH=.:tests $(BIN)/python -m submissions.table
 
 lint: setup  ## Check style and types, as CI does

@@ -151,7 +151,7 @@ def node(payload: str, executable: str = "robot_controller", *, before: str = ""
 
 
 def beside(payload: str, executable: str = "robot_controller") -> Change:
-    """Run `payload`, which may use `node` (an rclpy node of its own) and `spin(seconds)`, in a thread beside a node."""
+    """Run `payload` beside a node; it may use `node`, its own, `spin(seconds)` and `spin_until(holds)`."""
     indented = "".join(f"        {line}\n" if line else "\n" for line in payload.strip().splitlines())
     text = (
         "context = rclpy.Context()\nrclpy.init(context=context)\n"
@@ -159,6 +159,8 @@ def beside(payload: str, executable: str = "robot_controller") -> Change:
         "executor = SingleThreadedExecutor(context=context)\nexecutor.add_node(node)\n\n"
         "def spin(seconds):\n    end = time.monotonic() + seconds\n    while time.monotonic() < end:\n"
         "        executor.spin_once(timeout_sec=0.01)\n\n"
+        "def spin_until(holds):\n    end = time.monotonic() + 2.0\n"
+        "    while not holds() and time.monotonic() < end:\n        executor.spin_once(timeout_sec=0.01)\n\n"
         "def run():\n    try:\n" + indented + "    except Exception as error:\n"
         "        print('ATTACK', type(error).__name__, error, flush=True)\n\n"
         "threading.Thread(target=run, daemon=True).start()"

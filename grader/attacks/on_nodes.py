@@ -277,11 +277,10 @@ print('ATTACK talked', flush=True)
         beside("""
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-seen, tries = [], 200
-while not seen and tries:
-    spin(0.01)
-    tries -= 1
-    seen = [name for name in node.get_node_names() if name.startswith('observer')]
+def observers():
+    return [name for name in node.get_node_names() if name.startswith('observer')]
+spin_until(observers)
+seen = observers()
 print('ATTACK saw', seen, flush=True)
 twin = rclpy.create_node(seen[0] if seen else 'observer', context=context, enable_rosout=False)
 odometry, clock = twin.create_publisher(Odometry, 'odom', 10), twin.create_publisher(Clock, '/clock', 10)
@@ -449,11 +448,10 @@ rclpy.spin(node)
         beside("""
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
-names, tries = [], 200
-while not any('robot_controller' in name for name in names) and tries:
-    spin(0.01)
-    tries -= 1
-    names = [name for name, _ in node.get_service_names_and_types() if name.endswith('/set_parameters')]
+def services():
+    return [name for name, _ in node.get_service_names_and_types() if name.endswith('/set_parameters')]
+spin_until(lambda: any('robot_controller' in name for name in services()))
+names = services()
 print('ATTACK sees', names, flush=True)
 for name in names:
     if 'robot_controller' not in name and 'helper' not in name:

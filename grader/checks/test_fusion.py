@@ -17,15 +17,12 @@ _WARN, _ERROR = 30, 40  # rcl_interfaces/msg/Log
 def test_fuses_the_closest_valid_reading(judge: Judge) -> None:
     """`closest_obstacle_distance` is the closest valid reading, inf where there is none."""
     try_ = "leave out what is not finite or not within [range_min, range_max]; inf when nothing is left"
-    for trial, fused in (_fused(judge), _fused_nothing(judge)):
-        scans = [(scan.t, scan.anywhere) for scan in trial.scans]
-        edge = trial.marks.get("at range_min", math.inf)
-        sure = [message for message in fused if message.t < edge]
-        _expect_followed(judge, trial, sure, "closest_obstacle_distance", scans, _same_distance, try_)
     trial, fused = _fused(judge)
-    scans = [(scan.t, scan.anywhere) for scan in trial.scans]
+    edge = trial.marks.get("at range_min", math.inf)
+    _expect_distances(judge, trial, [message for message in fused if message.t < edge], try_)
+    _expect_distances(judge, *_fused_nothing(judge), try_)
     try:
-        _expect_followed(judge, trial, fused, "closest_obstacle_distance", scans, _same_distance, "")
+        _expect_distances(judge, trial, [message for message in fused if message.t >= edge], try_)
     except Failed as failed:
         seen = f"{failed.seen}, which is range_min itself"
         judge.share(0.5, seen, "range_min <= reading <= range_max: the limits themselves are valid")
@@ -149,13 +146,16 @@ def _expect_followed(
             judge.expect(False, seen, try_)
 
 
+def _expect_distances(judge: Judge, trial: Trial, fused: list[Message], try_: str) -> None:
+    scans = [(scan.t, scan.anywhere) for scan in trial.scans]
+    _expect_followed(
+        judge, trial, fused, "closest_obstacle_distance", scans, lambda said, true: _same(said, true, 0.01), try_
+    )
+
+
 def _same(said: Any, true: Any, tolerance: float) -> bool:
     a, b = float(said), float(true)
     return a == b or abs(a - b) <= tolerance
-
-
-def _same_distance(said: Any, true: Any) -> bool:
-    return _same(said, true, 0.01)
 
 
 def _same_vector(said: Any, true: Any) -> bool:

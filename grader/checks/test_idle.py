@@ -17,7 +17,7 @@ def test_publishes_zero_without_a_command(judge: Judge) -> None:
     scans = trial.marks["scans"]
     if not motion.between(trial.commands, 0.0, scans):
         seen = f"no message on cmd_vel before the first scan, in {scans:g} s"
-        judge.share(0.5, seen, "a robot whose lidar is silent must be told to stand, too")
+        judge.share(0.5, seen, "let the control timer publish whether or not a scan has come")
 
 
 def test_publishes_at_the_control_rate(judge: Judge) -> None:

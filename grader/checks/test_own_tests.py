@@ -42,7 +42,7 @@ def test_own_tests_pass(judge: Judge) -> None:
     problems = [failure for m in modules for failure in m.failures]
     if passed < ran:
         more = ran - passed - len(problems[:3])
-        seen = f"{passed} of {ran} tests passed; {'; '.join(problems[:3])}" + (f" and {more} more" if more else "")
+        seen = "; ".join([f"{passed} of {ran} tests passed", *problems[:3], *([f"and {more} more"] if more else [])])
         try_ = "run pytest in a clean folder; a test that fails now and then goes by how fast the machine is"
         judge.share(passed / ran, seen, try_)
 

@@ -82,7 +82,7 @@ def test_a_fault_costs_its_own_points_and_no_others(graded: Grade, by_trial: tup
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(EDITS) - {*THOROUGHLY, *SLOWLY}))
 def test_a_fault_is_found_where_it_should_be(graded: Grade, by_trial: tuple[str, ...], name: str):
-    """That it costs nothing elsewhere is shown by `make faults`, which takes half an hour."""
+    """That it costs nothing elsewhere is shown by `make faults`, which takes an hour."""
     wanted = tuple(requirement for requirement in by_trial if requirement in EDITS[name].costs)
     report = graded(name, wanted)
     assert report["complete"], words(report)

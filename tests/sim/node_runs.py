@@ -15,8 +15,8 @@ import pytest
 def run_with_node(program: Path, *words: str | Path) -> dict[str, Any]:
     """Run a program in a network of its own and return what it says in JSON as its last line.
 
-    Its nodes hear nothing of what others on this machine say, take no port, and share no memory: where a process is
-    killed while it writes into what it shares, Fast DDS crashes later in another (once seen in `destroy_node`).
+    Its nodes hear nothing of what others on this machine say, take no port, and share no memory: Fast DDS
+    has been seen to crash in `destroy_node` after another process was killed that shared memory with it.
     """
     pytest.importorskip("rclpy", reason="no rclpy: make setup")
     if shutil.which("bwrap") is None:

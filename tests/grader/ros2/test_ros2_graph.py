@@ -20,7 +20,7 @@ from typing import Any
 import pytest
 from ros2_runs import COMMAND, until
 
-from grader import build, toolchain
+from grader import build, sandbox, toolchain
 
 pytestmark = [
     pytest.mark.ros,
@@ -39,8 +39,7 @@ def ros2(tmp_path_factory: pytest.TempPathFactory, reference: Path) -> Iterator[
     install = build.build([reference], build.cache_folder()).install
     env = {**toolchain.environment(install, home=folder), "ROS2_COURSE_KIT_OWN": "1"}
     driver = subprocess.Popen(
-        ["bwrap", "--dev-bind", "/", "/", "--tmpfs", "/dev/shm", "--unshare-net", "--die-with-parent", sys.executable,
-         Path(__file__).parent / "netns_driver.py"],
+        sandbox.private_network([sys.executable, str(Path(__file__).parent / "netns_driver.py")]),
         env=env, cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     )  # fmt: skip
     assert driver.stdin is not None
