@@ -250,9 +250,11 @@ def origin(submission: Submission, settings: Settings) -> dict[str, str]:
 
 
 def _quality(submission: Submission, settings: Settings) -> evidence.Quality | None:
-    if not any(requirement.id[0] == "Q" or requirement.id == "I2" for requirement in settings.wanted):
+    wanted = {requirement.id for requirement in settings.wanted}
+    lint = any(name.startswith("Q") for name in wanted)
+    if not lint and "I2" not in wanted:
         return None
-    return read_quality(submission.package, submission.interfaces)
+    return read_quality(submission.package, submission.interfaces, lint=lint)
 
 
 def _own_tests(submission: Submission, built: build.Built, settings: Settings) -> own_tests.OwnRun | None:

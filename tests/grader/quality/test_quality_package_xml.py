@@ -8,6 +8,7 @@ import pytest
 from quality_examples import CONTROLLER, DRIVER, REFERENCE, Judged, judged, reference, with_manifest_of
 
 from grader.checks import test_package_xml as checks
+from grader.quality import read
 from grader.quality.keys import is_declared
 
 XML = (REFERENCE / "package.xml").read_text()
@@ -203,3 +204,15 @@ def test_the_type_of_a_field_is_a_use(tmp_path: Path):
 def test_keys_of_rosdep_stand_for_modules(module: str, key: str):
     assert is_declared(module, [key])
     assert not is_declared(module, ["rclpy", "python3-something"])
+
+
+def test_it_is_read_without_a_linter(tmp_path: Path):
+    """`grader check I2` waits for no linter; what they would say is left out, and nothing else."""
+    package = reference(
+        tmp_path, files={"package.xml": without("<exec_depend>rclpy</exec_depend>"), "launch/a.py": "import  os\n"}
+    )
+    whole, quick = read(package), read(package, lint=False)
+    assert whole.style_count > 0
+    assert quick.style_count == 0
+    assert quick.manifest == whole.manifest
+    assert [thing.name for thing in quick.definitions] == [thing.name for thing in whole.definitions]
