@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from grader.evidence import Command, Goal, Sample, Trial
+from grader.evidence import Call, Command, Goal, Sample, Trial
 
 ZERO = 1e-6  # m/s and rad/s: a command below is a zero
 THRESHOLD_M = 0.5  # obstacle_detection_threshold
@@ -47,6 +47,16 @@ def stays_still(samples: Sequence[Sample], start: float, distance_m: float = 0.0
         and abs(math.remainder(s.yaw - first.yaw, math.tau)) <= turn_rad
         for s in later
     )
+
+
+def on_the_way(trial: Trial, service: str) -> Call | None:
+    """Return the first call of a service while the node was at work on a goal, None if there was none."""
+    at_work = [(goal.t, goal.ended_t) for goal in trial.goals if goal.accepted]
+    for call in trial.calls:
+        # A goal that never ends has no time of its end, and NaN compares False.
+        if call.service == service and any(start < call.t and not end <= call.t for start, end in at_work):
+            return call
+    return None
 
 
 def has_succeeded(goal: Goal) -> bool:

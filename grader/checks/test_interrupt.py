@@ -26,7 +26,8 @@ def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
             uncaught = any(word in lines[-1] for word in ("KeyboardInterrupt", "ExternalShutdownException"))
             seen = f"a traceback after SIGINT, ending {lines[-1].strip()[:200]!r}"
             wrong.append((f"{when}: {seen}", _TRY_CATCH if uncaught else _TRY_SHUTDOWN))
-        if trial.node == "robot_controller":
+        if trial.node == "robot_controller" and (trial.commands or name != "interrupted_idle"):
+            # That a robot without a command says nothing is F1's matter.
             judge.expect(bool(trial.commands), "no cmd_vel at all", "publish in every control cycle")
             last = trial.commands[-1]
             if not motion.is_zero(last):

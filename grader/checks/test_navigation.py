@@ -14,6 +14,10 @@ _AGREE_M = 0.05  # final_pose against odometry: one tick at full speed, doubled
 def test_reaches_a_target_ahead(judge: Judge) -> None:
     """`navigate_to_position` reaches a target ahead: the result says success and the robot is within `tolerance`."""
     _expect_reached(judge, "navigate_ahead")
+    wrong = again(judge.trial("navigate_again", complete=False))
+    if wrong:
+        seen, tries = zip(*wrong, strict=True)
+        judge.share(1 - len(wrong) / 3, "; ".join(seen), "; ".join(tries))
 
 
 def test_reaches_a_target_beside(judge: Judge) -> None:
@@ -44,6 +48,30 @@ def test_stands_still_after_arrival(judge: Judge) -> None:
         last = trial.samples[-1]
         seen = f"v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s {last.t - goal.ended_t:.1f} s after the result"
         judge.expect(still, seen, "publish zero when the goal ends, whatever its outcome")
+
+
+def again(trial: Trial) -> list[tuple[str, str]]:
+    """Return what went wrong, and what to try, with a target where the robot already is and with the one after it."""
+    wrong = []
+    words = ("where the robot already was", "that came after another")
+    tries = (
+        "a goal that is reached when it comes succeeds at once",
+        "begin each goal afresh, with nothing of the last",
+    )
+    for goal, which, try_ in zip(trial.goals, words, tries, strict=False):
+        well = goal.success is True and goal.status == "succeeded"
+        off = math.inf
+        if math.isfinite(goal.ended_t):
+            sample = at(trial.samples, goal.ended_t)
+            off = math.hypot(goal.x - sample.x, goal.y - sample.y)
+        if not well or off > goal.tolerance + _DRIFT_M:
+            far = f", {off:.2f} m off (tolerance {goal.tolerance:g} m)" if math.isfinite(off) else ""
+            said = "" if goal.success is None else f" with success = {goal.success}"
+            seen = trial.ended or f"it ended as {goal.status}{said}{far}"
+            wrong.append((f"a target {which}: {seen}", try_))
+        if goal.accepted and not math.isfinite(goal.ended_t):
+            break  # while one goes on, what becomes of the next is nowhere laid down
+    return wrong
 
 
 def _expect_reached(judge: Judge, name: str) -> None:

@@ -39,6 +39,10 @@ def test_drives_backwards_at_a_negative_speed(judge: Judge) -> None:
 def test_refuses_a_speed_above_the_limit(judge: Judge) -> None:
     """`set_speed` above the limit, forwards or backwards, answers success = false."""
     _expect_refused(judge, lambda speed: math.isfinite(speed) and abs(speed) > 0.5, "compare abs(speed) with the limit")
+    call = motion.on_the_way(judge.trial("navigate_again", complete=False), "set_speed")
+    if call is not None and call.response is not None and call.response["success"] is not False:
+        seen = f"speed {_asked(call):g} answered success = {call.response['success']} on the way to a goal"
+        judge.share(0.5, seen, "the limit holds while a goal is driven to, too")
 
 
 def test_refuses_a_speed_that_is_not_finite(judge: Judge) -> None:

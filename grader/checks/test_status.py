@@ -59,6 +59,11 @@ def test_status_is_one_of_the_contracts_words(judge: Judge) -> None:
     for moment, call, obstacle in zip(_MOMENTS, calls, _OBSTACLES, strict=True):
         status, wanted = _answer(call)["status"], "OBSTACLE_DETECTED" if obstacle else "ACTIVE"
         judge.expect(status == wanted, f"status {status!r} {moment}", f"the word for this moment is {wanted}")
+    asked = motion.on_the_way(judge.trial("navigate_again", complete=False), "get_status")
+    if asked is not None and asked.response is None:
+        judge.share(0.5, f"{asked.problem} on the way to a goal", "let no callback wait for the end of a goal")
+    elif asked is not None and _answer(asked)["status"] != "ACTIVE":
+        judge.share(0.5, f"status {_answer(asked)['status']!r} on the way to a goal", "the word for it is ACTIVE, too")
 
 
 def _stops_for_what_is_behind(judge: Judge) -> bool:

@@ -185,6 +185,19 @@ _EDITS = (
         (_SPEED_SERVER, "is beyond the limit of {limit:.3g} m/s'", "is beyond the limit of 0.5 m/s'"),
         says=("write the parameter's value into the message",),
     ),
+    _edit(
+        "takes_any_speed_on_the_way",
+        "F3",
+        "While there is a goal, every speed is accepted, for later.",
+        (_NAVIGATOR, "    # On the way\n",
+         "    def _on_set_speed(self, request: Any, response: Any) -> Any:\n"
+         "        if self._goal is None:\n"
+         "            return super()._on_set_speed(request, response)\n"
+         "        response.success, response.message = True, 'later'\n"
+         "        return response\n\n"
+         "    # On the way\n"),
+        says=("answered success = True on the way to a goal",),
+    ),
     # -- F4, F5 ---------------------------------------------------------------------------------------------------
     _edit(
         "drives_into_the_wall",
@@ -304,7 +317,6 @@ _EDITS = (
         (_SCANS, "SECTOR_HALF_WIDTH = math.radians(60.0)", "SECTOR_HALF_WIDTH = math.radians(90.0)"),
         says=("more than 60 degrees to one side",),
     ),
-    # -- F8 -------------------------------------------------------------------------------------------------------
     _edit(
         "pose_without_a_direction",
         "F7",
@@ -320,6 +332,41 @@ _EDITS = (
          "self._seen = getattr(self, '_seen', False) or self._obstacle_in_way()\n"
          "        response.obstacle_detected = self._seen"),
         says=("obstacle_detected = True when the obstacle is gone",),
+    ),
+    _edit(
+        "has_a_word_of_its_own_on_the_way",
+        "F7",
+        "The status says NAVIGATING while there is a goal.",
+        (_NAVIGATOR, "    # On the way\n",
+         "    def _on_get_status(self, request: Any, response: Any) -> Any:\n"
+         "        response = super()._on_get_status(request, response)\n"
+         "        if self._goal is not None:\n"
+         "            response.status = 'NAVIGATING'\n"
+         "        return response\n\n"
+         "    # On the way\n"),
+        says=("status 'NAVIGATING' on the way to a goal",),
+    ),
+    # -- F8 -------------------------------------------------------------------------------------------------------
+    _edit(
+        "refuses_a_goal_where_it_is",
+        "F8",
+        "A goal that is reached already is rejected.",
+        (_NAVIGATOR, "        if refusal:\n            self.get_logger().warning(f'Goal",
+         "        if steering.distance_to(steering.place_of(self._pose), target.x, target.y) < 0.1:\n"
+         "            refusal = 'already there'\n"
+         "        if refusal:\n            self.get_logger().warning(f'Goal"),
+        says=("where the robot already was: it ended as rejected",),
+    ),
+    _edit(
+        "stays_arrived",
+        "F8",
+        "Once arrived, every later goal counts as reached.",
+        (_NAVIGATOR, "            self._goal.ending.set_result(ending)\n",
+         "            self._goal.ending.set_result(ending)\n"
+         "            self._arrived = ending is Ending.ARRIVED\n"),
+        (_NAVIGATOR, "        elif self._is_fresh(self._odom_time) and",
+         "        elif getattr(self, '_arrived', False) or self._is_fresh(self._odom_time) and"),
+        says=("a target that came after another",),
     ),
     _edit(
         "stops_short",

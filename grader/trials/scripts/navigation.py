@@ -47,6 +47,23 @@ def navigate_behind(stage: Stage) -> None:
     _go(stage, side * stage.between("bearing", 2.7, 3.1), stage.between("distance", 0.8, 1.6), 0.1)
 
 
+@trial(serves=["F3", "F7", "F8"])
+def navigate_again(stage: Stage) -> None:
+    """A target where the robot already is, then another; on the way to that the services are called."""
+    stage.run(0.5)
+    here = stage.navigate(*_place(stage, 0.0, 0.03), 0.25)
+    if here.problem:
+        return  # there is no action yet: half a minute of waiting would show nothing
+    stage.run_until(lambda: here.ended, 10.0)
+    stage.run(0.5)
+    side = stage.choose("side", [-1.0, 1.0])
+    goal = stage.navigate(*_place(stage, side * stage.between("bearing", 0.3, 0.8), 1.2), 0.15)
+    stage.run(1.0)
+    stage.call("get_status")
+    stage.call("set_speed", speed=0.75)
+    stage.run_until(lambda: goal.ended, 40.0)
+
+
 @trial(serves=["F10"])
 def cancel_early(stage: Stage) -> None:
     """Cancel a goal while the robot still turns."""
