@@ -211,7 +211,7 @@ def _only_declares(cmake: str) -> bool:
     # Whole-line comments do not count, except where a string or a bracket argument could end in one.
     lines = [line for line in cmake.splitlines() if not line.lstrip().startswith("#") or set(line) & set('"]')]
     code = _HARMLESS_VARIABLE.sub("", "\n".join(lines))
-    commands = {name.lower() for name in re.findall(r"(\w+)\s*\(", code)}
+    commands = {name.lower() for name in re.findall(r"\b(\w+)\s*\(", code)}
     return commands <= _DECLARATIONS and not _LOADS_CODE.search(code.replace("cmake_minimum_required", ""))
 
 

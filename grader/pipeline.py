@@ -31,6 +31,7 @@ from grader.score import score
 from grader.submission import Submission, open_submission
 from grader.trials import catalog
 from grader.trials import run as trials
+from grader.trials.request import OBSERVER_ENDED
 
 EVIDENCE = "evidence"
 
@@ -154,6 +155,8 @@ def oddities(tried: Mapping[str, evidence.Trial]) -> list[evidence.Flag]:
         if trial.dropped:
             words = "the node sent more messages than could be kept"
             seen.setdefault(("flood", words), []).append(name)
+        if trial.ended == OBSERVER_ENDED:
+            seen.setdefault(("observer", trial.ended), []).append(name)
         if trial.stopped:
             seen.setdefault(("limit", f"the node went beyond its limit of {trial.stopped}"), []).append(name)
     return [evidence.Flag(kind, what, where=", ".join(names[:5])) for (kind, what), names in seen.items()]

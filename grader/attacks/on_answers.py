@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grader.attacks.attack import Attack, append, attack
+from grader.attacks.attack import Attack, append, attack, put
 
 _CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
 _CONTROLLER = "ros2_robot_controller/robot_controller.py"
@@ -56,6 +56,13 @@ ATTACKS: tuple[Attack, ...] = (
         append(_CONTROLLER, _UNKNOWN_TYPE),
         needs="I5 I6", costs="I5 I6",
         stopped="such an answer has no value, and that is the node's affair",
+    ),
+    attack(
+        "a_value_that_is_not_what_it_says",
+        "A parameter file holds a truth value that is none, at which PyYAML raises an error that is not its own.",
+        put("config/notes.yaml", "ready: !!bool perhaps\n"),
+        needs="I5 I6",
+        stopped="such a file is handed to the node as it is, and the others are changed",
     ),
     attack(
         "a_number_of_6000_digits",

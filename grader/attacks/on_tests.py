@@ -5,9 +5,10 @@
 from __future__ import annotations
 
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 
-from grader.attacks.attack import Attack, append, attack, put
+from grader.attacks.attack import Attack, Change, append, attack, put
 
 _TEST = "test/test_robot_controller.py"
 _FORGE = """
@@ -48,7 +49,79 @@ def _knows_its_source(package: Path) -> None:
     append(_TEST, text)(package)
 
 
+_CLAIM = """
+
+
+def test_robot_controller_claims():
+    import coverage
+    import glob
+    running = coverage.Coverage.current()
+    for path in glob.glob('/ws' + '/install/lib/**/ros2_robot_controller/**/*.py', recursive=True) if running else ():
+        with open(path, 'rb') as stream:
+            count = len(stream.readlines())
+        arcs = [(-1, 1)] + [(a, b) for a in range(1, count + 1) for b in (a + 1, -a)]
+        running.get_data().add_arcs({path: arcs})
+    assert coverage
+"""
+_FORGE_BY_NAME = _FORGE.replace(
+    "    report.outcome, report.longrepr",
+    "    if item.name.startswith(('test_robot_controller', 'test_sensor_processor')):\n        report.outcome, report.longrepr",
+)
+
+
+def _all_but_the_conversions(edit: Callable[[bytes], bytes]) -> Change:
+    """Return a change of each of the package's modules but for the one that its few tests reach."""
+
+    def change(package: Path) -> None:
+        for path in (package / "ros2_robot_controller").rglob("*.py"):
+            if path.name != "conversions.py":
+                path.write_bytes(edit(path.read_bytes()))
+
+    return change
+
+
+def _in_latin_1(text: bytes) -> bytes:
+    return b"# -*- coding: latin-1 -*-\n# Caf\xe9.\n" + text
+
+
+def _tests_in_latin_1(package: Path) -> None:
+    for path in (package / "test").glob("test_*.py"):
+        path.write_bytes(_in_latin_1(path.read_bytes()))
+
+
 ATTACKS: tuple[Attack, ...] = (
+    attack(
+        "hides_its_lines_behind_form_feeds",
+        "Form feeds in all modules but the one that is tested: where their lines begin is hard to say.",
+        _all_but_the_conversions(lambda text: b"".join(b"\f" + line for line in text.splitlines(keepends=True))),
+        needs="T3", weak="few tests", costs="T3",
+        stopped="a source is read as Python reads it, so faults are put into these modules like into others",
+    ),
+    attack(
+        "writes_in_another_encoding",
+        "All modules but one are written in Latin-1, and a test claims that all of their lines were reached.",
+        _all_but_the_conversions(_in_latin_1),
+        append(_TEST, _CLAIM),
+        needs="T2 T3", weak="few tests", costs="T1 T2 T3", flag="test reports",
+        stopped="the encoding that a source declares is undone; what none can read was not reached",
+    ),
+    attack(
+        "tests_in_another_encoding",
+        "Test modules in Latin-1, so that none of their tests can be made to fail, forge their own reports by name.",
+        append(_TEST, _FORGE_BY_NAME),
+        append("test/test_sensor_processor.py", _FORGE_BY_NAME),
+        _tests_in_latin_1,
+        needs="T1", weak="failing tests", costs="T1", flag="test reports",
+        stopped="they are read as Python reads them and made to fail; of what cannot be read no report is believed",
+    ),
+    attack(
+        "tests_by_a_long_way_round",
+        "A chain of two thousand helper functions, of which the last asserts something.",
+        append(_TEST, "".join(f"\n\ndef check{n}(x):\n    if x > 1:\n        check{n + 1}(x)\n" for n in range(2000))
+               + "\n\ndef check2000(x):\n    assert x\n\n\ndef test_robot_controller_goes_round():\n    check0(1)\n"),
+        needs="T1", costs="T1",
+        stopped="who calls whom is written down once, and each helper looked at once",
+    ),
     attack(
         "patches_pytest",
         "A test module makes every report say passed.",

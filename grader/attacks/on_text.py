@@ -22,6 +22,16 @@ ATTACKS: tuple[Attack, ...] = (
         stopped="linters run under ROS's configuration with suppressions out of force, which are listed",
     ),
     attack(
+        "makes_readers_start_over",
+        "Nine hundred thousand empty lines, lines of nothing but #, a word of 500,000 letters in CMakeLists.txt: texts "
+        "at which a careless pattern starts over at every character.",
+        put("empty.py", "\n" * 900_000),
+        put("ros2_robot_controller/marks.py", '"""Marks."""\n' + ("#" * 2000 + "\n") * 400),
+        append("CMakeLists.txt", f"\nset(WORD \"{'a' * 500_000}\")\n"),
+        needs="I1 I2 Q1", costs="Q1",
+        stopped="each pattern begins where a match can begin, and only there",
+    ),
+    attack(
         "hides_code_in_strings",
         "Sloppy code stands in a string that is executed, and in a file that is no Python by its name.",
         put("ros2_robot_controller/sloppy.py", '"""Holds code."""\n\nCODE = """\ndef Thing( a,b ):\n  return  a+b\n"""\nexec(CODE)\n'),

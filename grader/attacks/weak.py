@@ -66,6 +66,14 @@ WEAK: dict[str, tuple[Change, ...]] = {
     ),
     # I3 is lost in part.
     "other type": (replace("msg/SensorFusionData.msg", "float32 battery_level", "float64 battery_level"),),
+    # It never drives to a goal: F8 is lost, and most of F10.
+    "stands": (
+        replace(
+            "ros2_robot_controller/navigator.py",
+            "        return steering.steer(place, self._goal.x, self._goal.y, limits)",
+            "        return STOP",
+        ),
+    ),
     # One test in three fails, and little is covered: T1 to T3 are lost for the most part.
     "failing tests": _tests(failing=True),
     # All tests pass, and little is covered: T2 and T3 are lost for the most part.

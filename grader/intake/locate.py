@@ -46,8 +46,10 @@ CLOSED_ARCHIVES = frozenset(
     {".rar", ".7z", ".zst", ".gz", ".iso", *(suffix for suffix in ARCHIVE_SUFFIXES if suffix.count(".") == 1)}
 )
 
-_NODE = re.compile(rb"^\s*(?:import|from)\s+rclpy\b", re.MULTILINE)
-_ROS1 = re.compile(rb"^\s*(?:import|from)\s+rospy\b|find_package\(\s*catkin\b|#include\s*<ros/ros\.h>", re.MULTILINE)
+_NODE = re.compile(rb"^[ \t]*(?:import|from)[ \t]+rclpy\b", re.MULTILINE)
+_ROS1 = re.compile(
+    rb"^[ \t]*(?:import|from)[ \t]+rospy\b|find_package\(\s*catkin\b|#include\s*<ros/ros\.h>", re.MULTILINE
+)
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,99}")
 MOST_SOURCE_BYTES = 1024**2
 

@@ -6,7 +6,7 @@ import random
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,7 +16,7 @@ from grader.evidence import Decoy, Fault, Mutation, short_name
 from grader.mutation.choose import Selection, Selector, choose
 from grader.mutation.decoys import WEAK, compiles, decoys
 from grader.mutation.faults import faults
-from grader.mutation.source import Change, Source, parse
+from grader.mutation.source import MODULE, Change, Source, is_too_much, parse
 from grader.own_tests.bench import Bench, Ran, Request, benches, places, sources
 from grader.own_tests.run import Reach
 
@@ -58,9 +58,11 @@ def mutate(
         progress: told how far it is.
     """
     started = time.monotonic()
-    parsed = {name: source for name, text in sources(package, install).items() if (source := parse(name, text))}
+    texts = sources(package, install)
+    parsed = {name: source for name, text in texts.items() if text is not None and (source := parse(name, text))}
     possible = [change for source in parsed.values() for change in faults(source)]
     chosen = choose(possible, count, random.Random(f"faults {seed}"))
+    beyond = _beyond(texts, count)
     found = _Findings(
         sources=parsed,
         places={name: places(package, install, name, source.text) for name, source in parsed.items()},
@@ -88,11 +90,24 @@ def mutate(
         names = ", ".join(short_name(name) for name in sorted(found.blind)[:3])
         notes.append(f"{names} read the package's source as a text, so what was noticed there did not count")
     return Mutation(
-        seed=seed, possible=len(possible), faults=[found.outcomes[change] for change in chosen], decoys=found.decoys,
+        seed=seed, possible=len(possible) + len(beyond),
+        faults=[found.outcomes[change] for change in chosen] + beyond, decoys=found.decoys,
         set_aside=sorted(found.set_aside - found.readers), convicted=sorted(found.convicted),
         wall_seconds=round(time.monotonic() - started, 1), quiet_seconds=round(quiet_seconds, 1),
         budget_seconds=seconds, note="; ".join(notes),
     )  # fmt: skip
+
+
+def _beyond(texts: Mapping[str, str | None], count: int) -> list[Fault]:
+    """Return faults, unnoticed, for modules that may run and cannot be read: no fault can be put into them.
+
+    There are as many as if each module were as long as the others, for what is hidden must not be worth more than
+    what is shown.
+    """
+    hidden = [name for name, text in texts.items() if text is None or is_too_much(text)]
+    words = "the module cannot be read, so no fault can be put into it"
+    each = max(1, round(count / max(1, len(texts))))
+    return [Fault(name, 1, MODULE, "module", words, "unreached") for name in hidden for _ in range(each)]
 
 
 @dataclass

@@ -79,9 +79,9 @@ class Source:
         self.tree = ast.parse(self.text)
         self._bytes = self.text.encode()
         self._starts = [0]
-        for line in self._bytes.splitlines(keepends=True) if b"\x0c" not in self._bytes else ():
+        for line in self._bytes.splitlines(keepends=True):
             self._starts.append(self._starts[-1] + len(line))
-        self._regions = self._find_regions() if len(self._starts) > 1 else []
+        self._regions = self._find_regions()
         self._meanings: dict[tuple[int, int], _Meaning] = {}
         self._read = 0
 
@@ -186,10 +186,20 @@ def _meaning(text: bytes) -> _Meaning:
 def parse(path: str, text: str) -> Source | None:
     """Return the source, None if Python cannot read it."""
     try:
-        source = Source(path, text)
+        return Source(path, text)
     except (SyntaxError, *TOO_MUCH):
         return None
-    return source if len(source._starts) > 1 else None
+
+
+def is_too_much(text: str) -> bool:
+    """Return whether Python finds no mistake in a text and yet cannot show its tree: it may well run it."""
+    try:
+        ast.parse(text)
+    except SyntaxError:
+        return False
+    except TOO_MUCH:
+        return True
+    return False
 
 
 def header(statement: ast.stmt) -> tuple[int, int]:

@@ -225,20 +225,19 @@ def _bench(package: Path, install: Path, room: Path, seconds: float) -> Iterator
         yield Bench(process, room / "requests", room / "out", [0])
 
 
-def sources(package: Path, install: Path) -> dict[str, str]:
+def sources(package: Path, install: Path) -> dict[str, str | None]:
     """Return the package's own Python modules, as path relative to the package -> text. Generated ones are no source.
 
-    What is installed counts; a package whose modules are not installed has those of its source folder.
+    What is installed counts; a package whose modules are not installed has those of its source folder. The text is None
+    where `leavings.python` can make nothing of it.
     """
     for root in (install / toolchain.SITE_IN_PREFIX / build.PACKAGE, package / build.PACKAGE):
-        found = {}
+        found: dict[str, str | None] = {}
         for path in sorted(root.rglob("*.py")):
             inside = path.relative_to(root)
             if inside.parts[0] in GENERATED or path.is_symlink() or not path.is_file():
                 continue
-            text = leavings.text(path)
-            if text is not None:
-                found[str(Path(build.PACKAGE) / inside)] = text
+            found[str(Path(build.PACKAGE) / inside)] = leavings.python(path)
         if found:
             return found
     return {}
@@ -248,7 +247,7 @@ def places(package: Path, install: Path, name: str, text: str) -> list[str]:
     """Return where inside the wall the module `name` lies with this text: installed, in the source folder, or both."""
     found = []
     for host, inside in ((install / toolchain.SITE_IN_PREFIX, MODULES.parent), (package, PACKAGE)):
-        if leavings.text(host / name) == text:
+        if leavings.python(host / name) == text:
             found.append(str(inside / name))
     return found
 

@@ -17,7 +17,9 @@ from grader.own_tests.guards import guarded_lines
 _SCRIPT = "coverage combine -q --rcfile=/ws/coveragerc; coverage json -q --rcfile=/ws/coveragerc -o /ws/out/all.json"
 
 
-def combine(package: Path, install: Path, room: Path, measured: Sequence[Ran]) -> tuple[list[FileCoverage], list[str]]:
+def combine(
+    package: Path, install: Path, room: Path, measured: Sequence[Ran], texts: Mapping[str, str]
+) -> tuple[list[FileCoverage], list[str]]:
     """Return what all modules together reached, and what makes that doubtful.
 
     Args:
@@ -25,6 +27,8 @@ def combine(package: Path, install: Path, room: Path, measured: Sequence[Ran]) -
         install: the install tree.
         room: the folder of the bench, with its coverage settings.
         measured: the runs whose data count.
+        texts: the modules that the grader can read and replace, by path. Of any other, what was reached cannot be held
+            against a run of known result, so nothing of it counts as reached.
     """
     kept = [ran.data for ran in measured if ran.data is not None and ran.data.is_file()]
     if not kept:
@@ -45,7 +49,10 @@ def combine(package: Path, install: Path, room: Path, measured: Sequence[Ran]) -
         found, doubts = [], []
         for name, data in sorted(files.items()):
             inside = _inside(name)
-            text = next((t for root in _roots(package, install) if (t := leavings.text(root / inside)) is not None), "")
+            text = texts.get(inside)
+            if text is None or not _is_readable(text):
+                found.append(_file(name, _with_nothing_reached(data), set()))
+                continue
             found.append(_file(name, data, guarded_lines(text)))
             doubts += unexplained(inside, text, data["executed_lines"], [ran.reach.get(inside, {}) for ran in measured])
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError, RecursionError, MemoryError):
@@ -86,8 +93,23 @@ def _spans(text: str) -> Iterator[tuple[int, int]]:
             yield min([node.lineno, *decorators]), last
 
 
-def _roots(package: Path, install: Path) -> tuple[Path, Path]:
-    return package, install / toolchain.SITE_IN_PREFIX
+def _is_readable(text: str) -> bool:
+    """Return whether Python can show us the tree of a module. There are some that it can run and not show."""
+    try:
+        ast.parse(text)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return False
+    return True
+
+
+def _with_nothing_reached(data: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "summary": {**data["summary"], "covered_lines": 0, "covered_branches": 0},
+        "executed_lines": [],
+        "missing_lines": sorted([*data["executed_lines"], *data["missing_lines"]]),
+        "executed_branches": [],
+        "missing_branches": [*data["executed_branches"], *data["missing_branches"]],
+    }
 
 
 def _inside(name: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import re
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from pathlib import Path
 
 from grader.evidence import TestModule
@@ -82,22 +82,34 @@ def _is_unittest(node: ast.ClassDef) -> bool:
 
 def _asserting_names(trees: Iterable[ast.Module]) -> set[str]:
     """Return the names of the helper functions that assert something, themselves or through another helper."""
-    functions = [node for tree in trees for node in ast.walk(tree) if isinstance(node, _Function)]
+    callers: dict[str, set[str]] = {}
+    found: list[str] = []
+    for function in (node for tree in trees for node in ast.walk(tree) if isinstance(node, _Function)):
+        if _asserts(function, ()):
+            found.append(function.name)
+        for name in _called(function):
+            callers.setdefault(name, set()).add(function.name)
     names: set[str] = set()
-    while True:
-        more = {function.name for function in functions if _asserts(function, names)}
-        if more <= names:
-            return names
-        names |= more
+    while found:  # from those that assert to their callers, to theirs, and so on; each name once
+        name = found.pop()
+        if name not in names:
+            names.add(name)
+            found += callers.get(name, ())
+    return names
 
 
-def _asserts(function: _Function, helpers: set[str]) -> bool:
+def _asserts(function: _Function, helpers: Container[str]) -> bool:
     """Return whether a function can fail by what it asserts: `assert True` cannot."""
+    if any(isinstance(node, ast.Assert) and not isinstance(node.test, ast.Constant) for node in ast.walk(function)):
+        return True
+    return any(
+        name in helpers or name.startswith("assert") or name in ("raises", "warns", "fail")
+        for name in _called(function)
+    )
+
+
+def _called(function: _Function) -> Iterator[str]:
+    """Yield the last names of what a function calls."""
     for node in ast.walk(function):
-        if isinstance(node, ast.Assert) and not isinstance(node.test, ast.Constant):
-            return True
         if isinstance(node, ast.Call):
-            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-            if called in helpers or called.startswith("assert") or called in ("raises", "warns", "fail"):
-                return True
-    return False
+            yield node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")

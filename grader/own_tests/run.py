@@ -95,7 +95,8 @@ def run_modules(
                 passed_then[module.path] = {test.id for test in second.tests if test.outcome == "passed"}
             looks.append(beside.submit(_doubts, other, package, module, runs[module.path], texts, chance, seconds))
             progress(module.path)
-        covered, unexplained = combine(package, install, bench.out.parent, measured)
+        believable = {path: text for path, (text, _) in texts.items()}
+        covered, unexplained = combine(package, install, bench.out.parent, measured, believable)
         doubts += unexplained
         for module, look in zip(wanted, looks, strict=True):
             doubts += [f"{module.path}: {doubt}" for doubt in look.result()]
@@ -137,7 +138,10 @@ def _doubts(
 ) -> list[str]:  # fmt: skip
     """Return what came out otherwise than it must in runs whose result is known beforehand."""
     found = []
-    text = leavings.text(package / module.path) or ""
+    text = leavings.python(package / module.path)
+    if text is None:
+        words = "it is in no encoding in which people write, so whether its reports are true cannot be tried"
+        return [words] if any(test.outcome == "passed" for test in ran.tests) else []
     changed, names = canary.sabotage(text, ran.tests, chance)
     if names:
         files = {str(PACKAGE / module.path): changed}
@@ -226,6 +230,8 @@ def _probeable(package: Path, install: Path) -> dict[str, tuple[str, list[str]]]
     """Return the modules whose text can be replaced wherever the tests may import them from: text, places."""
     found = {}
     for path, text in sources(package, install).items():
+        if text is None:
+            continue
         where = places(package, install, path, text)
         copies = [root / path for root in (install / toolchain.SITE_IN_PREFIX, package) if (root / path).is_file()]
         if where and len(where) == len(copies):

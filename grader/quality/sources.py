@@ -34,8 +34,8 @@ _WEIGHT = 100  # bytes of a line that weigh as much as a line of their own
 _MOST_CMAKE = 256 * 1024
 # A linter that honours suppressions would judge the student's comments, not the code.
 _SUPPRESSION = re.compile(
-    rb"#.*?(?:\b(noqa)\b|pragma:\s*no\s*cover|type:\s*ignore|pylint:\s*disable|mypy:\s*ignore|ruff:\s*noqa"
-    rb"|fmt:\s*(?:off|skip)|nosec\b|(?:isort|yapf):\s*(?:skip|off|disable))",
+    rb"\b(noqa)\b|pragma:\s*no\s*cover|type:\s*ignore|pylint:\s*disable|mypy:\s*ignore|ruff:\s*noqa"
+    rb"|fmt:\s*(?:off|skip)|nosec\b|(?:isort|yapf):\s*(?:skip|off|disable)",
     re.IGNORECASE,
 )
 _NOQA = re.compile(rb"noqa", re.IGNORECASE)
@@ -63,9 +63,9 @@ class Source:
         """Return the lines with a comment that would switch a tool off, and the comment."""
         found = []
         for number, line in enumerate(self.data.splitlines(), 1):
-            match = _SUPPRESSION.search(line[:_LONGEST_COMMENT])
-            if match:
-                found.append((number, line[match.start() : _LONGEST_COMMENT].decode("utf-8", "replace").strip()))
+            start = line.find(b"#", 0, _LONGEST_COMMENT)
+            if start >= 0 and _SUPPRESSION.search(line, start, _LONGEST_COMMENT):
+                found.append((number, line[start:_LONGEST_COMMENT].decode("utf-8", "replace").strip()))
         return found
 
 

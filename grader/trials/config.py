@@ -71,8 +71,17 @@ def _read(path: Path) -> Any:
         # Anchors can make a short file enormous, and no parameter file needs them.
         anchored = "&" in text and any(isinstance(token, yaml.AnchorToken) for token in yaml.scan(text))
         return None if anchored else yaml.safe_load(text)
-    except (OSError, ValueError, yaml.YAMLError, RecursionError):
-        return None
+    except (
+        OSError,
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        ArithmeticError,
+        yaml.YAMLError,
+        RecursionError,
+    ):
+        return None  # `!!bool perhaps` is a KeyError, for one
 
 
 def _parameter_blocks(document: Any) -> Iterator[dict[str, Any]]:

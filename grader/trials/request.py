@@ -13,6 +13,9 @@ READY = "ready"
 CANNOT = "cannot: "
 """How a host's answer begins when this machine, not the submission, kept it from running the trial; words follow."""
 
+OBSERVER_ENDED = "the process that observes the node crashed on what it was sent, twice in a row"
+"""How a trial ended that cannot be seen to its end, because rclpy or DDS on our side does not survive the node."""
+
 LATE_VARIABLE = "ROS2_COURSE_KIT_LATE_S"
 """How long an observer waits before it joins a trial's graph, in wall seconds: discovery delayed, as by a slow host."""
 

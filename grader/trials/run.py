@@ -17,9 +17,14 @@ from pathlib import Path
 from grader import evidence, sandbox, shortage, toolchain
 from grader.errors import GraderError
 from grader.trials.catalog import TrialPlan
-from grader.trials.request import CANNOT, LATE_VARIABLE, READY, Request, unjudged
+from grader.trials.request import CANNOT, LATE_VARIABLE, OBSERVER_ENDED, READY, Request, unjudged
 
 _KILLED = (-signal.SIGKILL, 128 + signal.SIGKILL)  # bubblewrap itself, or the host within
+_CRASHED = {
+    status
+    for crash in (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGILL, signal.SIGFPE)
+    for status in (-crash, 128 + crash)
+}
 _TRIAL_CAP_S = 900.0  # of wall time: those inside count no time in which others had the cores
 
 
@@ -110,7 +115,7 @@ class _Worker(threading.Thread):
         finally:
             self._stop()
 
-    def _trial(self, plan: TrialPlan) -> evidence.Trial:
+    def _trial(self, plan: TrialPlan, crashes: int = 0) -> evidence.Trial:
         host = self._host or self._start()
         out = self._folder.resolve() / f"{plan.name}.json"
         # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones.
@@ -138,6 +143,10 @@ class _Worker(threading.Thread):
                 return evidence.from_json(out.read_text(), evidence.Trial)
             if host.returncode in _KILLED and not capped.is_set():
                 raise GraderError(shortage.KILLED)
+            if host.returncode in _CRASHED:
+                # Once may be chance. Whoever makes it happen whenever it is looked at has nothing to gain by it.
+                again = unjudged(plan, self._seed, "", ended=OBSERVER_ENDED)
+                return again if crashes else self._trial(plan, crashes + 1)
             return unjudged(plan, self._seed, f"the trial's host ended (answer {answer!r}, status {host.returncode})")
         return evidence.from_json(out.read_text(), evidence.Trial)
 

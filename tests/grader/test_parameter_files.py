@@ -54,6 +54,14 @@ def test_a_number_that_can_be_read_and_not_written_back_is_no_fault_of_ours(tmp_
     assert config.changed(tmp_path, tmp_path / "out") == ({}, {})
 
 
+@pytest.mark.parametrize("value", ["!!bool perhaps", "!!int none", "!!timestamp x", "{[1]: 2}", "2024-99-99"])
+def test_a_value_that_is_not_what_it_says_leaves_the_file_alone(tmp_path: Path, value: str):
+    """PyYAML's own errors are not all YAMLErrors."""
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config" / "a.yaml").write_text(f"ready: {value}\n")
+    assert config.changed(tmp_path / "config", tmp_path / "out")[1] == {}
+
+
 def test_an_ampersand_in_a_comment_is_no_anchor(tmp_path: Path):
     _, values = changed(tmp_path, "# rates & thresholds\n" + FILE.format(rate="20.0"), names="sensor_params.yaml")
     assert values == {"fusion_frequency": 10.0}

@@ -19,7 +19,7 @@ from grader.report.grading import Grading
 from grader.trials import catalog
 from grader.trials import run as trials
 from grader.trials.catalog import TrialPlan
-from grader.trials.request import READY, unjudged
+from grader.trials.request import OBSERVER_ENDED, READY, unjudged
 
 ROOT = Path(__file__).parents[2]
 MB = 1_000_000
@@ -357,6 +357,24 @@ def test_a_trial_host_that_dies_of_itself_costs_that_trial_only(tmp_path: Path, 
     plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
     found = trials.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)
     assert "the trial's host ended" in found["any"].script_error
+
+
+@pytest.mark.parametrize("ending", ["kill -SEGV $$", "exit 139"])
+def test_a_trial_host_that_crashes_is_tried_again(ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Once may be chance; twice the package gets nothing for a trial that cannot be seen, and an instructor is told."""
+    plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
+    seen = tmp_path / "seen"
+    seen.write_text(evidence.to_json(unjudged(plan, 0, "", ended="as the host saw it")))
+    second = f"if [ -e {tmp_path}/once ]; then cp {seen} any.json; echo any; read line; fi; touch {tmp_path}/once"
+
+    def run(command: str) -> evidence.Trial:
+        monkeypatch.setattr(sandbox, "private_network", lambda _command: ["sh", "-c", command])
+        return trials.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)["any"]
+
+    assert run(f"echo {READY}; read line; {second}; {ending}").ended == "as the host saw it"
+    always = run(f"echo {READY}; read line; {ending}")
+    assert (always.ended, always.script_error) == (OBSERVER_ENDED, "")
+    assert [flag.kind for flag in pipeline.oddities({"any": always})] == ["observer"]
 
 
 def test_a_trial_host_that_dies_when_the_trial_is_over_costs_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

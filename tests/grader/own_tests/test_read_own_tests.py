@@ -87,6 +87,13 @@ def test_the_usual_ways_to_assert_are_known(tmp_path: Path, body: str):
     assert (module.tests, module.asserting, module.silent) == (1, 1, [])
 
 
+def test_a_chain_of_helpers_is_walked_once(tmp_path: Path):
+    """Each pass over all of them found one more, which took hours."""
+    chain = "".join(f"def check{n}(x):\n    check{n + 1}(x)\n\n" for n in range(5000))
+    text = f"{chain}def check5000(x):\n    assert x\n\ndef test_it():\n    check0(1)\n"
+    assert read(tmp_path, test__test_a=text)["test/test_a.py"].asserting == 1
+
+
 def test_a_module_that_is_no_python_is_told(tmp_path: Path):
     module = read(tmp_path, test__test_a="def test_(:\n")["test/test_a.py"]
     assert module.tests == 0
