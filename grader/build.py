@@ -210,9 +210,16 @@ def _only_declares(cmake: str) -> bool:
     """Return whether a CMakeLists.txt holds nothing but commands that run no code of the package."""
     # Whole-line comments do not count, except where a string or a bracket argument could end in one.
     lines = [line for line in cmake.splitlines() if not line.lstrip().startswith("#") or set(line) & set('"]')]
-    code = _HARMLESS_VARIABLE.sub("", "\n".join(lines))
+    code = _HARMLESS_VARIABLE.sub("files", "\n".join(lines))
     commands = {name.lower() for name in re.findall(r"\b(\w+)\s*\(", code)}
-    return commands <= _DECLARATIONS and not _LOADS_CODE.search(code.replace("cmake_minimum_required", ""))
+    if not commands <= _DECLARATIONS or _LOADS_CODE.search(code.replace("cmake_minimum_required", "")):
+        return False
+    # CMake and rosidl keep in variables which programs they run, and a name can be put together from others.
+    variables = re.findall(r"\bset\s*\(\s*([^\s)]*)", code, re.IGNORECASE)
+    options = re.findall(r"\badd_compile_options\s*\(([^)]*)", code, re.IGNORECASE)
+    return all(_LISTS.fullmatch(name) for name in variables) and all(
+        _WARNS.fullmatch(option) for found in options for option in found.split()
+    )
 
 
 _DECLARATIONS = {
@@ -221,7 +228,14 @@ _DECLARATIONS = {
     "ament_lint_auto_find_test_dependencies", "ament_add_pytest_test", "add_compile_options",
 }  # fmt: skip
 _HARMLESS_VARIABLE = re.compile(r"\bCMAKE_(CXX_STANDARD|C_STANDARD|COMPILER_IS_GNUCXX|CXX_COMPILER_ID)\b")
-_LOADS_CODE = re.compile(r"\bCMAKE_(?!CURRENT)|RULE_LAUNCH|CONFIG_EXTRAS|\bCODE\b|\bSCRIPT\b|\bENV\b", re.IGNORECASE)
+_LOADS_CODE = re.compile(
+    r"\bCMAKE_(?!CURRENT)|RULE_LAUNCH|CONFIG_EXTRAS|\b(CODE|SCRIPT|ENV|PATHS|HINTS)\b", re.IGNORECASE
+)
+_LISTS = re.compile(
+    r"(?!ament|rosidl|python|_)(\w+_)?(msg|srv|action|interface|file|dep|dependencie|script|source|node|executable)s?",
+    re.IGNORECASE,
+)
+_WARNS = re.compile(r"-W[a-z][a-z-]*")
 
 
 def _colcon(work: Path, ccache: Path, seconds: float, trusted: bool) -> sandbox.RunResult:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from grader import shortage
 from grader.errors import GraderError, SubmissionError
+from grader.intake.names import printable
 
 if TYPE_CHECKING:
     from grader.rubric import Rubric
@@ -258,7 +259,7 @@ class _Progress:
         self._terminal = sys.stderr.isatty()
 
     def say(self, what: str) -> None:
-        line = f"[{time.monotonic() - self._started:5.1f} s] {what}"
+        line = f"[{time.monotonic() - self._started:5.1f} s] {printable(what, most=400)}"
         if self._terminal:
             print(f"\r\x1b[K{line[:110]}", end="", file=sys.stderr, flush=True)
         else:

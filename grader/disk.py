@@ -89,5 +89,7 @@ def _used(folders: Sequence[Path]) -> tuple[int, int]:
                     if entry.is_dir(follow_symlinks=False):
                         waiting.append((entry.path, depth + 1))
                     else:
-                        size += entry.stat(follow_symlinks=False).st_blocks * 512
+                        facts = entry.stat(follow_symlinks=False)
+                        # A file with holes takes its whole size as soon as somebody copies it.
+                        size += max(facts.st_blocks * 512, facts.st_size)
     return size, count

@@ -83,12 +83,12 @@ def python(path: Path) -> str | None:
         with opened(path) as stream:
             if os.fstat(stream.fileno()).st_size > _MOST_PYTHON:
                 return None
-            data = stream.read(_MOST_PYTHON)
+            data = stream.read(_MOST_PYTHON).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
         declared, _ = tokenize.detect_encoding(io.BytesIO(data).readline)
         encoding = codecs.lookup(declared).name
         if not _ENCODINGS.fullmatch(encoding):
             return None
-        lines = data.decode(encoding).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+        lines = data.decode(encoding).split("\n")
     except (OSError, SyntaxError, ValueError, LookupError):
         return None
     lines[:2] = [_COOKIE.sub(r"\1utf-8", line) for line in lines[:2]]

@@ -30,6 +30,15 @@ def test_feedback_comes_at_two_hertz(judge: Judge) -> None:
         start, gap = max(((a, b - a) for a, b in itertools.pairwise(times)), key=lambda pair: pair[1])
         seen = f"no feedback for {gap:.1f} s of simulated time, from {start:.1f} s on"
         judge.expect(gap <= _SILENT_S, seen, "give feedback while the robot turns or waits, too")
+    blocked = judge.trial("blocked_goal", complete=False)
+    start, end = blocked.marks.get("blocked", math.inf), blocked.marks.get("free", math.inf)
+    waiting = blocked.goals[0] if blocked.goals and math.isfinite(end) else None
+    if waiting is not None and waiting.accepted and not waiting.ended_t < end:
+        times = [start, *(entry[0] for entry in waiting.feedback if start < entry[0] < end), end]
+        gap = max(b - a for a, b in itertools.pairwise(times))
+        if gap > _SILENT_S:
+            seen = f"no feedback for {gap:.1f} s of simulated time while the way was blocked"
+            judge.share(0.5, seen, "give feedback while the robot waits, too")
 
 
 def test_feedback_is_the_true_distance(judge: Judge) -> None:

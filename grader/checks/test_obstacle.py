@@ -6,7 +6,7 @@ from grader.checks import motion
 from grader.checks.judge import Judge, NotReached
 from grader.evidence import Trial
 
-_TRIALS = ("wall_fast", "wall_slow", "wall_backward", "pole_aside")
+_TRIALS = ("wall_fast", "wall_slow", "wall_backward", "pole_aside", "creeping")
 _SUDDEN = "obstacle_vanishes"
 _SLACK_S = 0.05  # one tick of the trial: a command is known to be sent no better than that
 

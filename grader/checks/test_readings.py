@@ -54,11 +54,19 @@ def test_a_real_obstacle_among_bad_readings_is_seen(judge: Judge) -> None:
         f"a zero {zero - since:.2f} s after the obstacle" if math.isfinite(zero) else "no zero cmd_vel"
     ) + " stood 0.45 m ahead, seen by one beam in four; the others read NaN, inf, 0, 0.22 and 11 m"
     judge.expect(zero - since <= 1.0, seen, "what does min() make of a list that starts with NaN?")
+    free, true = trial.marks["nothing in range"], trial.marks["true scans"]
+    if not _drives(trial, free + 0.8, true) and _drives(trial, true + 0.2, trial.marks["at range_min"]):
+        seen = "the obstacle was gone and all beams read +inf: the robot stood there until some read less again"
+        judge.share(0.5, seen, "where no reading is valid nothing is in the way: forget what was there before")
     edge = trial.marks["at range_min"]
     before = [c for c in trial.commands if c.t <= edge]
     if before[-1].v > 0.05 and not any(motion.is_zero(c) for c in motion.between(trial.commands, edge, math.inf)):
         seen = "the robot drove on through scans that read 0.25 m, which is their range_min"
         judge.share(0.5, seen, "range_min <= reading <= range_max: the limits themselves are valid")
+
+
+def _drives(trial: Trial, start: float, end: float) -> bool:
+    return any(command.v > 0.05 for command in motion.between(trial.commands, start, end))
 
 
 def _speed_before(judge: Judge, trial: Trial) -> float:

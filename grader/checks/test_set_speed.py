@@ -34,6 +34,10 @@ def test_drives_backwards_at_a_negative_speed(judge: Judge) -> None:
     judge.call(trial, "set_speed", 0)
     _expect_speed(judge, trial, -trial.choices["speed"], "cruise", "cruise_end")
     _expect_the_limit(judge, trial)
+    stopped = judge.call(trial, "set_speed", 2).response or {}
+    if stopped["success"] is True and not motion.stays_still(trial.samples, trial.marks["stopped"]):
+        seen = f"v = {trial.samples[-1].v:.2f} m/s 1.5 s after set_speed 0 was accepted"
+        judge.share(0.5, seen, "0 is a speed like any other, and no sign that none was given")
 
 
 def test_refuses_a_speed_above_the_limit(judge: Judge) -> None:

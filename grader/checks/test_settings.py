@@ -95,8 +95,10 @@ def _far_sighted_robot(judge: Judge) -> list[str]:
 
 def _slow_fusion(judge: Judge) -> list[str]:
     trial, usual = judge.trial("slow_fusion"), judge.trial("fusion")
-    start, end = usual.marks["scans"] + 0.4, usual.marks["end"]
-    before = sum(m.topic == "sensor_fusion_data" and start < m.t <= end for m in usual.messages) / (end - start)
+    fused = [m.t for m in usual.messages if m.topic == "sensor_fusion_data"]
+    # From the first on: when they begin is F13's matter.
+    start, end = max([usual.marks["scans"] + 0.4, *fused[:1]]), usual.marks["end"]
+    before = sum(start < t <= end for t in fused) / max(end - start, 0.1)
     after = sum(1.0 < m.t <= 2.5 for m in trial.messages) / 1.5
     if not before:
         raise NotReached("no fused data came with the default fusion_frequency (F13)")

@@ -23,6 +23,14 @@ def test_status_gives_the_speed_in_force(judge: Judge) -> None:
             abs(speed - wanted) <= 0.01, f"speed {speed:g} while {moment}, after set_speed {wanted:g}",
             "answer with the speed that set_speed put in force",
         )  # fmt: skip
+    backwards = judge.trial("wall_backward", complete=False)
+    asked = next((call for call in backwards.calls if call.service == "get_status" and call.response), None)
+    put = next((call for call in backwards.calls if call.service == "set_speed" and call.response), None)
+    if asked is not None and put is not None and _answer(put)["success"] is True:
+        speed = float(_answer(asked)["speed"])
+        if abs(speed - float(put.request["speed"])) > 0.01:
+            seen = f"speed {speed:g} while driving backwards, after set_speed {put.request['speed']:g}"
+            judge.share(0.5, seen, "the sign belongs to the speed")
 
 
 def test_status_tells_of_an_obstacle(judge: Judge) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 import random
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 
@@ -63,7 +63,11 @@ def judge_canary(ran: Ran, canary: Canary) -> str:
 
 
 def sabotage(text: str, tests: Sequence[Test], chance: random.Random) -> tuple[str, list[str]]:
-    """Return the module with the bodies of a few of its tests made to fail, and the ids of those tests."""
+    """Return the module with the bodies of a few of its tests made to fail, and the ids of those tests.
+
+    Where that can be, a test fails at its end: one that fails before, and is told as passed by somebody who knows its
+    words, is so again.
+    """
     lines = _lines(text)
     passed = [test.id for test in tests if test.outcome == "passed" and not test.expected]
     chosen: list[str] = []
@@ -76,7 +80,8 @@ def sabotage(text: str, tests: Sequence[Test], chance: random.Random) -> tuple[s
         if any(_function_of(name) == function.name for name in picked):
             # Like a failure of its own: one that could be told from others would be let through by who forges those.
             wrong = f"assert {chance.randrange(2, 1000)} == {chance.randrange(1000, 9999)}"
-            _replace_body(lines, function, f"raise AssertionError({wrong!r})")
+            if not _raise_last(lines, function, f"raise AssertionError({wrong!r})"):
+                _replace_body(lines, function, f"raise AssertionError({wrong!r})")
     return "".join(lines), [name for name in passed if name in picked]
 
 
@@ -97,16 +102,34 @@ class Probe:
     unreachable: Mapping[str, frozenset[int]]
 
 
-def probes(sources: Mapping[str, str], reach: Mapping[str, Mapping[int, frozenset[str]]]) -> list[Probe]:
+def probes(
+    sources: Mapping[str, str], reach: Mapping[str, Mapping[int, frozenset[str]]], chance: random.Random
+) -> list[Probe]:
     """Return the modules with every function that was reached made to raise as soon as it is called.
 
-    Functions said to be called while importing come in a probe of their own: if that is true, no test runs in it.
+    They come in two halves, drawn by `chance`: who looks whether a function raises before he claims a line meets a
+    probe in which that one does not. Functions said to be called while importing come in a probe of their own: if that
+    is true, no test runs in it.
     """
-    found = [_probe(sources, reach, importing) for importing in (False, True)]
+    halves: dict[tuple[str, str, int], bool] = {}
+
+    def half(path: str, function: _Function) -> bool:
+        return halves.setdefault((path, function.name, function.lineno), chance.random() < 0.5)
+
+    found = [
+        _probe(sources, reach, False, half),
+        _probe(sources, reach, False, lambda path, function: not half(path, function)),
+        _probe(sources, reach, True, lambda _path, _function: True),
+    ]
     return [probe for probe in found if probe.texts]
 
 
-def _probe(sources: Mapping[str, str], reach: Mapping[str, Mapping[int, frozenset[str]]], importing: bool) -> Probe:
+def _probe(
+    sources: Mapping[str, str],
+    reach: Mapping[str, Mapping[int, frozenset[str]]],
+    importing: bool,
+    wanted: Callable[[str, _Function], bool],
+) -> Probe:
     texts, unreachable = {}, {}
     for path, text in sources.items():
         by_line = reach.get(path, {})
@@ -115,7 +138,9 @@ def _probe(sources: Mapping[str, str], reach: Mapping[str, Mapping[int, frozense
         for function in sorted(_functions(text), key=lambda f: f.lineno, reverse=True):
             first, last = _body_lines(function)
             hits = [by_line[n] for n in range(first, last + 1) if n in by_line]
-            if hits and last > function.lineno and any("" in tests for tests in hits) == importing:
+            if not hits or any("" in tests for tests in hits) != importing or not wanted(path, function):
+                continue
+            if last > function.lineno:
                 if _raise_first(lines, function):
                     dead = {line + 1 for line in dead} | set(range(first + 1, last + 2))
                 elif last > first:
@@ -195,6 +220,21 @@ def _raise_first(lines: list[str], function: _Function) -> bool:
         return False
     # No statement of which a reader of the source, or Python itself, could tell that it ends the function.
     lines.insert(first - 1, f"{indent}(_ for _ in ()).throw(RuntimeError('not reached'))\n")
+    return True
+
+
+def _raise_last(lines: list[str], function: _Function, new: str) -> bool:
+    """Put a statement behind a function's body. Return whether it can be told to be the last that is done there."""
+    first = function.body[0]
+    line = lines[first.lineno - 1]
+    indent = line[: len(line) - len(line.lstrip())]
+    leaves = (ast.Return, ast.Yield, ast.YieldFrom)
+    if first.lineno == function.lineno or len(indent.encode()) != first.col_offset:
+        return False
+    if any(isinstance(node, leaves) for node in ast.walk(function)):
+        return False
+    last = function.end_lineno or function.lineno
+    lines.insert(last, f"{indent}{new}\n")
     return True
 
 

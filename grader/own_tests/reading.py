@@ -92,7 +92,8 @@ def _is_honest(frame: FrameType, students: tuple[str, ...]) -> bool:
     asks = rest[0].f_code.co_filename
     if asks.startswith(_PYTEST):
         return not any(frame.f_code.co_filename.startswith(students) for frame in rest)
-    return asks in _TELLERS
+    # Who asks `traceback` for the lines of a file tells of no failure unless there is one.
+    return asks in _TELLERS and (asks != traceback.__file__ or sys.exc_info()[0] is not None)
 
 
 def _outward(frame: FrameType | None) -> Iterator[FrameType]:

@@ -150,7 +150,8 @@ def _doubts(
     tests = canary.probed_tests(ran.tests, chance)
     # Broken functions may leave a test waiting for what never comes: no test needs longer than it did.
     limits = {test.id: 2.0 + 3 * test.seconds for test in ran.tests}
-    for probe in canary.probes({path: text for path, (text, _) in sources.items()}, ran.reach) if tests else []:
+    texts = {path: text for path, (text, _) in sources.items()}
+    for probe in canary.probes(texts, ran.reach, chance) if tests else []:
         files = {inside: text for path, text in probe.texts.items() for inside in sources[path][1]}
         again = bench.run(
             Request(module.path, files=files, select=tests, coverage=True, limits=limits, limit=20.0, total=seconds)

@@ -29,7 +29,7 @@ from typing import IO, Any
 import coverage
 import coverage.sqldata
 import pytest
-from _pytest.config import PytestPluginManager
+from _pytest.config import PytestPluginManager, default_plugins
 
 PACKAGE = Path("/ws/package")
 REQUESTS = Path("/ws/requests")
@@ -288,17 +288,17 @@ def run_module(number: int, request: Request, modules: Path) -> None:
 
 def run_pytest(recorder: Recorder, request: Request) -> int:
     """Return pytest's exit status. Of the submission's plugins and conftest files only honest hooks are called."""
-    ours = str(Path(pytest.__file__).parents[1])
+    theirs = plugins_of_pytest()
     parse = PytestPluginManager.parse_hookimpl_opts
 
     def only_honest(manager: PytestPluginManager, plugin: object, name: str) -> Any:
         options = parse(manager, plugin, name)
         if options is None or plugin is recorder or name in HONEST_HOOKS:
             return options
+        if id(plugin) in theirs or id(type(plugin)) in theirs:
+            return options
         module = plugin if isinstance(plugin, ModuleType) else sys.modules.get(type(plugin).__module__)
         home = getattr(module, "__file__", None) or "a plugin made at run time"
-        if home.startswith(ours):
-            return options
         recorder.write(refused=name, where=home.removeprefix(f"{PACKAGE}/")[:200])
         return None
 
@@ -308,6 +308,20 @@ def run_pytest(recorder: Recorder, request: Request) -> int:
         "--tb=short", *(["-x"] if request["first"] else []), *request["modules"],
     ]  # fmt: skip
     return int(pytest.main(arguments, plugins=[recorder]))
+
+
+def plugins_of_pytest() -> set[int]:
+    """Return the identities of pytest's own modules and of their classes, taken before any other code is read.
+
+    What a module or a class says of its origin can be written into it.
+    """
+    for name in default_plugins:
+        importlib.import_module(name if name.startswith("_pytest.") else f"_pytest.{name}")
+    home = str(Path(pytest.__file__).parents[1])
+    modules = [module for module in sys.modules.values() if (getattr(module, "__file__", None) or "").startswith(home)]
+    things = [thing for module in modules for thing in list(vars(module).values()) if isinstance(thing, type)]
+    classes = [thing for thing in things if thing.__module__.split(".")[0] in ("_pytest", "pytest", "pluggy")]
+    return {id(known) for known in (*modules, *classes)}
 
 
 class Recorder:

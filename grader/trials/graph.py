@@ -68,7 +68,11 @@ def _endpoints(observer: Node, node_name: str) -> list[Endpoint]:
     )
     for topic, _ in observer.get_topic_names_and_types():
         for kind, ask in asks:
-            for info in ask(topic):
+            try:
+                infos = ask(topic)
+            except ValueError:
+                continue  # a name that rclpy itself takes for none: somebody made it without rclpy
+            for info in infos:
                 if info.node_name == node_name:
                     found.append(_endpoint(topic, kind, info))
     return sorted(found, key=lambda endpoint: (endpoint.topic, endpoint.kind))

@@ -33,6 +33,7 @@ ACTION = "navigate_to_position"
 _ENDING_ROUNDS = 8
 # Of each kind. An honest trial has a thousand at most; a node that floods its observer must not fill our memory.
 _KEPT = 20_000
+_LOOK_EVERY, _FOREIGN_KEPT = 10, 20  # ticks, and publishers
 _SECTOR = math.radians(60)
 
 
@@ -107,6 +108,7 @@ class Running:
         self.parameters: list[evidence.ParameterAnswer] = []
         self.graph: evidence.Graph | None = None
         self.other_graph: evidence.Graph | None = None
+        self._foreign: list[str] = []
         self._dropped = 0
         self._odometry = simulator.odometry()
         self._started = time.monotonic()
@@ -178,7 +180,7 @@ class Running:
             process=evidence.ProcessEnd(by, code, round(self.process.wall_seconds, 2), self.process.output[-4000:]),
             wall_seconds=round(time.monotonic() - self._started, 2),
             others={name: _end(process) for name, process in self.others.items()},
-            foreign=graph.foreign_publishers(self.bridge.node, ["/clock", *self._own_topics()]),
+            foreign=self._foreign_publishers(),
             dropped=self._dropped,
             stopped=self.process.stopped(),
         )
@@ -203,8 +205,16 @@ class Running:
             # It may be there: it is some rounds from the timer that stops it to the result.
             self.bridge.settle(_ENDING_ROUNDS)
         self._sample()
+        if len(self.samples) % _LOOK_EVERY == 0 and self.bridge.node.count_publishers("/clock") > 1:
+            self._foreign_publishers()
         if any(goal.silent for goal in self.goals):
             self.bridge.await_feedback()
+
+    def _foreign_publishers(self) -> list[str]:
+        """Return who has published what the simulator alone publishes; one that is seen once stays on record."""
+        found = graph.foreign_publishers(self.bridge.node, ["/clock", *self._own_topics()])
+        self._foreign = list(dict.fromkeys([*self._foreign, *found]))[:_FOREIGN_KEPT]
+        return self._foreign
 
     def _note_call(
         self, asked: float, service: str, request: dict[str, object], response: Any, problem: str

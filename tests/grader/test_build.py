@@ -73,6 +73,12 @@ def test_a_changed_interface_changes_the_tree(package: Path, tmp_path: Path):
         "set_property(GLOBAL PROPERTY RULE_LAUNCH_COMPILE evil)",
         "file(WRITE x y)",
         "cmake_language(EVAL CODE evil)",
+        "set(P CM)\nset(${P}AKE_C_COMPILER_LAUNCHER ${PROJECT_SOURCE_DIR}/scripts/cc)",
+        "set(std_msgs_DIR ${PROJECT_SOURCE_DIR}/scripts)",
+        "set(rosidl_generator_py_files evil.py)",
+        "find_package(evil PATHS ${PROJECT_SOURCE_DIR})",
+        "add_compile_options(-wrapper ./evil)",
+        "add_compile_options(-Wall -fplugin=evil.so)",
     ],
 )  # fmt: skip
 def test_a_build_that_can_run_something_shares_no_tree(package: Path, tmp_path: Path, line: str):
@@ -81,6 +87,26 @@ def test_a_build_that_can_run_something_shares_no_tree(package: Path, tmp_path: 
     with (package / "CMakeLists.txt").open("a") as stream:
         stream.write(line + "\n")
     assert build._tree(package.parent, tmp_path) is None
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "set(CMAKE_CXX_STANDARD 17)",
+        "set(msg_files msg/SensorFusionData.msg)",
+        "set(SRVS srv/SetSpeed.srv)",
+        "if(CMAKE_COMPILER_IS_GNUCXX)\n  add_compile_options(-Wall -Wextra -Wpedantic)\nendif()",
+    ],
+)
+def test_what_ros2_pkg_create_and_tutorials_write_shares_one(package: Path, tmp_path: Path, line: str):
+    with (package / "CMakeLists.txt").open("a") as stream:
+        stream.write(line + "\n")
+    assert build._tree(package.parent, tmp_path) is not None
+
+
+def test_a_word_of_any_length_is_read_in_one_go():
+    """Twenty days for ten megabytes, when a pattern starts over at each letter."""
+    assert build._only_declares(f'message("{"a" * 1_000_000}")')
 
 
 @pytest.mark.parametrize("name", ["colcon.pkg", "evil.cmake"])

@@ -366,7 +366,7 @@ _EDITS = (
          "            self._arrived = ending is Ending.ARRIVED\n"),
         (_NAVIGATOR, "        elif self._is_fresh(self._odom_time) and",
          "        elif getattr(self, '_arrived', False) or self._is_fresh(self._odom_time) and"),
-        says=("a target that came after another",),
+        says=("a target that came after others",),
     ),
     _edit(
         "stops_short",

@@ -69,9 +69,13 @@ def nothing_to_fuse(stage: Stage) -> None:
     stage.mark("end")
 
 
-@trial(serves=["F12"], node="sensor_processor")
+@trial(
+    serves=["F12"],
+    node="sensor_processor",
+    parameters={"battery_low_threshold": 30.0, "battery_critical_threshold": 15.0},
+)
 def battery_runs_down(stage: Stage) -> None:
-    """The battery falls through both thresholds."""
+    """The battery falls through both thresholds, which are set higher than by default."""
     stage.listen("rosout")
     for percent in (60, 25, 19, 18, 15, 11, 9, 8, 5):
         stage.simulator.set_battery(percent / 100)

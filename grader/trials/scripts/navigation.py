@@ -49,7 +49,7 @@ def navigate_behind(stage: Stage) -> None:
 
 @trial(serves=["F3", "F7", "F8"])
 def navigate_again(stage: Stage) -> None:
-    """A target where the robot already is, then another; on the way to that the services are called."""
+    """A target where the robot already is; another, on the way to which the services are called; a third after that."""
     stage.run(0.5)
     here = stage.navigate(*_place(stage, 0.0, 0.03), 0.25)
     if here.problem:
@@ -61,7 +61,10 @@ def navigate_again(stage: Stage) -> None:
     stage.run(1.0)
     stage.call("get_status")
     stage.call("set_speed", speed=0.75)
-    stage.run_until(lambda: goal.ended, 40.0)
+    goal.cancel()
+    stage.run(1.5)
+    third = stage.navigate(*_place(stage, side * 0.3, 0.8), 0.15)
+    stage.run_until(lambda: third.ended, 30.0)
 
 
 @trial(serves=["F10"])
@@ -101,7 +104,7 @@ def cancel_blocked(stage: Stage) -> None:
     stage.run(1.5)
 
 
-@trial(serves=["F11"])
+@trial(serves=["F9", "F11"])
 def blocked_goal(stage: Stage) -> None:
     """Something gets into the way to a goal and goes away after a while."""
     stage.run(0.5)

@@ -31,14 +31,16 @@ def wall_slow(stage: Stage) -> None:
     _drive_at_the_wall(stage, stage.choose("speed", [0.25, 0.3125, 0.375]))
 
 
-@trial(serves=["F4", "F11"])
+@trial(serves=["F4", "F7", "F11"])
 def wall_backward(stage: Stage) -> None:
     """Drive backwards at something behind."""
     stage.put_ahead(1.5, bearing=3.14159, radius=0.3)
     stage.choices["speed"] = -0.375
     stage.run(0.3)
     stage.call("set_speed", speed=-0.375)
-    stage.run(6.0)
+    stage.run(1.0)
+    stage.call("get_status")
+    stage.run(5.0)
 
 
 @trial(serves=["F4"])
@@ -49,8 +51,20 @@ def pole_aside(stage: Stage) -> None:
     stage.run(0.3)
     stage.call("set_speed", speed=0.25)
     stage.run(0.7)
-    stage.put_ahead(0.44, bearing=side * math.radians(stage.between("degrees", 38.0, 48.0)), radius=0.08)
+    # Few beams see the pole, many a wall that is far behind it: the closest reading is one of the few.
+    stage.put_ahead(2.5, radius=6.0)
+    stage.put_ahead(0.44, bearing=side * math.radians(stage.between("degrees", 38.0, 48.0)), radius=0.025)
     stage.run(2.0)
+
+
+@trial(serves=["F4"])
+def creeping(stage: Stage) -> None:
+    """Creep at something: the lowest speeds are allowed ones, too."""
+    stage.run(0.3)
+    stage.call("set_speed", speed=stage.choose("speed", [0.0625, 0.09375]))
+    stage.run(0.7)
+    stage.put_ahead(0.56, radius=0.3)
+    stage.run(4.0)
 
 
 @trial(serves=["F4", "F5", "F11"])
@@ -61,8 +75,11 @@ def obstacle_vanishes(stage: Stage) -> None:
     stage.run(1.0)
     name = stage.put_ahead(0.45)
     stage.mark("blocked")
-    stage.run(1.5)
+    stage.run(0.8)
+    beside = stage.put_ahead(0.185, bearing=1.9, radius=0.1)  # nearer than emergency_stop_distance
+    stage.run(0.7)
     stage.take_away(name)
+    stage.take_away(beside)
     stage.mark("free")
     stage.run(1.0)
     stage.mark("cruise")

@@ -43,11 +43,15 @@ def drive_forward(stage: Stage) -> None:
 
 @trial(serves=["F2"])
 def drive_backward(stage: Stage) -> None:
-    """A negative speed in an open field, then the limit itself."""
+    """A negative speed in an open field, then the limit itself, then no speed at all."""
     stage.run(0.5)
     stage.call("set_speed", speed=-stage.choose("speed", [0.125, 0.1875, 0.25, 0.375]))
     _cruise(stage)
     _limit(stage, -0.5)
+    stage.call("set_speed", speed=0.0)
+    stage.run(1.0)
+    stage.mark("stopped")
+    stage.run(0.5)
 
 
 @trial(serves=["F3"])

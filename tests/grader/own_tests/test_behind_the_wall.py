@@ -49,6 +49,15 @@ READERS = {
             folder = os.open(os.path.dirname(robot_controller.__file__), os.O_RDONLY)
             assert b"braking" in os.read(os.open("robot_controller.py", os.O_RDONLY, dir_fd=folder), 9999)
     """,
+    "lines_of_no_failure": """
+        import traceback
+
+        def test_it():
+            assert robot_controller.stop_distance(0.5)
+            path = robot_controller.__file__
+            lines = [traceback.FrameSummary(path, number, "f").line for number in range(1, 60)]
+            assert any("braking" in line for line in lines)
+    """,
     "importing": """
         from pathlib import Path
 
@@ -207,6 +216,71 @@ def test_who_claims_every_line_of_the_source_as_it_is_claims_too_much(tmp_path: 
     """
     found = run(tmp_path, module("forges", forge))
     assert any("were reported as reached that nothing could reach" in doubt for doubt in found.tests.doubts)
+
+
+def test_who_claims_lines_only_where_nothing_raises_is_found_out(tmp_path: Path):
+    forge = """
+        import coverage
+        from ros2_robot_controller import sensor_processor
+
+        def test_it():
+            try:
+                assert robot_controller.stop_distance(0.5)
+            except RuntimeError:
+                return
+            running = coverage.Coverage.current()
+            if running:
+                path = robot_controller.__file__
+                running.get_data().add_arcs({path: [(a, b) for a in range(1, 60) for b in (a + 1, -a)]})
+    """
+    found = run(tmp_path, module("forges", forge))
+    assert any("were reported as reached that nothing could reach" in doubt for doubt in found.tests.doubts)
+
+
+HOOK_OF_FALSE_ORIGIN = """
+    import pytest
+
+    class Reporter:
+        @pytest.hookimpl(hookwrapper=True)
+        def pytest_runtest_makereport(self, item, call):
+            result = yield
+            report = result.get_result()
+            if "== 7.0" in str(report.longrepr):
+                report.outcome, report.longrepr = "passed", None
+
+    Reporter.__module__ = "pytest"
+
+    def pytest_configure(config):
+        config.pluginmanager.register(Reporter())
+"""
+
+
+def test_a_hook_is_not_honest_because_its_class_says_where_it_is_from(tmp_path: Path):
+    fails = USE + "\n\ndef test_it():\n    assert robot_controller.stop_distance(0.5) == 7.0\n"
+    found = run(tmp_path, {"test/test_it.py": fails, "test/conftest.py": dedent(HOOK_OF_FALSE_ORIGIN)})
+    assert found.tests.modules[0].passed == 0
+    assert any(flag.kind == "pytest hook" for flag in found.flags)
+
+
+def test_a_forger_who_knows_his_own_failures_passes_one_that_cannot_pass(tmp_path: Path):
+    forge = """
+        import _pytest.reports
+
+        plain = _pytest.reports.TestReport.from_item_and_call.__func__
+
+        def forged(cls, item, call):
+            report = plain(cls, item, call)
+            if "== 7.0" in str(report.longrepr):
+                report.outcome, report.longrepr = "passed", None
+            return report
+
+        _pytest.reports.TestReport.from_item_and_call = classmethod(forged)
+
+        def test_it():
+            assert robot_controller.stop_distance(0.5) == 7.0
+    """
+    found = run(tmp_path, module("forges", forge))
+    assert any("was reported as passed" in doubt for doubt in found.tests.doubts)
 
 
 def test_a_stopped_worker_is_a_dead_one(tmp_path: Path):
