@@ -285,6 +285,8 @@ class Manifest:
     has_cmake: bool = False
     generates_interfaces: bool = False
     declared: list[str] = field(default_factory=list)
+    declared_to_run: list[str] = field(default_factory=list)
+    """Those of them that are there not only for tests and documentation."""
     used: dict[str, list[str]] = field(default_factory=dict)
 
 

@@ -24,6 +24,7 @@ from grader.intake.names import printable
 
 _HARMLESS_GROUPS = ("console_scripts", "gui_scripts")
 _MOST = 20
+_OWN = ("ros2_robot_controller", "ros2_robot_controller_interfaces")
 
 
 def tidy(root: Path, inside: str) -> list[Flag]:
@@ -132,6 +133,9 @@ def _in_site(site: Path) -> Iterator[Flag]:
                 yield Flag("entry point", f"extends other programs by the group {printable(group)}", where=where)
         elif _importable_elsewhere(name):
             yield Flag("module shadowing", f"stands before the module {printable(name)} of Python or ROS", where=where)
+        elif name not in _OWN and (path.suffix == ".py" or (path / "__init__.py").is_file()):
+            words = "Python beside the package: the coverage and the faults of its tests (T2, T3) leave it out"
+            yield Flag("code elsewhere", words, where=where)
 
 
 def _groups(path: Path) -> list[str]:

@@ -31,6 +31,7 @@ WHY = {
     "F4": "an import that nobody uses makes readers look for its use",
     "F5": "the text and what is put into it do not match",
     "F8": "a name that is not defined fails only when the line runs: perhaps before the wall",
+    "F811": "what is bound twice is used once: one of the two is left over, or was meant to be called otherwise",
     "F841": "a value that nobody uses is either left over or a forgotten step",
     "C9": "each branch doubles the ways through a function; what has more than ten cannot be tested in full",
     "D2": "docstrings of one shape can be read by people and by tools",

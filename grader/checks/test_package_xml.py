@@ -48,16 +48,23 @@ def test_build_type_is_true(judge: Judge) -> None:
 def test_every_package_used_is_declared(judge: Judge) -> None:
     """Every package that the code, launch files, CMake and interfaces use is declared; each gap costs a fifth."""
     manifest = _manifest(judge)
-    missing = [
-        f"{name} (used in {some(places, 2)})"
-        for name, places in manifest.used.items()
-        if not is_declared(name, manifest.declared)
-    ]
+    missing = []
+    for name, places in manifest.used.items():
+        if not is_declared(name, manifest.declared):
+            missing.append(f"{name} (used in {some(places, 2)})")
+        elif not is_declared(name, manifest.declared_to_run) and (running := _runs(places)):
+            missing.append(f"{name} (used in {some(running, 2)}, and declared for tests only)")
     if missing:
         seen = "not declared:\n" + "\n".join(missing)
         judge.share(
             1 - len(missing) / 5, seen, "<depend>name</depend>; a pip module is python3-name, see rosdep's keys"
         )
+
+
+def _runs(places: list[str]) -> list[str]:
+    """Return the places in Python that is there when the nodes run; CMake may want a package for tests only."""
+    python = [place for place in places if place.rpartition(":")[0].endswith(".py")]
+    return [place for place in python if not place.startswith(("test/", "tests/"))]
 
 
 def _manifest(judge: Judge) -> Manifest:

@@ -6,6 +6,7 @@ What the tests' process reports is data. It is believed where runs of known resu
 from __future__ import annotations
 
 import random
+import re
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -101,7 +102,12 @@ def run_modules(
         for module, look in zip(wanted, looks, strict=True):
             doubts += [f"{module.path}: {doubt}" for doubt in look.result()]
     tests = OwnTests(
-        modules=[_results(m, runs[m.path], passed_then.get(m.path, set())) if m.path in runs else m for m in modules],
+        modules=[
+            _of_what_it_tests(_results(m, runs[m.path], passed_then.get(m.path, set())), package, runs[m.path])
+            if m.path in runs
+            else m
+            for m in modules
+        ],
         coverage=covered,
         doubts=doubts,
     )
@@ -183,6 +189,17 @@ def _readers(runs: Mapping[str, Ran]) -> list[Flag]:
 
 def _failures(ran: Ran) -> list[Test]:
     return [test for test in ran.tests if test.outcome in ("failed", "error")]
+
+
+def _of_what_it_tests(module: TestModule, package: Path, ran: Ran) -> TestModule:
+    """Return the module without the nodes that it has in its own name alone: neither its text nor its tests know them.
+
+    Where conftest.py makes the node, the tests reach its lines.
+    """
+    text = leavings.python(package / module.path) or ""
+    reached = {Path(path).stem for path, lines in ran.reach.items() if lines}
+    known = [node for node in module.subjects if node in reached or re.search(rf"\b{node}\b", text)]
+    return replace(module, subjects=known)
 
 
 def _results(module: TestModule, ran: Ran, passed_then: set[str]) -> TestModule:

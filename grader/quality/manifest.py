@@ -46,6 +46,7 @@ def read_manifest(package: Path, files: Sequence[str], modules: Sequence[Module]
         has_cmake="CMakeLists.txt" in files,
         generates_interfaces="rosidl_generate_interfaces" in cmake,
         declared=sorted({printable(text) for text in xml.texts(*_DEPENDS)})[:200],
+        declared_to_run=sorted({printable(text) for text in xml.texts(*_DEPENDS[:-2])})[:200],
         used=dict(sorted(used.items())[:200]),
     )
 

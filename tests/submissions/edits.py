@@ -198,6 +198,14 @@ _EDITS = (
          "    # On the way\n"),
         says=("answered success = True on the way to a goal",),
     ),
+    _edit(
+        "zero_is_no_speed",
+        "F2",
+        "A speed of 0 is accepted and changes nothing.",
+        (_SPEED_SERVER, "            self._speed = clamp(request.speed, -limit, limit)\n",
+         "            if request.speed:\n                self._speed = clamp(request.speed, -limit, limit)\n"),
+        says=("after set_speed 0 was accepted",),
+    ),
     # -- F4, F5 ---------------------------------------------------------------------------------------------------
     _edit(
         "drives_into_the_wall",
@@ -253,6 +261,36 @@ _EDITS = (
         says=("after the first scan below 0.5 m",),
     ),
     _edit(
+        "creeps_on",
+        "F4",
+        "What drives slowly enough is not stopped.",
+        (_DRIVER, "        safe = motion.make_safe(wanted, self._near, limits)\n",
+         "        safe = wanted if abs(wanted.v) <= 0.12 and not wanted.omega else motion.make_safe(wanted, self._near, limits)\n"),
+        (_DRIVER, "        if motion.make_safe(self._last_command, self._near, self._limits()) == STOP:\n"
+                  "            if self._last_command != STOP:\n",
+         "        if motion.make_safe(self._last_command, self._near, self._limits()) == STOP:\n"
+         "            if abs(self._last_command.v) > 0.12:\n"),
+        says=("no zero came after",),
+    ),
+    _edit(
+        "overlooks_what_few_beams_see",
+        "F4",
+        "The tenth part of the readings ahead that is closest is taken for noise.",
+        (_SCANS, "        ahead=min(ahead, default=math.inf),",
+         "        ahead=sorted(ahead)[len(ahead) // 10] if ahead else math.inf,"),
+        says=("to one side",),
+    ),
+    _edit(
+        "emergency_for_good",
+        "F5",
+        "What came within the emergency distance stops the robot for good.",
+        (_DRIVER, "        safe = motion.make_safe(wanted, self._near, limits)\n",
+         "        self._alarmed = getattr(self, '_alarmed', False) or (\n"
+         "            self._near.anywhere < limits.emergency_stop_distance)\n"
+         "        safe = STOP if self._alarmed else motion.make_safe(wanted, self._near, limits)\n"),
+        says=("from 1 s after it was gone",),
+    ),
+    _edit(
         "remembers_the_slowed_speed",
         "F5",
         "At a stop the speed of the moment, slowed down before the obstacle, is kept as the one to go on at.",
@@ -277,6 +315,15 @@ _EDITS = (
         (_DRIVER, "        self._near = measure_proximity(scan)\n",
          "        self._first = scan.ranges[0]\n        self._near = measure_proximity(scan)\n"),
         says=("IndexError",),
+    ),
+    _edit(
+        "keeps_what_it_saw_last",
+        "F6",
+        "A scan without any valid reading leaves what the one before it said.",
+        (_DRIVER, "        self._near = measure_proximity(scan)\n",
+         "        near = measure_proximity(scan)\n        if math.isfinite(near.anywhere):\n"
+         "            self._near = near\n"),
+        says=("all beams read +inf",),
     ),
     _edit(
         "knows_the_lidar_by_heart",
@@ -334,6 +381,13 @@ _EDITS = (
         says=("obstacle_detected = True when the obstacle is gone",),
     ),
     _edit(
+        "speed_without_a_sign",
+        "F7",
+        "The status gives the speed without its sign.",
+        (_SPEED_SERVER, "response.speed = self._speed", "response.speed = abs(self._speed)"),
+        says=("while driving backwards",),
+    ),
+    _edit(
         "has_a_word_of_its_own_on_the_way",
         "F7",
         "The status says NAVIGATING while there is a goal.",
@@ -367,6 +421,15 @@ _EDITS = (
         (_NAVIGATOR, "        elif self._is_fresh(self._odom_time) and",
          "        elif getattr(self, '_arrived', False) or self._is_fresh(self._odom_time) and"),
         says=("a target that came after others",),
+    ),
+    _edit(
+        "serves_one_goal",
+        "F8",
+        "The first goal is accepted, and no other.",
+        (_NAVIGATOR, "        if refusal:\n            self.get_logger().warning(f'Goal",
+         "        refusal = refusal or getattr(self, '_busy', '')\n        self._busy = 'busy'\n"
+         "        if refusal:\n            self.get_logger().warning(f'Goal"),
+        says=("that came after others: it ended as rejected",),
     ),
     _edit(
         "stops_short",
@@ -414,6 +477,14 @@ _EDITS = (
         (_NAVIGATOR, "if goal is None or self._odom_time == NEVER:",
          "if goal is None or self._odom_time == NEVER or self._last_command.v == 0.0:"),
         says=("no feedback for",),
+    ),
+    _edit(
+        "silent_while_it_waits",
+        "F9",
+        "There is no feedback while something is in the way.",
+        (_NAVIGATOR, "        if goal is None or self._odom_time == NEVER:\n",
+         "        if goal is None or self._odom_time == NEVER or self._obstacle_in_way():\n"),
+        says=("while the way was blocked",),
     ),
     _edit(
         "feedback_along_x",
@@ -513,6 +584,13 @@ _EDITS = (
         "A low battery is logged at every message.",
         (_PROCESSOR, "        if low and not self._battery_low:\n", "        if low:\n"),
         says=("warnings while the battery fell",),
+    ),
+    _edit(
+        "knows_the_thresholds_by_heart",
+        "F12",
+        "The battery alarms go by 20 and 10 percent, whatever the parameters say.",
+        (_PROCESSOR, "percent, self._value('battery_low_threshold'))", "percent, 20.0)"),
+        says=("the level fell below 30 %",),
     ),
     _edit(
         "alarms_at_any_level",

@@ -144,10 +144,18 @@ def test_nothing_declared(tmp_path: Path):
     assert with_xml(tmp_path, "\n".join(lines), DEPENDENCIES).share == 0.0
 
 
-@pytest.mark.parametrize("tag", ["depend", "build_depend", "exec_depend", "build_export_depend", "test_depend"])
+@pytest.mark.parametrize("tag", ["depend", "build_depend", "exec_depend", "build_export_depend"])
 def test_any_kind_of_dependency_counts(tmp_path: Path, tag: str):
     xml = XML.replace("<exec_depend>nav_msgs</exec_depend>", f"<{tag}>nav_msgs</{tag}>")
     assert with_xml(tmp_path, xml, DEPENDENCIES).share == 1.0
+
+
+def test_what_is_there_for_tests_only_is_missing_where_a_node_runs(tmp_path: Path):
+    xml = XML.replace("<exec_depend>nav_msgs</exec_depend>", "<test_depend>nav_msgs</test_depend>")
+    result = with_xml(tmp_path, xml, DEPENDENCIES)
+    assert result.share == pytest.approx(0.8)
+    assert "driver.py" in result.seen
+    assert "declared for tests only" in result.seen
 
 
 @pytest.mark.parametrize(
