@@ -102,7 +102,7 @@ ATTACKS: tuple[Attack, ...] = (
         "All modules but one are written in Latin-1, and a test claims that all of their lines were reached.",
         _all_but_the_conversions(_in_latin_1),
         append(_TEST, _CLAIM),
-        needs="T2 T3", weak="few tests", costs="T1 T2 T3", flag="test reports",
+        needs="T1 T2 T3", weak="few tests", costs="T1 T2 T3", flag="test reports",
         stopped="the encoding that a source declares is undone; what none can read was not reached",
     ),
     attack(

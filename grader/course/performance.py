@@ -110,7 +110,9 @@ def environment(workspace: Path, kit: Path = pages.KIT) -> dict[str, str]:
     """Return the environment of a kernel whose package lies in `workspace`, with the `grader` and `sim` of `kit`."""
     workspace.mkdir(parents=True, exist_ok=True)
     path = os.environ.get("PYTHONPATH", "").split(os.pathsep)
-    return os.environ | {
+    # Not `os.environ | ...`: another thread may take a name away meanwhile, as pytest does with that of the last test.
+    outer = {name: value for name in list(os.environ) if (value := os.environ.get(name)) is not None}
+    return outer | {
         WORKSPACE: str(workspace),
         "PYTHONPATH": os.pathsep.join([str(kit), *filter(None, path)]),
         "IPYTHONDIR": str(workspace.parent / "ipython"),
