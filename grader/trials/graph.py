@@ -44,9 +44,12 @@ def look(observer: Node, node_name: str) -> Graph:
     )
 
 
-def foreign_publishers(observer: Node, topics: Sequence[str]) -> list[str]:
-    """Return who else publishes `topics`, of which the observer's own node is the only rightful publisher."""
-    found = []
+def foreign_publishers(observer: Node, topics: Sequence[str], seen: Sequence[str] = ()) -> list[str]:
+    """Return who else publishes `topics`, of which the observer's own node is the only rightful publisher.
+
+    Those `seen` before stay: who published a false clock for a moment has done so.
+    """
+    found = list(seen)
     for topic in topics:
         own = 0
         for info in observer.get_publishers_info_by_topic(topic)[:_MOST]:
@@ -54,7 +57,7 @@ def foreign_publishers(observer: Node, topics: Sequence[str]) -> list[str]:
             own += info.node_name == observer.get_name()
             if info.node_name != observer.get_name() or own > 1:
                 found.append(f"{topic} by {info.node_name}"[:200])
-    return found[:_MOST]
+    return list(dict.fromkeys(found))[:_MOST]
 
 
 _MOST = 20

@@ -115,7 +115,7 @@ class _Worker(threading.Thread):
         finally:
             self._stop()
 
-    def _trial(self, plan: TrialPlan, crashes: int = 0) -> evidence.Trial:
+    def _trial(self, plan: TrialPlan, *, has_crashed: bool = False) -> evidence.Trial:
         host = self._host or self._start()
         out = self._folder.resolve() / f"{plan.name}.json"
         # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones.
@@ -144,9 +144,10 @@ class _Worker(threading.Thread):
             if host.returncode in _KILLED and not capped.is_set():
                 raise GraderError(shortage.KILLED)
             if host.returncode in _CRASHED:
+                if not has_crashed:
+                    return self._trial(plan, has_crashed=True)
                 # Once may be chance. Whoever makes it happen whenever it is looked at has nothing to gain by it.
-                again = unjudged(plan, self._seed, "", ended=OBSERVER_ENDED)
-                return again if crashes else self._trial(plan, crashes + 1)
+                return unjudged(plan, self._seed, "", ended=OBSERVER_ENDED)
             return unjudged(plan, self._seed, f"the trial's host ended (answer {answer!r}, status {host.returncode})")
         return evidence.from_json(out.read_text(), evidence.Trial)
 

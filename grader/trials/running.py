@@ -33,7 +33,7 @@ ACTION = "navigate_to_position"
 _ENDING_ROUNDS = 8
 # Of each kind. An honest trial has a thousand at most; a node that floods its observer must not fill our memory.
 _KEPT = 20_000
-_LOOK_EVERY, _FOREIGN_KEPT = 10, 20  # ticks, and publishers
+_LOOK_EVERY = 10  # ticks
 _SECTOR = math.radians(60)
 
 
@@ -211,9 +211,8 @@ class Running:
             self.bridge.await_feedback()
 
     def _foreign_publishers(self) -> list[str]:
-        """Return who has published what the simulator alone publishes; one that is seen once stays on record."""
-        found = graph.foreign_publishers(self.bridge.node, ["/clock", *self._own_topics()])
-        self._foreign = list(dict.fromkeys([*self._foreign, *found]))[:_FOREIGN_KEPT]
+        """Return who has published, at any time so far, what the simulator alone publishes."""
+        self._foreign = graph.foreign_publishers(self.bridge.node, ["/clock", *self._own_topics()], self._foreign)
         return self._foreign
 
     def _note_call(

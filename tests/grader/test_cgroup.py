@@ -81,6 +81,14 @@ def test_a_full_disk_ends_the_wall(tmp_path: Path):
 
 
 @pytest.mark.sandbox
+def test_a_file_with_holes_counts_by_its_size(tmp_path: Path):
+    """Whoever copies it later writes the zeros out."""
+    wall = Wall(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    code = "import os, time\nos.truncate(os.open('/ws/out/a', os.O_CREAT | os.O_RDWR), 50 << 20)\ntime.sleep(100)"
+    assert python(code, wall, disk_bytes=10 * MIB).stopped == "disk"
+
+
+@pytest.mark.sandbox
 def test_folders_in_folders_without_end_count_as_too_many(tmp_path: Path):
     """Below 4096 characters of a path nobody could count what is there; and Python's rmtree gives up before."""
     wall = Wall(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
