@@ -26,7 +26,7 @@ jupyter: setup  ## Open the course in JupyterLab
 	@$(BIN)/jupyter lab --notebook-dir=. notebooks/00_first_drive.ipynb
 
 notebooks: setup  ## Make the notebooks from notebooks/source, run and stored; NN="04 05" makes just those
-	@$(BIN)/python -m grader.course.book build $(NN)
+	@$(BIN)/python -m grader.authoring.book build $(NN)
 
 grade: setup  ## Grade the reference package; the report lies in out/reference
 	@$(BIN)/grader grade $(REFERENCE) --out out/reference

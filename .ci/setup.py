@@ -25,7 +25,7 @@ SUITS = (3, 11) <= sys.version_info[:2] <= (3, 14) and sys.implementation.name =
 
 sys.path.insert(0, str(ROOT))  # `python -I` leaves it out
 
-from grader.host import Host, install_commands, install_line  # noqa: E402 (found on the path set above)
+from grader.host.machine import Host, install_commands, install_line  # noqa: E402 (found on the path set above)
 
 
 class Stop(Exception):

@@ -27,7 +27,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader import build, sandbox, toolchain
+from grader import build
+from grader.host import namespaces
+from grader.trials import scheduler
 from grader.trials.catalog import TrialPlan
 from grader.trials.request import Request
 
@@ -82,8 +84,8 @@ def measure_smallest(executor: str, seconds: float, seed: int) -> _Timing:
 
 def measure(install: str, seconds: float, seed: int) -> _Timing:
     """Run one node for twice `seconds` of simulated time. Only inside a trial host's network and environment."""
-    from grader.trials.host import run_trial  # needs the environment that `main` makes
     from grader.trials.stage import Stage
+    from grader.trials.worker import run_trial  # needs the environment that `main` makes
 
     timing = _Timing()
 
@@ -139,8 +141,8 @@ def _run(what: str, contract: Path, seconds: float, seed: int, home: Path) -> _T
     """Measure an install tree, or the smallest node with an executor, in a process and a network of its own."""
     inside = [sys.executable, "-m", "benchmarks.lockstep", "--inside", what]
     done = subprocess.run(
-        sandbox.private_network([*inside, "--seconds", str(seconds), "--seed", str(seed)]),
-        env=toolchain.observer_environment(contract, home=home), cwd=_ROOT, capture_output=True, text=True, check=False,
+        namespaces.private_network([*inside, "--seconds", str(seconds), "--seed", str(seed)]),
+        env=scheduler.observer_environment(contract, home=home), cwd=_ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     if done.returncode:
         raise RuntimeError((done.stdout + done.stderr).strip())

@@ -23,7 +23,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from grader import build, pipeline, processes, rubric, sandbox, toolchain
+from grader import build, pipeline, sandbox
+from grader.host import procfs, ros_env
+from grader.scoring import rubric
 
 ROOT = Path(__file__).parents[1]
 REFERENCE = ROOT / "solution_pkg" / "ros2_robot_controller"
@@ -76,8 +78,8 @@ def main() -> int:
 
 def compare(command: Sequence[str], rounds: int) -> Cost:
     """Return what `command` costs without a wall and how much more in one, from `rounds` pairs."""
-    environment = toolchain.environment(home=sandbox.HOME)
-    wall = sandbox.Wall(environment=environment)
+    environment = ros_env.environment(home=sandbox.HOME)
+    wall = sandbox.Sandbox(environment=environment)
     bare, more = [], []
     with tempfile.TemporaryDirectory() as home:
         outside = {**environment, "HOME": home, "ROS_LOG_DIR": home}
@@ -113,7 +115,7 @@ def cpu_seconds(run: Callable[[], object]) -> float:
 
 
 def _children() -> set[int]:
-    return set(processes.children(os.getpid()))
+    return set(procfs.children(os.getpid()))
 
 
 def _used(who: int) -> float:

@@ -11,15 +11,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from grader import shortage
-from grader.errors import GraderError, SubmissionError
+from grader import KIT
+from grader.errors import EXIT_GRADED, EXIT_NOT_GRADED, EXIT_OUR_FAULT, EXIT_USAGE, GraderError, SubmissionError
+from grader.host import namespaces, shortage
 from grader.intake.names import printable
 
 if TYPE_CHECKING:
-    from grader.rubric import Rubric
-
-EXIT_GRADED, EXIT_NOT_GRADED, EXIT_USAGE, EXIT_OUR_FAULT = 0, 1, 2, 3
-_KIT = Path(__file__).resolve().parent.parent
+    from grader.scoring.rubric import Rubric
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -104,7 +102,7 @@ def _parser() -> argparse.ArgumentParser:
     submit.add_argument("--no-check", action="store_true", help="pack and describe only; checking takes some minutes")
     submit.set_defaults(run=_submit)
 
-    if (_KIT / "grader" / "course" / "release.py").exists():  # a released kit has none to release
+    if (KIT / "grader" / "authoring").exists():  # a released kit has none to release
         release = verbs.add_parser(
             "release",
             help="write the kit for students",
@@ -126,14 +124,12 @@ def _parser() -> argparse.ArgumentParser:
     doctor = verbs.add_parser("doctor", help="say what this host has and lacks, and how to mend it")
     doctor.set_defaults(run=_doctor)
 
-    if (_KIT / "grader" / "attacks" / "verb.py").exists():  # not among what students get
-        from grader.attacks import verb as attack
+    if (KIT / "grader" / "selftest").exists():  # not in the students' kit
+        from grader.selftest import flakiness
+        from grader.selftest.attacks import command as attacks
 
-        attack.add(verbs)
-    if (_KIT / "grader" / "certify.py").exists():
-        from grader import certify
-
-        certify.add(verbs)
+        attacks.add(verbs)
+        flakiness.add(verbs)
     return parser
 
 
@@ -146,14 +142,15 @@ def _seconds(text: str) -> float:
 
 def _grade(options: argparse.Namespace) -> int:
     # Imported here: `grader --help` and `grader doctor` answer at once, and on hosts that lack half of this.
-    from grader import build, mutation, pipeline, report, rubric, sandbox
+    from grader import build, mutation, pipeline, report
     from grader.report import console
+    from grader.scoring import rubric
 
     if options.unsafe_no_sandbox:
-        os.environ[sandbox.UNSAFE_VARIABLE] = "1"
+        os.environ[namespaces.UNSAFE_VARIABLE] = "1"
     progress = _Progress()
     settings = pipeline.Settings(
-        rubric=rubric.load(options.rubric or rubric_file()),
+        rubric=rubric.load(options.rubric or rubric.RUBRIC),
         cache=options.cache or build.cache_folder(),
         seed=options.seed,
         build_seconds=options.build_timeout,
@@ -169,10 +166,11 @@ def _grade(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from grader import build, pipeline, rubric
+    from grader import build, pipeline
     from grader.report import console
+    from grader.scoring import rubric
 
-    whole = rubric.load(rubric_file())
+    whole = rubric.load(rubric.RUBRIC)
     known = {requirement.id for requirement in whole.requirements}
     unknown = [name for name in options.requirements if name not in known]
     if unknown:
@@ -195,10 +193,10 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _submit(options: argparse.Namespace) -> int:
-    from grader.course import handin
+    from grader.notebook import packing
 
     progress = _Progress()
-    found = handin.submit(options.package, options.out, check=not options.no_check, progress=progress.say)
+    found = packing.submit(options.package, options.out, check=not options.no_check, progress=progress.say)
     progress.done()
     print(found)
     print(f"Hand in: {_shown(found.archive)}")
@@ -206,7 +204,7 @@ def _submit(options: argparse.Namespace) -> int:
 
 
 def _release(options: argparse.Namespace) -> int:
-    from grader.course.release import release
+    from grader.authoring.release import release
 
     written = release(options.out, stages=not options.without_stages)
     print(f"{len(written.files)} files, {written.bytes / 1e6:.1f} MB; {written.words}")
@@ -221,9 +219,9 @@ def _shown(path: Path) -> str:
 
 
 def _handout(options: argparse.Namespace) -> int:
-    from grader import handout, rubric
+    from grader.scoring import handout, rubric
 
-    text = handout.render(rubric.load(options.rubric or rubric_file()))
+    text = handout.render(rubric.load(options.rubric or rubric.RUBRIC))
     if options.out is None:
         print(text, end="")
     else:
@@ -233,7 +231,7 @@ def _handout(options: argparse.Namespace) -> int:
 
 
 def _doctor(_options: argparse.Namespace) -> int:
-    from grader import doctor
+    from grader.host import doctor
 
     findings = doctor.examine()
     print(doctor.render(findings))
@@ -244,11 +242,6 @@ def _listed(whole: Rubric) -> str:
     """Return "F1 to F14, Q1 to Q6, ..." for a rubric's requirements."""
     ends = [(c.requirements[0].id, c.requirements[-1].id) for c in whole.criteria]
     return ", ".join(f"{first} to {last}" for first, last in ends)
-
-
-def rubric_file() -> Path:
-    """Return the kit's rubric.yaml: beside the packages in a checkout."""
-    return _KIT / "rubric.yaml"
 
 
 class _Progress:

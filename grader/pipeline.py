@@ -20,17 +20,19 @@ from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 
-from grader import build, evidence, mutation, own_tests, sandbox, scratch, shortage
-from grader.checks import run as checks
+from grader import KIT, build, evidence, mutation, sandbox, student_tests
+from grader.checks import checks_run as checks
+from grader.contract import spec
+from grader.conversions import ask_conversions
 from grader.errors import GraderError
-from grader.functions import ask_conversions
-from grader.quality import read as read_quality
-from grader.report.grading import Grading
-from grader.rubric import Requirement, Rubric
-from grader.score import score
-from grader.submission import Submission, open_submission
+from grader.host import namespaces, shortage, tempdir
+from grader.intake.submission import Submission, open_submission
+from grader.quality import analyse_package
+from grader.scoring.grading import Grading
+from grader.scoring.rubric import Requirement, Rubric
+from grader.scoring.scorecard import score
 from grader.trials import catalog
-from grader.trials import run as trials
+from grader.trials import scheduler as trials
 from grader.trials.request import OBSERVER_ENDED
 
 EVIDENCE = "evidence"
@@ -44,7 +46,7 @@ class Settings:
     cache: Path
     seed: int = 0
     build_seconds: float = 300.0
-    test_seconds: float = own_tests.run.MODULE_SECONDS
+    test_seconds: float = student_tests.MODULE_SECONDS
     fault_seconds: float = mutation.SECONDS
     """The budget for putting faults into the package: the wall time that it may take on a quiet machine."""
     requirements: tuple[str, ...] = ()
@@ -87,14 +89,14 @@ def grade(
 
 def _see(source: Path, settings: Settings) -> evidence.Evidence:
     """Take the submission in, try it out, and return what was seen."""
-    with scratch.folder("grading") as room:
+    with tempdir.folder("grading") as room:
         settings.progress(f"taking in {source.name}")
         submission = open_submission(source, room / "submission")
         found = gather(submission, room, settings)
         found = replace(found, origin=origin(submission, settings))
-        if sandbox.unsafe():
-            intake = replace(found.intake, notes=[sandbox.UNSAFE_WORDS, *found.intake.notes])
-            flag = evidence.Flag("no sandbox", sandbox.UNSAFE_WORDS)
+        if namespaces.unsafe():
+            intake = replace(found.intake, notes=[namespaces.UNSAFE_WORDS, *found.intake.notes])
+            flag = evidence.Flag("no sandbox", namespaces.UNSAFE_WORDS)
             found = replace(found, intake=intake, flags=[flag, *found.flags])
     return found
 
@@ -115,7 +117,7 @@ def _build_and_try(submission: Submission, room: Path, settings: Settings) -> ev
     settings.progress("building the package")
     folders = [submission.package] + ([submission.interfaces] if submission.interfaces else [])
     built = build.build(folders, settings.cache, seconds=settings.build_seconds)
-    if (types := build.types_package(built.install)) != build.PACKAGE:
+    if (types := build.types_package(built.install)) != spec.PACKAGE:
         settings.progress(f"building the contract's interfaces as {types}: once on this machine, about a minute")
         contract = build.contract(settings.cache, types)
     facts = replace(
@@ -243,11 +245,10 @@ def environment() -> dict[str, str]:
 
 def origin(submission: Submission, settings: Settings) -> dict[str, str]:
     """Return what makes the evidence: with the same of all this the same can be seen again."""
-    kit = Path(__file__).parent
-    sources = sorted(path for folder in (kit, kit.parent / "sim") for path in folder.rglob("*.py"))
+    sources = sorted(path for folder in (KIT / "grader", KIT / "sim") for path in folder.rglob("*.py"))
     digest = hashlib.sha256()
     for path in sources:
-        digest.update(f"{path.relative_to(kit.parent)}\0".encode() + path.read_bytes())
+        digest.update(f"{path.relative_to(KIT)}\0".encode() + path.read_bytes())
     made = {"seed": str(settings.seed), "kit": digest.hexdigest()[:16], "submission": submission.intake.sha256}
     return made | environment()
 
@@ -257,21 +258,21 @@ def _quality(submission: Submission, settings: Settings) -> evidence.Quality | N
     lint = any(name.startswith("Q") for name in wanted)
     if not lint and "I2" not in wanted:
         return None
-    return read_quality(submission.package, submission.interfaces, lint=lint)
+    return analyse_package(submission.package, submission.interfaces, lint=lint)
 
 
-def _own_tests(submission: Submission, built: build.Built, settings: Settings) -> own_tests.OwnRun | None:
+def _own_tests(submission: Submission, built: build.Built, settings: Settings) -> student_tests.OwnRun | None:
     if not any(requirement.id.startswith("T") and requirement.checks for requirement in settings.wanted):
         return None
-    modules = own_tests.read_modules(submission.package)
-    return own_tests.run_modules(
+    modules = student_tests.read_modules(submission.package)
+    return student_tests.run_modules(
         submission.package, built.install, modules, seconds=settings.test_seconds, seed=settings.seed,
         progress=lambda path: settings.progress(f"own tests: {path}"),
     )  # fmt: skip
 
 
 def _mutation(
-    submission: Submission, built: build.Built, tested: own_tests.OwnRun, settings: Settings
+    submission: Submission, built: build.Built, tested: student_tests.OwnRun, settings: Settings
 ) -> evidence.Mutation | None:
     """Put faults into the package, after everything else: it takes all cores."""
     if not any(requirement.id == "T3" and requirement.checks for requirement in settings.wanted):

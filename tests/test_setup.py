@@ -79,7 +79,7 @@ def setup_with(code: str) -> subprocess.CompletedProcess[str]:
     prelude = (
         "import sys; sys.path[:0] = ['.ci', '.']\n"
         "import setup\n"
-        "from grader.host import Host, Ran\n"
+        "from grader.host.machine import Host, Ran\n"
         "class Bare(Host):\n"
         "    ran = []\n"
         "    tools = {'apt-get'}\n"

@@ -11,7 +11,7 @@ import pytest
 
 from grader import evidence
 from grader.checks.judge import Failed, Judge, NotReached
-from grader.score import Outcome
+from grader.scoring.scorecard import Outcome
 
 _JUDGE = pytest.StashKey[Judge]()
 _RESULTS = pytest.StashKey[list[dict[str, Any]]]()

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from grader.own_tests.guards import is_guard
+from grader.student_tests.coverage_exclusions import is_guard
 
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
 MODULE = "<module>"

@@ -1,5 +1,5 @@
 """What a package's text shows: style, docstrings, structure, habits, README, package.xml. Read, never run."""
 
-from grader.quality.read import read
+from grader.quality.analyse import analyse_package
 
-__all__ = ["read"]
+__all__ = ["analyse_package"]

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator, Sequence
 
 from grader.evidence import Conversions, Finding
-from grader.quality.calls import Calls
+from grader.quality.call_graph import Calls
 from grader.quality.modules import NODES, Function, Module, last_name
 
 FUNCTIONS = ("yaw_from_quaternion", "quaternion_from_yaw", "normalize_angle", "clamp")

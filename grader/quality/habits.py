@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator, Sequence
 
 from grader.evidence import Finding
-from grader.quality.calls import Calls, own_body
+from grader.quality.call_graph import Calls, own_body
 from grader.quality.modules import Function, Module, last_name
 
 _MUTABLE = (ast.List, ast.Dict, ast.Set, ast.ListComp, ast.DictComp, ast.SetComp)

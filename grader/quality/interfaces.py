@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator
 
 from grader.evidence import CodeInterface
-from grader.quality.calls import Calls
+from grader.quality.call_graph import Calls
 from grader.quality.modules import NODES, argument, last_name, text
 
 _CREATE = {"create_publisher": "publisher", "create_subscription": "subscription", "create_service": "service"}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from grader.report.data import write_json
-from grader.report.grading import Grading
 from grader.report.html import write_html
+from grader.scoring.grading import Grading
 
 __all__ = ["PAGE", "Grading", "write"]
 

@@ -6,8 +6,8 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TextIO
 
-from grader.report.grading import Grading, Loss, judged, place, points
-from grader.score import CriterionScore, Outcome, RequirementScore
+from grader.scoring.grading import Grading, Loss, judged, place, points
+from grader.scoring.scorecard import CriterionScore, Outcome, RequirementScore
 
 WIDTH = 100
 BAR = 20

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from grader.evidence import Trial
-from grader.report.files import write_atomically
-from grader.report.grading import Grading, foremost
-from grader.report.text import one_line
-from grader.rubric import Check
-from grader.score import CheckResult, CriterionScore, RequirementScore
+from grader.host.atomic import write_atomically
+from grader.sanitize import one_line
+from grader.scoring.grading import Grading, foremost
+from grader.scoring.rubric import Check
+from grader.scoring.scorecard import CheckResult, CriterionScore, RequirementScore
 
 SCHEMA = "ros2-course-kit/report/1"
 

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from grader.evidence import Trial
+from grader.host.atomic import write_atomically
 from grader.report.console import WORDS
-from grader.report.faults import matrix
-from grader.report.files import write_atomically
-from grader.report.grading import Grading, judged, losses, place, points
-from grader.report.text import one_line
-from grader.score import CheckResult, Outcome, RequirementScore
+from grader.report.mutants import matrix
+from grader.sanitize import one_line
+from grader.scoring.grading import Grading, judged, losses, place, points
+from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore
 
 if TYPE_CHECKING:
     from markupsafe import Markup

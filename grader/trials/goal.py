@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from action_msgs.msg import GoalStatus
 
 from grader import evidence
-from grader.trials.types import NavigateToPosition
+from grader.trials.interfaces import NavigateToPosition
 
 if TYPE_CHECKING:
     from grader.trials.stage import Stage

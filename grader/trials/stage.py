@@ -19,14 +19,14 @@ from rclpy.qos import qos_profile_action_status_default
 from std_msgs.msg import Float32
 
 from grader import evidence
+from grader.sandbox.cpu_clock import WorkClock
 from grader.trials import graph
-from grader.trials.flatten import fill, plain
 from grader.trials.goal import GoalRun
-from grader.trials.layout import Read
-from grader.trials.relay import Relay
-from grader.trials.running import ACTION, Program, Running, TrialOver
-from grader.trials.types import SERVICES, SensorFusionData
-from grader.work_clock import WorkClock
+from grader.trials.interfaces import SERVICES, SensorFusionData
+from grader.trials.messages import fill, plain
+from grader.trials.observation import ACTION, Program, Running, TrialOver
+from grader.trials.service_proxy import Relay
+from grader.trials.wire_layout import Read
 from sim import Circle
 from sim.bridge import TICK_S
 from sim.sensors import ScanReading

@@ -238,7 +238,7 @@ busy = False
 # %%
 from pathlib import Path
 
-from grader.mutation.faults import faults
+from grader.mutation.operators import faults
 from grader.mutation.source import parse
 
 source = parse("stopping.py", Path("../../stopping.py").read_text())

@@ -61,7 +61,7 @@ begin("10")
 import matplotlib.pyplot as plt
 
 from grader.cli import rubric_file
-from grader.rubric import load
+from grader.scoring.rubric import load
 
 rubric = load(rubric_file())
 for criterion in rubric.criteria:

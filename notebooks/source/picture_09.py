@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from grader.mutation.faults import faults
+from grader.mutation.operators import faults
 from grader.mutation.source import Change, Source, parse
 from sim.views import View
 

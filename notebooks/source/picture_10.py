@@ -4,7 +4,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from grader.cli import rubric_file
-from grader.rubric import Rubric, load
+from grader.scoring.rubric import Rubric, load
 from sim import Simulator, Tourist, drive, load_world
 from sim.views import COLORS, View, draw_run
 

@@ -10,10 +10,11 @@ from typing import Any
 import pytest
 from submissions.edits import EDITS, REFERENCE, apply
 
-from grader import build, pipeline, rubric
+from grader import KIT, build, pipeline
 from grader.report import data
+from grader.scoring import rubric
 
-ROOT = Path(__file__).parents[2]
+ROOT = KIT
 Graded = dict[str, Any]
 
 

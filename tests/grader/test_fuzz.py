@@ -21,18 +21,19 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from grader import build, evidence
+from grader import KIT, evidence, sanitize
+from grader.build import install_tree
+from grader.contract import spec
 from grader.intake.package_xml import read_package_xml
-from grader.own_tests import bench
 from grader.quality import junit
-from grader.report import text
 from grader.ros2.launching import command, modules
-from grader.trials import config
+from grader.student_tests import warm_worker
+from grader.trials import parameter_files
 from sim.world import load_world
 from sim.worldfile import WorldError
 
 QUICK, MANY = 40, 1100  # nine readers: with the archives' 2000, more than 10,000 inputs
-ROOT = Path(__file__).parents[2]
+ROOT = KIT
 
 
 @contextlib.contextmanager
@@ -86,9 +87,9 @@ WORLD = pieces(
 
 def parameters(data: bytes | str) -> None:
     with written("robot_params.yaml", data) as path:
-        copies, values = config.changed(path.parent, path.parent / "out")
+        copies, values = parameter_files.changed(path.parent, path.parent / "out")
         assert set(copies.values()) <= {"robot_params.yaml"}
-        assert set(values) <= set(config.TELLTALES)
+        assert set(values) <= set(parameter_files.TELLTALES)
 
 
 def world(data: bytes | str) -> None:
@@ -172,16 +173,16 @@ def bench_files(data: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for end in ("done", "report", "reach", "log"):
             Path(folder, f"0.{end}").write_text(data, errors="surrogatepass")
-        ran = bench._read_run(Path(folder), 0, 1.0)
+        ran = warm_worker._read_run(Path(folder), 0, 1.0)
         assert all(isinstance(test.id, str) for test in ran.tests)
 
 
 def type_description(data: str) -> None:
     with written("SetSpeed.json", data) as path:
-        share = path.parent / build.PACKAGE / "srv"
+        share = path.parent / spec.PACKAGE / "srv"
         share.mkdir(parents=True)
         path.rename(share / "SetSpeed.json")
-        assert isinstance(build._hash_in(path.parent, build.PACKAGE, "srv/SetSpeed"), str)
+        assert isinstance(install_tree._hash_in(path.parent, spec.PACKAGE, "srv/SetSpeed"), str)
 
 
 def saved_evidence(data: str) -> None:
@@ -193,7 +194,7 @@ def saved_evidence(data: str) -> None:
 
 
 def shown_text(data: str) -> None:
-    for line in [text.one_line(data), *text.lines(data).split("\n")]:
+    for line in [sanitize.one_line(data), *sanitize.lines(data).split("\n")]:
         # Blanks of other widths are no harm, though Python counts none of them but the space as printable.
         assert "".join(" " if unicodedata.category(sign) == "Zs" else sign for sign in line).isprintable()
 
@@ -234,7 +235,7 @@ def test_a_thousand_inputs_are_read_or_refused(name: str):
 def test_two_thousand_archives_and_folders_are_opened_or_refused():
     """The tests of test_submission.py that take anything, with more examples."""
     ended = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "tests/grader/test_submission.py", "-k", "gives or give_a_sentence"],
+        [sys.executable, "-m", "pytest", "-q", "tests/grader/intake/test_submission.py", "-k", "gives or give_a_sentence"],
         cwd=ROOT, env={**os.environ, "KIT_EXAMPLES": "400"}, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert ended.returncode == 0, ended.stdout

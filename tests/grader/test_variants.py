@@ -13,7 +13,7 @@ from variants import VARIANTS, Variant, make
 from grader import build, evidence, pipeline
 from grader.report import data
 from grader.trials import catalog
-from grader.trials import run as trials
+from grader.trials import scheduler as trials
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 import pytest
-from notebook_rules import OF_OUTPUTS, OF_SOURCES, Page, Rule, sections_of_the_rubric_are_there
+from helpers.notebook_rules import OF_OUTPUTS, OF_SOURCES, Page, Rule, sections_of_the_rubric_are_there
 
-from grader.course import book, pages, stages
-from grader.rubric import Rubric
+from grader.authoring import book, notebook_source
+from grader.notebook import checkpoints
+from grader.scoring.rubric import Rubric
 
-NAMES = pages.names()
-BUILT = [name for name in NAMES if (pages.NOTEBOOKS / f"{name}.ipynb").exists()]
+NAMES = notebook_source.names()
+BUILT = [name for name in NAMES if (notebook_source.NOTEBOOKS / f"{name}.ipynb").exists()]
 
 
 def said_nothing(problems: Iterable[str]) -> None:
@@ -22,7 +23,7 @@ def said_nothing(problems: Iterable[str]) -> None:
 
 def test_the_course_is_whole(rubric: Rubric):
     taught = {requirement.section.partition("#")[0] for requirement in rubric.requirements}
-    assert list(stages.NOTEBOOKS) == NAMES
+    assert list(checkpoints.NOTEBOOKS) == NAMES
     assert taught <= set(NAMES)
 
 
@@ -50,35 +51,35 @@ def test_requirements_are_taught_where_the_rubric_says(name: str, rubric: Rubric
 
 @pytest.mark.parametrize("name", NAMES)
 def test_each_file_of_a_stage_has_one_cell(name: str, source_page: Callable[[str], Page]):
-    stage = stages.stage(name)
-    for tag, files in ((pages.EXERCISE, stage.exercises), (pages.GIVEN, stage.given)):
-        cells = [cell for cell in source_page(name).code() if tag in pages.tags(cell)]
-        assert sorted(filter(None, map(pages.written_file, cells))) == sorted(files), f"cells tagged {tag}"
+    stage = checkpoints.stage(name)
+    for tag, files in ((notebook_source.EXERCISE, stage.exercises), (notebook_source.GIVEN, stage.given)):
+        cells = [cell for cell in source_page(name).code() if tag in notebook_source.tags(cell)]
+        assert sorted(filter(None, map(notebook_source.written_file, cells))) == sorted(files), f"cells tagged {tag}"
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_what_a_notebook_gives_is_what_start_at_lays_out(name: str, source_page: Callable[[str], Page]):
     given = {
-        path: pages.body(cell)
+        path: notebook_source.body(cell)
         for cell in source_page(name).code()
-        if pages.GIVEN in pages.tags(cell) and (path := pages.written_file(cell))
+        if notebook_source.GIVEN in notebook_source.tags(cell) and (path := notebook_source.written_file(cell))
     }
-    assert given == {path: stages.given_text(name, path) for path in given}
+    assert given == {path: checkpoints.given_text(name, path) for path in given}
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_no_exercise_ships_its_solution(name: str, source_page: Callable[[str], Page]):
     for cell in source_page(name).code():
-        path = pages.written_file(cell)
-        if path and pages.EXERCISE in pages.tags(cell):
-            assert pages.body(cell) != stages.exercise(name, path), path
+        path = notebook_source.written_file(cell)
+        if path and notebook_source.EXERCISE in notebook_source.tags(cell):
+            assert notebook_source.body(cell) != checkpoints.exercise(name, path), path
 
 
 def test_each_requirement_is_checked_in_some_notebook(rubric: Rubric, source_page: Callable[[str], Page]):
-    asked = {name for page in map(source_page, NAMES) for cell in page.code() for name in pages.checked(cell)}
+    asked = {name for page in map(source_page, NAMES) for cell in page.code() for name in notebook_source.checked(cell)}
     assert {requirement.id for requirement in rubric.requirements} - asked == set()
 
 
 def test_the_table_of_sections_is_as_the_rubric_and_the_notebooks_are(rubric: Rubric):
     page = book.PAGE.read_text()
-    assert book.with_table(page, rubric) == page, "run `python -m grader.course.book table`"
+    assert book.with_table(page, rubric) == page, "run `python -m grader.authoring.book table`"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from contextlib import ExitStack
 from pathlib import Path
 
-from notebook_rooms import room
+from helpers.notebook_rooms import room
 
-from grader.course.workspace import Workspace
+from grader.notebook.workspace import Workspace
 
 
 def test_no_two_rooms_share_a_domain(tmp_path: Path):

@@ -6,17 +6,17 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from notebook_rules import OF_OUTPUTS, OF_SOURCES, Page, Rule, sections_of_the_rubric_are_there
-from notebook_validation import validate
+from helpers.notebook_rules import OF_OUTPUTS, OF_SOURCES, Page, Rule, sections_of_the_rubric_are_there
+from helpers.notebook_validation import validate
 
-from grader.course import book, pages, performance
-from grader.rubric import Rubric
+from grader.authoring import book, notebook_run, notebook_source
+from grader.scoring.rubric import Rubric
 
 NAME = "02_example"
 
 
 def page_of(folder: Path, rubric: Rubric) -> Page:
-    return Page(NAME, pages.read(NAME, rubric, folder), folder)
+    return Page(NAME, notebook_source.read(NAME, rubric, folder), folder)
 
 
 def stored_in(folder: Path) -> Page:
@@ -115,7 +115,7 @@ def test_an_output_breaks_the_rule(name: str, output: nbformat.NotebookNode, exa
 
 def test_a_check_that_passes_untouched_breaks_the_rule(example: Path):
     page = stored_in(example)
-    (checked,) = [cell for cell in page.code() if pages.checked(cell)]
+    (checked,) = [cell for cell in page.code() if notebook_source.checked(cell)]
     checked.outputs[0].text = "I3 passed (4 of 4)"
     (rule,) = [rule for rule in OF_OUTPUTS if rule.__name__ == "checks_say_not_yet"]
     assert list(rule(page)) == ["I3: the check of an untouched notebook does not say `I3 not yet`"]
@@ -147,12 +147,14 @@ def test_nbval_notices_an_exception_and_an_output_that_is_not_what_the_code_give
     assert "ValueError: no" in raised
 
 
-def test_solved_the_example_passes(example: Path, rubric: Rubric, tmp_path: Path, answer: performance.Solutions):
-    played = performance.play(performance.solved(NAME, pages.read(NAME, rubric, example), answer), tmp_path / "ws")
+def test_solved_the_example_passes(example: Path, rubric: Rubric, tmp_path: Path, answer: notebook_run.Solutions):
+    played = notebook_run.play(
+        notebook_run.solved(NAME, notebook_source.read(NAME, rubric, example), answer), tmp_path / "ws"
+    )
     assert played.error is None
-    assert performance.unpassed(played.notebook) == []
+    assert notebook_run.unpassed(played.notebook) == []
     assert played.answers == ["I3 passed (5 of 5)"]
 
 
 def test_unsolved_it_does_not(example: Path):
-    assert performance.unpassed(stored_in(example).notebook) == ["I3"]
+    assert notebook_run.unpassed(stored_in(example).notebook) == ["I3"]

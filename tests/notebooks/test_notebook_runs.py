@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from notebook_course import Course
+from helpers.notebook_course import Course
 
 from grader import cli
-from grader.course import pages, performance
-from grader.rubric import Rubric
+from grader.authoring import notebook_run, notebook_source
+from grader.scoring.rubric import Rubric
 
-NAMES = pages.names()
+NAMES = notebook_source.names()
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 
 
@@ -43,7 +43,7 @@ def test_untouched_and_alone_it_shows_what_is_stored(name: str, course: Course):
 def test_solved_its_checks_pass(name: str, course: Course):
     played = course.solved(name)
     assert played.error is None
-    assert performance.unpassed(played.notebook) == [], "\n".join(performance.said_by_checks(played.notebook))
+    assert notebook_run.unpassed(played.notebook) == [], "\n".join(notebook_run.said_by_checks(played.notebook))
 
 
 @pytest.mark.slow

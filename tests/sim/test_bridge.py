@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from node_runs import run_with_node
+from helpers.node_runs import run_with_node
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 

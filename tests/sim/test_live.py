@@ -19,12 +19,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from node_runs import run_with_node
+from helpers.node_runs import run_with_node
 
+from grader import KIT
 from sim import Box, Circle, Path, Recorder, Seen, Simulator, Tourist, Twist, Wall, World, drive, load_world
 from sim.live import HIDDEN_LOST_S, LOST_S, NO_RANGE, Feed, Live, Message, Pacer
 
-ROOT = FilePath(__file__).parents[2]
+ROOT = KIT
 BOX = Box((2.0, 1.0), (0.4, 0.4), name="crate")
 ROOM = World(name="room", obstacles=(Wall((3.0, -2.0), (3.0, 2.0), name="wall"), BOX))
 

@@ -4,7 +4,9 @@ import ast
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from grader import KIT
+
+ROOT = KIT
 ROS = ("rclpy", "rosgraph_msgs", "rcl_interfaces", "geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs")
 
 

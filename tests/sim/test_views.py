@@ -14,13 +14,14 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
+from grader import KIT
 from sim import Box, Recorder, Recording, Simulator, Tourist, Twist, Wall, World, drive, load_world
 from sim.__main__ import main, summary
 from sim.obstacles import Path as Way
 from sim.replay import Replay
 from sim.views import COLORS, compare_view, map_view, run_view, time_view
 
-ROOT = Path(__file__).parents[2]
+ROOT = KIT
 
 
 @pytest.fixture(scope="module")

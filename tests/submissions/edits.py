@@ -12,7 +12,9 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-REFERENCE = Path(__file__).parents[2] / "solution_pkg" / "ros2_robot_controller"
+from grader import KIT
+
+REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
 
 _DRIVER = "ros2_robot_controller/driver.py"
 _SPEED_SERVER = "ros2_robot_controller/speed_server.py"

@@ -10,10 +10,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-from grader import build, pipeline, rubric
+from grader import KIT, build, pipeline
+from grader.scoring import rubric
 from submissions.edits import EDITS, apply
 
-ROOT = Path(__file__).parents[2]
+ROOT = KIT
 
 
 def costs(name: str, settings: pipeline.Settings) -> dict[str, float]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader import toolchain
+from grader.host import ros_env
 
 CONTROLLER = '''\
 """Decide how fast to drive."""
@@ -129,5 +129,5 @@ def make(folder: Path, files: Mapping[str, str], modules: Mapping[str, str] | No
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
     install = folder / "install"
-    shutil.copytree(package / "ros2_robot_controller", install / toolchain.SITE_IN_PREFIX / "ros2_robot_controller")
+    shutil.copytree(package / "ros2_robot_controller", install / ros_env.SITE_IN_PREFIX / "ros2_robot_controller")
     return Toy(package, install)

@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(_args: argparse.Namespace) -> int:
     """Print what was found and return 0 if all is well."""
     try:
-        doctor = importlib.import_module("grader.doctor")
+        doctor = importlib.import_module("grader.host.doctor")
     except ImportError:
         print(f"Python {sys.version.split()[0]} in {sys.prefix}")
         for name in ("AMENT_PREFIX_PATH", "ROS_DISTRO", "ROS_DOMAIN_ID", "RMW_IMPLEMENTATION"):

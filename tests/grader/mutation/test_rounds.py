@@ -11,8 +11,8 @@ import pytest
 from submissions import toy
 
 from grader.evidence import Mutation
-from grader.mutation import run
-from grader.own_tests import Reach
+from grader.mutation import mutant_run
+from grader.student_tests import Reach
 
 NARROW, WIDE = "test/test_it.py::test_narrow", "test/test_it.py::test_wide"
 FAULT, DECOY, ORIGINAL = "fault", "decoy", "original"
@@ -36,18 +36,18 @@ def play(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Mutat
     def play(answer: Answer, *, seconds: float = 1.0, count: int = 30, budget: float = 1000.0) -> Mutation:
         asked: Counter[object] = Counter()
 
-        def made_up(_bench: object, _found: object, job: run._Job) -> run._Result:
+        def made_up(_bench: object, _found: object, job: mutant_run._Job) -> mutant_run._Result:
             kind = ORIGINAL if job.change is None else DECOY if job.twin else FAULT
             tests = tuple(name for selection in job.selections for name in selection.tests)
             by = answer(kind, tests, asked[job.change]) if tests else ""
             asked[job.change] += 1
-            return run._Result(
+            return mutant_run._Result(
                 job, by, "test/test_it.py" if by else "", False, len(tests), seconds, (by,) if by else ()
             )
 
-        monkeypatch.setattr(run, "benches", no_benches)
-        monkeypatch.setattr(run, "_try", made_up)
-        return run.mutate(made.package, made.install, [reach], count=count, seconds=budget, workers=1)
+        monkeypatch.setattr(mutant_run, "benches", no_benches)
+        monkeypatch.setattr(mutant_run, "_try", made_up)
+        return mutant_run.mutate(made.package, made.install, [reach], count=count, seconds=budget, workers=1)
 
     return play
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from ros2_runs import COMMAND, FILES, Launcher, environment
+from helpers.ros2_runs import COMMAND, FILES, Launcher, environment
 
 SCRIPTS = {
     "show": 'echo "ARGV $*"',

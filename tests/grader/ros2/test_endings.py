@@ -11,7 +11,7 @@ import uuid
 from pathlib import Path
 
 import pytest
-from ros2_runs import COMMAND, FILES, environment, events, until, write
+from helpers.ros2_runs import COMMAND, FILES, environment, events, until, write
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from ros2_runs import COMMAND, FILES, ROOT, tidy
+from helpers.ros2_runs import COMMAND, FILES, ROOT, tidy
 
 from grader.ros2.launching import modules
 from grader.ros2.launching.context import LaunchContext

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from ros2_runs import write
+from helpers.ros2_runs import write
 
 
 @pytest.mark.parametrize(

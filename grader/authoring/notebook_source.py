@@ -1,0 +1,237 @@
+"""Read a notebook's source: notebooks/source/NN_topic.py (jupytext, py:percent) as named, tagged cells. Nothing is run.
+
+What a cell is, follows from its tags: `exercise` and `given` cells are whole files of the package (`%%writefile PATH`),
+`check` cells ask the grader. Ids are made from the section and the cell's place in it, so that a new cell renames
+only those that follow it in its own section; nbgrader finds its own marks in the metadata.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import nbformat
+from nbformat import NotebookNode
+
+from grader import KIT
+from grader.errors import GraderError
+from grader.scoring.rubric import Rubric
+
+NOTEBOOKS = KIT / "notebooks"
+SOURCE = NOTEBOOKS / "source"
+EXERCISE, GIVEN, CHECK = "exercise", "given", "check"
+
+_NAME = re.compile(r"\d\d_\w+")
+_WRITES = re.compile(r"%%writefile +(\S+) *\n?")
+_CALL = re.compile(r"\bcheck\(([^)]*)\)")
+_SHIELD = "\N{ZERO WIDTH NO-BREAK SPACE}"
+_MOST = 64  # characters of a cell's id, by the notebook format
+_LINK = re.compile(r"!\[[^\]]*\]\(([^)\s]+)[^)]*\)|<img[^>]*\ssrc=\"([^\"]+)\"")
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A heading in a markdown cell; `level` 1 is the title."""
+
+    level: int
+    text: str
+
+
+def names(notebooks: Path = NOTEBOOKS) -> list[str]:
+    """Return the names of the notebooks that have a source, such as "05_moving_safely", in the course's order."""
+    return sorted(path.stem for path in (notebooks / "source").glob("*.py") if _NAME.fullmatch(path.stem))
+
+
+def named(numbers: Iterable[str], notebooks: Path = NOTEBOOKS) -> list[str]:
+    """Return the notebooks that begin with one of `numbers` ("05", or a whole name); all of them for none.
+
+    Raises:
+        GraderError: there is no such notebook.
+    """
+    known = names(notebooks)
+    wanted = list(numbers)
+    for number in wanted:
+        if not any(_goes_by(name, number) for name in known):
+            raise GraderError(f"There is no notebook {number}; there are {', '.join(known) or 'none yet'}.")
+    return [name for name in known if not wanted or any(_goes_by(name, number) for number in wanted)]
+
+
+def _goes_by(name: str, number: str) -> bool:
+    return number in (name, name.partition("_")[0])
+
+
+def read(name: str, rubric: Rubric, notebooks: Path = NOTEBOOKS) -> NotebookNode:
+    """Return the notebook `name` as its source says: cells with ids and marks, without outputs.
+
+    Raises:
+        GraderError: jupytext is missing, or the source does not make a valid notebook.
+    """
+    try:
+        import jupytext
+    except ModuleNotFoundError as error:
+        raise GraderError("Notebooks are made with jupytext, which is missing. Run `make setup`.") from error
+    source = notebooks / "source" / f"{name}.py"
+    raw = jupytext.reads(_shielded(source.read_text(encoding="utf-8")), fmt="py:percent")
+    notebook = nbformat.v4.new_notebook(
+        cells=[_cell(cell) for cell in raw.cells if cell.source.strip()],
+        metadata=metadata(),
+    )
+    _name_cells(notebook)
+    _mark_for_nbgrader(name, notebook, rubric, notebooks)
+    try:
+        nbformat.validate(notebook)
+    except nbformat.ValidationError as error:
+        raise GraderError(f"{source.name} makes no valid notebook: {error}") from error
+    return notebook
+
+
+def _shielded(text: str) -> str:
+    """Return the source with comments in whole files kept from jupytext, which takes `#!/usr/bin/env` for a magic."""
+    lines, whole_file, first = [], False, False
+    for line in text.splitlines():
+        if re.match(r"# %%(\s|$)", line):
+            whole_file, first = False, True
+        elif first:
+            whole_file, first = line.startswith("# %%writefile"), not line.strip()
+        elif whole_file and re.match(r"# ?[!%]", line):
+            line = _SHIELD + line
+        lines.append(line)
+    return "\n".join(lines) + "\n"
+
+
+def metadata() -> NotebookNode:
+    """Return what each notebook says of itself: the language and the kernel, no version."""
+    kernel = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
+    return nbformat.from_dict({"kernelspec": kernel, "language_info": {"name": "python"}})
+
+
+def _cell(raw: NotebookNode) -> NotebookNode:
+    """Return the cell with its tags alone; what else jupytext and editors note is of no use to a reader."""
+    tags = {"tags": list(raw.metadata["tags"])} if raw.metadata.get("tags") else {}
+    if raw.cell_type == "code":
+        return nbformat.v4.new_code_cell(raw.source.replace(_SHIELD, ""), metadata=tags)
+    return nbformat.v4.new_markdown_cell(raw.source, metadata=tags)
+
+
+def _name_cells(notebook: NotebookNode) -> None:
+    taken: set[str] = set()
+    section, place = "start", 0
+    for cell in notebook.cells:
+        for heading in headings(cell):
+            if heading.level == 2:
+                section, place = _slug(heading.text), 0
+        place += 1
+        if file := written_file(cell):
+            wanted = f"file-{_slug(file)}"
+        elif CHECK in tags(cell) and checked(cell):
+            wanted = f"check-{_slug(' '.join(checked(cell)))}"
+        else:
+            wanted = f"{section[: _MOST - 4]}-{place:02d}"
+        name, again = wanted[:_MOST], 1
+        while name in taken:
+            again += 1
+            name = f"{wanted[: _MOST - 3]}-{again}"
+        taken.add(name)
+        cell["id"] = name
+
+
+def _slug(text: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "section"
+
+
+def counted(name: str, notebook: NotebookNode, notebooks: Path = NOTEBOOKS) -> dict[str, list[str]]:
+    """Return the requirements whose points each check cell holds, by the cell's id.
+
+    They lie in a requirement's last check of the course: only then is all there that it needs.
+    """
+    last = {asked: source for source in names(notebooks) for asked in _asked(notebooks / "source" / f"{source}.py")}
+    taken: set[str] = set()
+    found = {}
+    for cell in reversed(notebook.cells):
+        if CHECK in tags(cell):
+            here = [asked for asked in checked(cell) if last.get(asked) == name and asked not in taken]
+            taken |= set(here)
+            found[str(cell["id"])] = here
+    return found
+
+
+def _asked(source: Path) -> list[str]:
+    lines = [line for line in source.read_text(encoding="utf-8").splitlines() if line.startswith("check(")]
+    return [name for line in lines for call in _CALL.findall(line) for name in re.findall(r"[\"'](\w+)[\"']", call)]
+
+
+def _mark_for_nbgrader(name: str, notebook: NotebookNode, rubric: Rubric, notebooks: Path) -> None:
+    """Give exercises, given files and checks the metadata by which nbgrader knows what to lock and what to grade."""
+    worth = {requirement.id: requirement.points for requirement in rubric.requirements}
+    held = counted(name, notebook, notebooks)
+    for cell in notebook.cells:
+        kind = {EXERCISE, GIVEN, CHECK} & set(tags(cell))
+        if not kind:
+            continue
+        points = sum(worth.get(asked, 0.0) for asked in held.get(cell["id"], []))
+        mark: dict[str, Any] = {
+            "schema_version": 3, "grade_id": cell["id"], "task": False,
+            "grade": points > 0, "solution": kind == {EXERCISE}, "locked": kind != {EXERCISE},
+        }  # fmt: skip
+        cell.metadata["nbgrader"] = mark | ({"points": points} if points else {})
+
+
+def tags(cell: NotebookNode) -> list[str]:
+    """Return the cell's tags."""
+    return list(cell.metadata.get("tags", []))
+
+
+def headings(cell: NotebookNode) -> Iterator[Heading]:
+    """Give the headings of a markdown cell; a `#` in a fenced block is none."""
+    if cell.cell_type != "markdown":
+        return
+    fenced = False
+    for line in cell.source.splitlines():
+        if line.lstrip().startswith(("```", "~~~")):
+            fenced = not fenced
+        elif not fenced and (match := re.match(r"(#{1,6}) +(.+?) *#*$", line)):
+            yield Heading(len(match[1]), match[2])
+
+
+def sections(notebook: NotebookNode) -> dict[str, list[NotebookNode]]:
+    """Return the cells below each `## ` heading."""
+    found: dict[str, list[NotebookNode]] = {}
+    here: list[NotebookNode] = []
+    for cell in notebook.cells:
+        for heading in headings(cell):
+            if heading.level == 2:
+                here = found.setdefault(heading.text, [])
+        here.append(cell)
+    return found
+
+
+def written_file(cell: NotebookNode) -> str | None:
+    """Return the path below the package that the cell writes, None if it is no exercise and nothing given."""
+    if not {EXERCISE, GIVEN} & set(tags(cell)):
+        return None
+    match = _WRITES.match(cell.source)
+    return match[1] if match else None
+
+
+def body(cell: NotebookNode) -> str:
+    """Return what the cell writes to its file: IPython ends it with one line break."""
+    text = _WRITES.sub("", cell.source, count=1)
+    return text if text.endswith("\n") else text + "\n"
+
+
+def with_body(cell: NotebookNode, text: str) -> str:
+    """Return the cell's source with another file's text in place of its own."""
+    return cell.source.partition("\n")[0] + "\n" + text.rstrip("\n")
+
+
+def checked(cell: NotebookNode) -> list[str]:
+    """Return the requirements that a cell's `check(...)` asks for, in its order."""
+    return [name for call in _CALL.findall(cell.source) for name in re.findall(r"[\"'](\w+)[\"']", call)]
+
+
+def pictures(cell: NotebookNode) -> list[str]:
+    """Return the targets of the pictures that a markdown cell shows."""
+    return [a or b for a, b in _LINK.findall(cell.source)] if cell.cell_type == "markdown" else []

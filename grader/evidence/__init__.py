@@ -1,0 +1,91 @@
+"""The facts that a grading leaves, and their JSON. Facts only: whether they are good is for the checks to say.
+
+On disk a grading's evidence is one folder:
+
+    submission.json     Intake: what was handed in, which package was chosen
+    build.json          Build: how the build went and what it installed
+    tests.json          OwnTests: the package's own tests and their coverage
+    mutation.json       Mutation: faults put into the package, and which tests noticed
+    quality.json        Quality: what the package's text shows, read and never run
+    trials/NAME.json    Trial: one run of one node in a world
+    flags.json          list of Flag: attempts at tampering and other oddities
+    conversions.json    list of FunctionAnswer: what utils/conversions.py returned
+    origin.json         what made it: seed, versions and hashes, so that an appeal is a re-run
+
+Times `t` are simulated seconds since the trial began, unless the name says wall.
+"""
+
+from grader.evidence.model import Build, Evidence, Flag, FunctionAnswer, Intake
+from grader.evidence.quality import (
+    CodeInterface,
+    Conversions,
+    Copy,
+    Definition,
+    Finding,
+    Manifest,
+    ParameterUse,
+    Quality,
+    Readme,
+    SourceFile,
+    Table,
+    TestReport,
+)
+from grader.evidence.store import from_json, load, save, to_json
+from grader.evidence.tests import Decoy, Fault, FileCoverage, Mutation, OwnTests, TestModule, short_name
+from grader.evidence.trial import (
+    Call,
+    Command,
+    Endpoint,
+    Goal,
+    Graph,
+    Message,
+    ParameterAnswer,
+    ProcessEnd,
+    Sample,
+    ScanSummary,
+    Touch,
+    Trial,
+)
+
+__all__ = [
+    "Build",
+    "Call",
+    "CodeInterface",
+    "Command",
+    "Conversions",
+    "Copy",
+    "Decoy",
+    "Definition",
+    "Endpoint",
+    "Evidence",
+    "Fault",
+    "FileCoverage",
+    "Finding",
+    "Flag",
+    "FunctionAnswer",
+    "Goal",
+    "Graph",
+    "Intake",
+    "Manifest",
+    "Message",
+    "Mutation",
+    "OwnTests",
+    "ParameterAnswer",
+    "ParameterUse",
+    "ProcessEnd",
+    "Quality",
+    "Readme",
+    "Sample",
+    "ScanSummary",
+    "SourceFile",
+    "Table",
+    "TestModule",
+    "TestReport",
+    "Touch",
+    "Trial",
+    "from_json",
+    "load",
+    "save",
+    "short_name",
+    "to_json",
+]

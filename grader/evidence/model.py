@@ -1,0 +1,81 @@
+"""The evidence of one grading as a whole, and the facts that every grading has: intake, build, flags."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from grader.evidence.quality import Quality
+from grader.evidence.tests import Mutation, OwnTests
+from grader.evidence.trial import Trial
+
+
+@dataclass(frozen=True)
+class Flag:
+    """Something an instructor should look at: an attempt at tampering, or a wall that was missing."""
+
+    kind: str
+    what: str
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class Intake:
+    """What was handed in. Paths are relative to the unpacked submission."""
+
+    name: str
+    sha256: str
+    package: str
+    package_path: str
+    files: list[str] = field(default_factory=list)
+    others: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    interfaces_package: str = ""
+
+
+@dataclass(frozen=True)
+class Build:
+    """How `colcon build` went, and what it installed. `type_hashes` maps "srv/SetSpeed" to its RIHS01 hash."""
+
+    ok: bool
+    cached: bool
+    wall_seconds: float
+    exit_code: int | None
+    timed_out: bool
+    log_tail: str
+    executables: list[str] = field(default_factory=list)
+    shared_files: list[str] = field(default_factory=list)
+    type_hashes: dict[str, str] = field(default_factory=dict)
+    interface_texts: dict[str, str] = field(default_factory=dict)
+    contract_hashes: dict[str, str] = field(default_factory=dict)
+    contract_texts: dict[str, str] = field(default_factory=dict)
+    stopped: str = ""
+    """The limit of the whole wall that the build met: "memory", "processes", "disk" or ""."""
+    flags: list[Flag] = field(default_factory=list)
+    """What the build left behind that an instructor should look at."""
+
+
+@dataclass(frozen=True)
+class FunctionAnswer:
+    """What one of the package's functions returned: one number, or the four of a quaternion; empty with a problem."""
+
+    function: str
+    arguments: list[Any]
+    answer: list[float] = field(default_factory=list)
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Everything that one grading saw."""
+
+    intake: Intake
+    build: Build
+    tests: OwnTests | None = None
+    trials: dict[str, Trial] = field(default_factory=dict)
+    flags: list[Flag] = field(default_factory=list)
+    conversions: list[FunctionAnswer] = field(default_factory=list)
+    quality: Quality | None = None
+    mutation: Mutation | None = None
+    origin: dict[str, str] = field(default_factory=dict)
+    """What made it, by name: seed, versions, hashes of the kit and of the submission."""

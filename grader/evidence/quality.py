@@ -1,0 +1,145 @@
+"""Facts about the package's text, which is read and never run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A place in the package's text that a rule speaks of. `path` is relative to the package."""
+
+    path: str
+    line: int
+    rule: str
+    text: str
+
+
+@dataclass(frozen=True)
+class SourceFile:
+    """One Python file: its lines of code (neither blank nor comment), and why it could not be read, if so."""
+
+    path: str
+    lines: int
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A public module, class or function, what is missing in its annotations, and what its docstring breaks."""
+
+    path: str
+    line: int
+    kind: str
+    name: str
+    documented: bool
+    unannotated: list[str] = field(default_factory=list)
+    faults: list[Finding] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Copy:
+    """The same `lines` lines of code in several places, each as "path:first-last"."""
+
+    lines: int
+    places: list[str]
+
+
+@dataclass(frozen=True)
+class Conversions:
+    """The functions that utils/conversions.py defines, where the nodes call them, and conversions made elsewhere."""
+
+    defined: list[str] = field(default_factory=list)
+    calls: list[Finding] = field(default_factory=list)
+    elsewhere: list[Finding] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class ParameterUse:
+    """Whether the code declares a parameter of the contract and reads it; places where its default stands instead."""
+
+    node: str
+    name: str
+    declared: bool
+    read: bool
+    literals: list[Finding] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class CodeInterface:
+    """An interface that the code creates under a literal name. `kind` is "publisher", "service" and so on."""
+
+    node: str
+    kind: str
+    name: str
+    type: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of a Markdown file: the cells of its head and of its rows."""
+
+    head: list[str]
+    rows: list[list[str]]
+
+
+@dataclass(frozen=True)
+class Readme:
+    """The README: its words of prose, which of "build", "run", "test" it shows a command for, and its tables."""
+
+    path: str
+    words: int
+    placeholders: list[Finding] = field(default_factory=list)
+    shows: dict[str, str] = field(default_factory=dict)
+    tables: list[Table] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class TestReport:
+    """test_results.xml: its cases as "module::name", and why it is no junit report, if so."""
+
+    path: str
+    problem: str = ""
+    cases: list[str] = field(default_factory=list)
+    failed: int = 0
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """package.xml, and what the package really has and uses: package name -> places that use it."""
+
+    found: bool
+    problems: list[str] = field(default_factory=list)
+    format: str = ""
+    maintainers: list[str] = field(default_factory=list)
+    licences: list[str] = field(default_factory=list)
+    spdx: list[bool] = field(default_factory=list)
+    build_type: str = ""
+    has_cmake: bool = False
+    generates_interfaces: bool = False
+    declared: list[str] = field(default_factory=list)
+    declared_to_run: list[str] = field(default_factory=list)
+    """Those of them that are there not only for tests and documentation."""
+    used: dict[str, list[str]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What the package's text shows. `style` is ament_flake8's, with suppressions taken out of force."""
+
+    manifest: Manifest
+    paths: list[str] = field(default_factory=list)
+    files: list[SourceFile] = field(default_factory=list)
+    style: list[Finding] = field(default_factory=list)
+    style_count: int = 0
+    suppressions: list[Finding] = field(default_factory=list)
+    definitions: list[Definition] = field(default_factory=list)
+    complex: list[Finding] = field(default_factory=list)
+    copies: list[Copy] = field(default_factory=list)
+    habits: list[Finding] = field(default_factory=list)
+    conversions: Conversions = field(default_factory=Conversions)
+    parameters: list[ParameterUse] = field(default_factory=list)
+    interfaces: list[CodeInterface] = field(default_factory=list)
+    readme: Readme | None = None
+    report: TestReport | None = None
+    tests: list[str] = field(default_factory=list)

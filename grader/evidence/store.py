@@ -1,0 +1,128 @@
+"""Evidence on disk: one folder of JSON files, written and read back without loss."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any, TypeVar
+
+import cattrs
+
+from grader.evidence.model import Build, Evidence, Flag, FunctionAnswer, Intake
+from grader.evidence.quality import Quality
+from grader.evidence.tests import Mutation, OwnTests
+from grader.evidence.trial import Trial
+
+T = TypeVar("T")
+
+
+def _float_to_json(value: float) -> float | str:
+    return value if math.isfinite(value) else str(value)
+
+
+# In untyped dictionaries a string "nan" may be a student's word, so a float that is none of JSON's says what it is.
+_FLOAT = "$float"
+
+
+def _plain(value: Any) -> Any:
+    """Replace the non-finite floats that sit in untyped dictionaries."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else {_FLOAT: str(value)}
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _unplain(value: Any) -> Any:
+    """Return what `_plain` was given."""
+    if isinstance(value, dict):
+        return float(value[_FLOAT]) if set(value) == {_FLOAT} else {key: _unplain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_unplain(item) for item in value]
+    return value
+
+
+def _is_untyped(kind: Any) -> bool:
+    return bool(kind == dict[str, Any])
+
+
+def _converter() -> cattrs.Converter:
+    converter = cattrs.Converter(forbid_extra_keys=True)
+    # JSON knows neither inf nor nan; float() reads back the words that str() writes.
+    converter.register_unstructure_hook(float, _float_to_json)
+    converter.register_unstructure_hook_func(_is_untyped, _plain)
+    converter.register_structure_hook_func(_is_untyped, lambda value, _: _unplain(dict(value)))
+    return converter
+
+
+_CONVERTER = _converter()
+
+
+def to_json(fact: Any) -> str:
+    """Return `fact` (a dataclass of this module, or a list of them) as strict JSON."""
+    return json.dumps(_CONVERTER.unstructure(fact), indent=1, allow_nan=False, sort_keys=True)
+
+
+def from_json(text: str, kind: type[T]) -> T:
+    """Return the fact that `to_json` wrote.
+
+    Raises:
+        ValueError: the text is no JSON, or does not describe a `kind`.
+    """
+    try:
+        return _CONVERTER.structure(json.loads(text), kind)
+    except (cattrs.BaseValidationError, AttributeError, TypeError, KeyError) as error:
+        raise ValueError(f"not a {getattr(kind, '__name__', kind)}: {error!r}") from error
+
+
+def save(evidence: Evidence, folder: Path) -> None:
+    """Write `evidence` below `folder`, one file a fact."""
+    (folder / "trials").mkdir(parents=True, exist_ok=True)
+    (folder / "submission.json").write_text(to_json(evidence.intake))
+    (folder / "build.json").write_text(to_json(evidence.build))
+    (folder / "flags.json").write_text(to_json(evidence.flags))
+    (folder / "conversions.json").write_text(to_json(evidence.conversions))
+    (folder / "origin.json").write_text(to_json(evidence.origin))
+    if evidence.tests is not None:
+        (folder / "tests.json").write_text(to_json(evidence.tests))
+    if evidence.mutation is not None:
+        (folder / "mutation.json").write_text(to_json(evidence.mutation))
+    if evidence.quality is not None:
+        (folder / "quality.json").write_text(to_json(evidence.quality))
+    for trial in evidence.trials.values():
+        (folder / "trials" / f"{trial.name}.json").write_text(to_json(trial))
+
+
+def load(folder: Path) -> Evidence:
+    """Read what `save` wrote.
+
+    Raises:
+        ValueError: a file is damaged; the message names it.
+        OSError: a file cannot be read.
+    """
+    tests = folder / "tests.json"
+    mutation = folder / "mutation.json"
+    quality = folder / "quality.json"
+    origin = folder / "origin.json"
+    trials = [_read(path, Trial) for path in sorted((folder / "trials").glob("*.json"))]
+    return Evidence(
+        intake=_read(folder / "submission.json", Intake),
+        build=_read(folder / "build.json", Build),
+        tests=_read(tests, OwnTests) if tests.exists() else None,
+        mutation=_read(mutation, Mutation) if mutation.exists() else None,
+        quality=_read(quality, Quality) if quality.exists() else None,
+        trials={trial.name: trial for trial in trials},
+        flags=_read(folder / "flags.json", list[Flag]),
+        conversions=_read(folder / "conversions.json", list[FunctionAnswer]),
+        origin=_read(origin, dict[str, str]) if origin.exists() else {},
+    )
+
+
+def _read(path: Path, kind: type[T]) -> T:
+    try:
+        return from_json(path.read_text(), kind)
+    except ValueError as error:
+        raise ValueError(f"{path.name} is damaged: {error}") from error

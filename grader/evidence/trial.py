@@ -1,0 +1,182 @@
+"""Facts about trials: what was done to a node, and what it and the robot did."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Command:
+    """One `cmd_vel` message that arrived: linear x in m/s, angular z in rad/s, and the largest other component."""
+
+    t: float
+    v: float
+    omega: float
+    other: float = 0.0
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The robot's true state and its odometry after one tick. Poses in the odom frame, m and rad."""
+
+    t: float
+    x: float
+    y: float
+    yaw: float
+    v: float
+    omega: float
+    odom_x: float
+    odom_y: float
+    odom_yaw: float
+    clearance: float
+
+
+@dataclass(frozen=True)
+class ScanSummary:
+    """One published scan: the closest valid reading in each sector of 120 degrees, and anywhere; inf if none."""
+
+    t: float
+    ahead: float
+    behind: float
+    anywhere: float
+
+
+@dataclass(frozen=True)
+class Touch:
+    """The hull touched an obstacle."""
+
+    t: float
+    obstacle: str
+    speed: float
+
+
+@dataclass(frozen=True)
+class Call:
+    """One service call. `response` is None when no answer came; then `problem` says what happened."""
+
+    t: float
+    service: str
+    request: dict[str, Any]
+    response: dict[str, Any] | None
+    answered_t: float = math.nan
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """One goal of the action. `status` is "succeeded", "canceled", "aborted", "rejected" or "unfinished"."""
+
+    t: float
+    x: float
+    y: float
+    tolerance: float
+    accepted: bool
+    status: str
+    success: bool | None
+    final_x: float
+    final_y: float
+    ended_t: float
+    cancel_t: float = math.nan
+    cancel_accepted: bool | None = None
+    feedback: list[list[float]] = field(default_factory=list)
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class Endpoint:
+    """One publisher or subscription on the graph. `reliability` is "reliable" or "best_effort"."""
+
+    topic: str
+    kind: str
+    node: str
+    type: str
+    type_hash: str
+    reliability: str
+
+
+@dataclass(frozen=True)
+class Graph:
+    """What the running graph shows of one node. Names carry no leading slash."""
+
+    nodes: list[str] = field(default_factory=list)
+    endpoints: list[Endpoint] = field(default_factory=list)
+    services: dict[str, list[str]] = field(default_factory=dict)
+    actions: dict[str, list[str]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ProcessEnd:
+    """How a node's process ended. `by` is "itself", "us" (stopped after the trial) or "interrupt" (asked by SIGINT)."""
+
+    by: str
+    exit_code: int | None
+    wall_seconds: float
+    output_tail: str
+
+
+@dataclass(frozen=True)
+class Message:
+    """One message of a topic that the trial listened to, its fields flattened to plain values."""
+
+    t: float
+    topic: str
+    data: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class ParameterAnswer:
+    """A parameter that was asked for or set on the running node. `value` is what the node says it is afterwards."""
+
+    t: float
+    name: str
+    wanted: Any = None
+    accepted: bool | None = None
+    """Whether the node accepted `wanted`; None if nothing was to be set, or no answer came."""
+    value: Any = None
+    reason: str = ""
+    node: str = ""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run of one node in a world. `pace` is "lockstep" or "real time"; `ended` is "" for a complete script."""
+
+    name: str
+    node: str
+    world: str
+    seed: int
+    ready: bool
+    pace: str
+    ended: str
+    script_error: str = ""
+    choices: dict[str, float] = field(default_factory=dict)
+    marks: dict[str, float] = field(default_factory=dict)
+    commands: list[Command] = field(default_factory=list)
+    samples: list[Sample] = field(default_factory=list)
+    scans: list[ScanSummary] = field(default_factory=list)
+    touches: list[Touch] = field(default_factory=list)
+    calls: list[Call] = field(default_factory=list)
+    goals: list[Goal] = field(default_factory=list)
+    messages: list[Message] = field(default_factory=list)
+    published: list[Message] = field(default_factory=list)
+    """What the simulated sensors said, for trials that ask what a node makes of it."""
+    parameters: list[ParameterAnswer] = field(default_factory=list)
+    scene: dict[str, Any] = field(default_factory=dict)
+    """The world with everything that was put into it, in the schema of the world files."""
+    graph: Graph | None = None
+    other_graph: Graph | None = None
+    """What the graph shows of a second node that the script looked at."""
+    launch: str = ""
+    """The launch file that was run, "" if the node was started by itself."""
+    process: ProcessEnd | None = None
+    wall_seconds: float = 0.0
+    others: dict[str, ProcessEnd] = field(default_factory=dict)
+    """Other processes of the submission that ran beside the node, by name."""
+    foreign: list[str] = field(default_factory=list)
+    """Publishers of what the simulator alone publishes, such as /clock: "topic by node"."""
+    dropped: int = 0
+    """How many messages came beyond those that were kept."""
+    stopped: str = ""
+    """The limit of the whole wall that the node met: "memory", "processes" or ""."""

@@ -1,5 +1,0 @@
-"""Call the package's own functions behind a wall, and bring back what they return. Data only, no verdicts."""
-
-from grader.functions.ask import ask_conversions
-
-__all__ = ["ask_conversions"]

@@ -1,0 +1,63 @@
+"""Where ROS 2 lives on this machine, and the environment a process needs to use it. Knows no submission."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import sysconfig
+from pathlib import Path
+
+PREFIX = Path(sys.prefix)
+# The interpreter below the virtual environment; a wall must show both or Python cannot start in it.
+BASE_PREFIX = Path(sys.base_prefix)
+SITE_PACKAGES = Path(sysconfig.get_path("purelib"))
+SITE_IN_PREFIX = SITE_PACKAGES.relative_to(PREFIX)
+CMAKE_HOOK = Path(__file__).parent / "wheel_prefix.cmake"
+_PATH = f"{PREFIX}/bin:/usr/local/bin:/usr/bin:/bin"
+
+
+# For each the names under which CMake looks for it.
+_TOOLS = {
+    "C compiler": ("cc", "gcc", "clang"), "C++ compiler": ("c++", "g++", "clang++"), "colcon": ("colcon",),
+    "cmake": ("cmake",), "ninja": ("ninja",),
+}  # fmt: skip
+
+
+def missing_tools(path: str = "") -> list[str]:
+    """Return which of the programs that a build needs are not to be found where a wall looks for them."""
+    return [what for what, names in _TOOLS.items() if not any(shutil.which(name, path=path or _PATH) for name in names)]
+
+
+def library_path(*overlays: Path) -> str:
+    """Return LD_LIBRARY_PATH for the wheels, with the libraries of each overlay's install tree first."""
+    wheels = [PREFIX / "lib", *sorted(SITE_PACKAGES.glob("ros_*.libs"))]
+    return ":".join(str(path) for path in [*(overlay / "lib" for overlay in overlays), *wheels])
+
+
+def environment(*overlays: Path, home: Path) -> dict[str, str]:
+    """Return the whole environment for a process that uses ROS 2 with the given install trees on top.
+
+    It is written from nothing, so neither the caller's ROS settings nor its secrets leak into it. The guard variable
+    tells the wheels' bootstrapper that the library path is already right, which saves it a second start of Python.
+    """
+    return {
+        "PATH": _PATH,
+        "HOME": str(home),
+        "LANG": "C.UTF-8",
+        "PYTHONPATH": ":".join(str(overlay / SITE_IN_PREFIX) for overlay in overlays),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "PYTHONUNBUFFERED": "1",
+        "LD_LIBRARY_PATH": library_path(*overlays),
+        "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1",
+        "AMENT_PREFIX_PATH": ":".join(str(path) for path in [*overlays, PREFIX]),
+        "CMAKE_PREFIX_PATH": ":".join(str(path) for path in [*overlays, PREFIX]),
+        "ROS_DISTRO": "jazzy",
+        "ROS_VERSION": "2",
+        "ROS_PYTHON_VERSION": "3",
+        "ROS_LOG_DIR": str(home / "ros-log"),
+        "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
+        # Walls share the trial's network but not its /dev/shm: with shared memory switched on nothing would arrive.
+        "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
+        # numpy's own threads would only fight with the simulator for the two cores.
+        "OPENBLAS_NUM_THREADS": "1",
+    }

@@ -1,0 +1,143 @@
+"""From a folder or an archive to a Submission: unpacked safely, its package found. Nothing of it is run or imported."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
+
+from grader.errors import GraderError, SubmissionError
+from grader.evidence import Flag, Intake
+from grader.intake import course_marker
+from grader.intake.containers import ARCHIVE_SUFFIXES
+from grader.intake.locate import PACKAGE, Candidate, Tree, choose, interfaces_beside, survey
+from grader.intake.names import printable
+from grader.intake.plan import Limits
+from grader.intake.unpack import Unpacked, content_hash, unpack
+
+DEFAULT_LIMITS = Limits()
+MOST_NESTED = 2  # archives inside one another
+MOST_SIDE_BY_SIDE = 5
+MOST_OTHERS = 20
+
+
+@dataclass(frozen=True)
+class Submission:
+    """A submission on our own disk: regular files only, all below `root`."""
+
+    intake: Intake
+    root: Path
+    package: Path
+    interfaces: Path | None
+    flags: tuple[Flag, ...]
+
+
+def open_submission(source: Path, into: Path, limits: Limits = DEFAULT_LIMITS) -> Submission:
+    """Copy the submission `source` (a folder, zip or tar) into the new or empty folder `into` and find its package.
+
+    Where no package is found, archives inside are opened too, up to two levels deep. `into` is left empty on failure.
+
+    Raises:
+        SubmissionError: it is not there, cannot be opened, is too large, or holds no package that can be graded.
+        GraderError: our disk or the permissions on this host are in the way.
+    """
+    name = source.resolve().name
+    with _own_folder(into):
+        opened = unpack(source, into, limits)
+        tree = survey(into)
+        refused: list[SubmissionError] = []
+        for _ in range(MOST_NESTED if source.is_dir() else MOST_NESTED - 1):
+            if not tree.candidates:
+                opened = _open_archives(tree, opened, refused)
+                tree = survey(into)
+        if refused and not tree.candidates:
+            raise refused[0]
+        package = choose(tree, name)
+        return _describe(name, tree, package, opened)
+
+
+def _open_archives(tree: Tree, so_far: Unpacked, refused: list[SubmissionError]) -> Unpacked:
+    """Open the archives in `tree`, the shallowest first, each into a folder beside it; add to what was met `so_far`.
+
+    One that cannot be opened stays, is noted, and its error added to `refused`.
+    """
+    archives = [path for path in tree.searched if path.lower().endswith(ARCHIVE_SUFFIXES)]
+    for path in sorted(archives, key=lambda path: (path.count("/"), path))[:MOST_SIDE_BY_SIDE]:
+        folder = _free_folder(tree.root / path)
+        try:
+            inner = unpack(tree.root / path, folder, so_far.left)
+        except SubmissionError as error:
+            shutil.rmtree(folder, ignore_errors=True)
+            refused.append(error)
+            so_far = replace(so_far, notes=(*so_far.notes, f"{printable(path)} was not opened: {error}"))
+            continue
+        (tree.root / path).unlink()
+        notes = (*so_far.notes, f"Opened {printable(path)} inside.", *inner.notes)
+        so_far = Unpacked(flags=(*so_far.flags, *inner.flags), notes=notes, left=inner.left)
+    return so_far
+
+
+def _describe(name: str, tree: Tree, package: Candidate, opened: Unpacked) -> Submission:
+    interfaces = interfaces_beside(tree, package)
+    others = [c for c in tree.candidates if c is not package and c is not interfaces]
+    intake = Intake(
+        name=printable(name),
+        sha256=content_hash(tree.root, list(tree.files)),
+        package=package.name,
+        package_path=package.path,
+        files=list(tree.files),
+        others=[f"{other.path} ({other.name})" for other in others[:MOST_OTHERS]],
+        notes=[*_notes_on(tree, package, others), *opened.notes],
+        interfaces_package=interfaces.path if interfaces else "",
+    )
+    return Submission(
+        intake=intake,
+        root=tree.root,
+        package=tree.root / package.path,
+        interfaces=tree.root / interfaces.path if interfaces else None,
+        flags=opened.flags,
+    )
+
+
+def _notes_on(tree: Tree, package: Candidate, others: list[Candidate]) -> Iterator[str]:
+    if package.xml is None:
+        yield f"{package.path} has no package.xml; it was taken for the package because of its modules."
+    elif package.xml.problem:
+        yield f"{package.path}/package.xml {package.xml.problem}.".removeprefix("./")
+    elif package.xml.name != PACKAGE:
+        yield f"The package is named {printable(package.xml.name) or 'nothing'}, not {PACKAGE}."
+    if laid := course_marker.note(tree.root / package.path):
+        yield laid
+    twins = [other.path for other in others if other.name == package.name]
+    if twins:
+        yield f"The name {package.name} occurs more than once; {package.path} was taken, not {', '.join(twins[:5])}."
+
+
+def _free_folder(archive: Path) -> Path:
+    """Return a free folder next to `archive`, named after it."""
+    name = PurePosixPath(archive.name).stem.removesuffix(".tar")
+    folder = archive.with_name(name)
+    while folder.exists():
+        folder = folder.with_name(folder.name + "_")
+    return folder
+
+
+@contextmanager
+def _own_folder(into: Path) -> Iterator[None]:
+    """Hold `into`, which must be free, and empty it again when the submission cannot be opened."""
+    if into.exists() and (not into.is_dir() or any(into.iterdir())):
+        raise GraderError(f"{into} is not an empty folder. Choose another --out or remove it.")
+    existed = into.exists()
+    try:
+        yield
+    except BaseException:
+        for child in into.iterdir() if into.is_dir() else ():
+            shutil.rmtree(child) if child.is_dir() else child.unlink()
+        if into.is_dir() and not existed:
+            into.rmdir()
+        raise
+
+
+__all__ = ["Submission", "SubmissionError", "open_submission"]

@@ -1,0 +1,143 @@
+"""Choose the faults to put in and the tests to run for each. Decided by seed and coverage alone, never by the clock."""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import random
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from grader.mutation.source import TOO_MUCH, Change, Source, header
+from grader.student_tests.suite_run import Reach
+
+_Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The tests of one module that reach a change, in the order in which they are to be run."""
+
+    module: str
+    tests: tuple[str, ...]
+
+
+def choose(changes: Sequence[Change], count: int, chance: random.Random) -> list[Change]:
+    """Return up to `count` changes, spread over functions and kinds, in the order in which to try them."""
+    by_function: dict[tuple[str, str], list[Change]] = defaultdict(list)
+    for change in changes:
+        by_function[change.path, change.function].append(change)
+    functions = sorted(by_function)
+    chance.shuffle(functions)
+    for function in functions:
+        chance.shuffle(by_function[function])
+    kinds: Counter[str] = Counter()
+    chosen: list[Change] = []
+    while functions and len(chosen) < count:
+        for function in list(functions):
+            left = by_function[function]
+            change = min(left, key=lambda c: kinds[c.operator])
+            left.remove(change)
+            # Two faults in one place would ask the same question twice.
+            by_function[function] = [c for c in left if c.line != change.line or c.operator != change.operator]
+            if not by_function[function]:
+                functions.remove(function)
+            kinds[change.operator] += 1
+            chosen.append(change)
+            if len(chosen) == count:
+                break
+    return chosen
+
+
+class Selector:
+    """Which tests reach which change, going by the coverage of every test."""
+
+    def __init__(self, sources: Mapping[str, Source], reach: Sequence[Reach]) -> None:
+        self._uses = _uses(sources.values())
+        self._reach = reach
+        self._breadth = {r.module: _breadth(r) for r in reach}
+
+    def tests(self, change: Change, without: Iterable[str] = (), whole: Iterable[str] = ()) -> list[Selection]:
+        """Return the tests that reach a change, module by module; the narrowest first, for they are the quickest.
+
+        Tests in `without` are left out. In the modules `whole`, and where tests share a fixture, all tests run in the
+        module's own order as soon as one of them reaches the change.
+        """
+        found = []
+        for reach in self._reach:
+            names = self._of_module(change, reach) - set(without)
+            if not names:
+                continue
+            breadth = self._breadth[reach.module]
+            if reach.whole or reach.module in whole:
+                order = [name for name in reach.seconds if name not in set(without)]
+            else:
+                place = {name: number for number, name in enumerate(reach.seconds)}
+                order = sorted(names, key=lambda name: (breadth[name], place[name]))
+            found.append((breadth[min(names, key=lambda name: breadth[name])], Selection(reach.module, tuple(order))))
+        return [selection for _, selection in sorted(found, key=lambda pair: (pair[0], pair[1].module))]
+
+    def _of_module(self, change: Change, reach: Reach) -> set[str]:
+        first, last = change.lines
+        direct = _hits(reach, change.path, range(first, last + 1))
+        if direct - {""}:
+            return (direct & set(reach.seconds)) or (set(reach.seconds) if reach.whole else set())
+        if not direct:
+            return set()
+        if reach.whole:
+            return set(reach.seconds)
+        # Run while importing: what depends on it is what uses the names that it binds.
+        users: set[str] = set()
+        for name in change.names:
+            for path, first, last in self._uses.get(name, ()):
+                users |= _hits(reach, path, range(first, last + 1))
+        users &= set(reach.seconds)
+        if users:
+            return users
+        lines = reach.lines.get(change.path, {})
+        return {test for tests in lines.values() for test in tests} & set(reach.seconds)
+
+
+def _hits(reach: Reach, path: str, lines: Iterable[int]) -> set[str]:
+    by_line = reach.lines.get(path, {})
+    return {test for line in lines for test in by_line.get(line, ())}
+
+
+def _breadth(reach: Reach) -> dict[str, int]:
+    """Return for each test how many lines of the package it reaches."""
+    count: Counter[str] = Counter()
+    for by_line in reach.lines.values():
+        for tests in by_line.values():
+            count.update(tests)
+    return {name: count[name] for name in reach.seconds}
+
+
+def _uses(sources: Iterable[Source]) -> dict[str, list[tuple[str, int, int]]]:
+    """Return for each name the statements inside functions that use it: (path, first line, last line)."""
+    found: dict[str, list[tuple[str, int, int]]] = defaultdict(list)
+    for source in sources:
+        with contextlib.suppress(*TOO_MUCH):  # nor are there faults in such a source
+            for name, first, last in list(_uses_in(source)):
+                found[name].append((source.path, first, last))
+    return found
+
+
+def _uses_in(source: Source) -> Iterator[tuple[str, int, int]]:
+    for function in (node for node in ast.walk(source.tree) if isinstance(node, _Function)):
+        yield function.name, function.body[0].lineno, function.end_lineno or function.lineno
+        for statement in (node for top in function.body for node in ast.walk(top) if isinstance(node, ast.stmt)):
+            for name in _names_in(statement):
+                yield (name, *header(statement))
+
+
+def _names_in(node: ast.AST) -> Iterator[str]:
+    """Yield the names that a statement uses, without the statements in it."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.stmt):
+            continue
+        if isinstance(child, ast.Name):
+            yield child.id
+        elif isinstance(child, ast.Attribute):
+            yield child.attr
+        yield from _names_in(child)

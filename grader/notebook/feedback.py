@@ -1,0 +1,195 @@
+"""What a check answers in a notebook: words for a terminal and a stored output, HTML for the page. Runs nothing."""
+
+from __future__ import annotations
+
+import html
+import re
+import sys
+import textwrap
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from grader.notebook import checkpoints
+from grader.notebook.workspace import Workspace
+
+WIDTH = 100
+
+# Middle tones: readable on a light page and on a dark one, so that no theme has to be guessed.
+GOOD, PART, BAD, OURS, SOFT = "#2e9150", "#b7791f", "#d0453e", "#8a55c0", "#7c8591"
+
+
+@dataclass(frozen=True)
+class Note:
+    """One thing that a check saw: rows such as ("seen", "..."), in the order in which they are read."""
+
+    heading: str
+    rows: tuple[tuple[str, str], ...]
+    lost: bool = True
+
+
+@dataclass(frozen=True)
+class Answer:
+    """How one requirement came out. `points` of `worth`; `ours` says that the kit could not judge it."""
+
+    id: str
+    title: str
+    points: str
+    worth: str
+    passed: bool
+    ours: bool = False
+    notes: tuple[Note, ...] = ()
+    section: str = ""
+
+    @property
+    def words(self) -> str:
+        """Return the first line: what, how, how many points."""
+        if self.ours:
+            return f"{self.id} could not be judged"
+        return f"{self.id} {'passed' if self.passed else 'not yet'} ({self.points} of {self.worth})"
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The picture of a trial: an image source, and what it shows in words."""
+
+    source: str
+    words: str
+
+
+@dataclass(frozen=True, repr=False)
+class Checked:
+    """What `check` answers. A notebook shows it; `passed` and `points` are for programs."""
+
+    answers: tuple[Answer, ...]
+    pictures: tuple[Picture, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def passed(self) -> bool:
+        """Return whether every requirement has all its points."""
+        return all(answer.passed for answer in self.answers)
+
+    @property
+    def points(self) -> float:
+        """Return the points of all requirements together."""
+        return sum(float(answer.points) for answer in self.answers)
+
+    def __repr__(self) -> str:
+        return "\n".join([*self.notes, *(line for answer in self.answers for line in _lines(answer))])
+
+    def _repr_html_(self) -> str:
+        parts = [f'<p style="margin:.2em 0;color:{SOFT}">{_code(note)}</p>' for note in self.notes]
+        parts += [_card(answer) for answer in self.answers]
+        parts += [_figure(picture) for picture in self.pictures]
+        return f'<div style="max-width:62em">{"".join(parts)}</div>'
+
+
+def _lines(answer: Answer) -> list[str]:
+    lines = [answer.words]
+    several = len(answer.notes) > 1
+    for note in answer.notes:
+        if several and note.heading:
+            lines.append(f"  {note.heading}")
+        for name, value in note.rows:
+            wrapped = [part for line in value.split("\n") for part in textwrap.wrap(line, WIDTH - 14) or [""]]
+            lines += [f"    {name if i == 0 else '':<10}{part}".rstrip() for i, part in enumerate(wrapped)]
+    return lines
+
+
+def _card(answer: Answer) -> str:
+    colour = OURS if answer.ours else GOOD if answer.passed else PART if float(answer.points) > 0 else BAD
+    sign = "!" if answer.ours else "✓" if answer.passed else "◐" if float(answer.points) > 0 else "○"
+    head = (
+        f'<div><span style="color:{colour};font-weight:700">{sign} {html.escape(answer.words)}</span>'
+        f' <span style="font-weight:600">{html.escape(answer.title)}</span></div>'
+    )
+    body = "".join(_note(note, len(answer.notes) > 1) for note in answer.notes)
+    foot = "" if answer.passed or not answer.section else _foot(answer.section)
+    return (
+        f'<div style="border-left:4px solid {colour};padding:.2em 0 .2em .9em;margin:.7em 0;line-height:1.45">'
+        f"{head}{body}{foot}</div>"
+    )
+
+
+def _note(note: Note, several: bool) -> str:
+    heading = (
+        f'<div style="margin-top:.4em;font-weight:600">{_code(note.heading)}</div>' if several and note.heading else ""
+    )
+    rows = "".join(
+        f'<tr style="background:transparent"><td style="{_CELL};color:{SOFT};width:5.5em">{name}</td>'
+        f'<td style="{_CELL};white-space:pre-line">{_code(value)}</td></tr>'
+        for name, value in note.rows
+    )
+    return f'{heading}<table style="border-collapse:collapse;margin:.3em 0 .6em">{rows}</table>'
+
+
+_CELL = "text-align:left;vertical-align:top;padding:.1em .8em .1em 0;border:0"
+
+
+def _foot(section: str) -> str:
+    return f'<div style="color:{SOFT};font-size:.9em">{html.escape(section)}</div>'
+
+
+def _figure(picture: Picture) -> str:
+    words = html.escape(picture.words, quote=True)
+    return (
+        f'<figure style="margin:.8em 0"><img src="{picture.source}" alt="{words}" '
+        f'style="max-width:100%;height:auto;border-radius:6px">'
+        f'<figcaption style="color:{SOFT};font-size:.9em">{words}</figcaption></figure>'
+    )
+
+
+def _code(text: str) -> str:
+    """Return text as HTML, all of it escaped, what stands between backticks as code."""
+    parts = re.split(r"`([^`\n]+)`", text)
+    return "".join(f"<code>{html.escape(p)}</code>" if i % 2 else html.escape(p) for i, p in enumerate(parts))
+
+
+def welcome(notebook: str, workspace: Workspace) -> str:
+    """Return what `begin` says: what is in the package, and what earlier notebooks should have left."""
+    package = workspace.package
+    there = {str(path.relative_to(package)) for path in package.rglob("*") if path.is_file()}
+    there = {path for path in there if "__pycache__" not in path and not path.startswith(".")}
+    missing = [path for path in checkpoints.paths_before(notebook) if path not in there]
+    lines = [f"Your package, {workspace.shown(package)}, holds {_files(len(there))}. Cells now work in that folder."]
+    if missing:
+        shown = ", ".join(missing[:4]) + (", ..." if len(missing) > 4 else "")
+        lines.append(f"From the notebooks before this one {_files(len(missing))} are missing: {shown}")
+        lines.append(f'Work through them first, or let the course lay them out: start_at("{notebook}")')
+    return "\n".join(lines)
+
+
+def _files(count: int) -> str:
+    return "1 file" if count == 1 else f"{count or 'no'} files"
+
+
+class Progress:
+    """One line that says what goes on, and is gone in the end: nothing of it stays in a stored notebook."""
+
+    def __init__(self) -> None:
+        self._handle: Any = None
+        self._show: Callable[[str], None] = lambda _what: None
+        shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+        if shell is not None and hasattr(shell, "kernel"):
+            self._show = self._display
+
+    def say(self, what: str) -> None:
+        """Show what is being done."""
+        self._show(what)
+
+    def done(self) -> None:
+        """Take the line away."""
+        if self._handle is not None:
+            from IPython.display import clear_output
+
+            clear_output()  # type: ignore[no-untyped-call]
+
+    def _display(self, what: str) -> None:
+        from IPython.display import display
+
+        if self._handle is None:
+            # An empty output first: tools that compare outputs (nbval) see this one only, and nothing in it.
+            self._handle = display({}, raw=True, display_id=True)  # type: ignore[no-untyped-call]
+        if self._handle is not None:
+            self._handle.update({"text/plain": f"checking: {what[:90]}"}, raw=True)

@@ -1,0 +1,80 @@
+"""The contract's interface types in the notebook's own process, built by the kit and not by the student."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from grader import build
+from grader.contract import spec
+from grader.errors import GraderError
+from grader.host import ros_env
+from grader.notebook.workspace import Workspace
+
+
+def load(workspace: Workspace) -> None:
+    """Make the contract's interface types importable in this process, beside the modules of the student's package.
+
+    The loader reads LD_LIBRARY_PATH only when a process starts, so the libraries are loaded by hand; those that ROS
+    looks up later by name it finds through the environment variable.
+    """
+    if f"{spec.PACKAGE}.srv._set_speed" in sys.modules:
+        return
+    install = build.contract(build.cache_folder()).install
+    folder = str(install / "lib")
+    present = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
+    if folder not in present:
+        os.environ["LD_LIBRARY_PATH"] = os.pathsep.join([folder, *present])
+    _load_libraries(sorted(Path(folder).glob("lib*.so")))
+    with _importing_from(install / ros_env.SITE_IN_PREFIX, workspace.package / spec.PACKAGE):
+        for kind in ("msg", "srv", "action"):
+            importlib.import_module(f"{spec.PACKAGE}.{kind}")
+        importlib.import_module("grader.trials.interfaces")
+        _load_type_support()
+
+
+def _load_libraries(paths: list[Path]) -> None:
+    """Load shared libraries whose dependencies are among them, in whatever order works."""
+    left = paths
+    while left:
+        failed = []
+        for path in left:
+            try:
+                ctypes.CDLL(str(path), ctypes.RTLD_GLOBAL)
+            except OSError:
+                failed.append(path)
+        if len(failed) == len(left):
+            raise GraderError(f"Cannot load the contract's interfaces: {failed[0].name}. Run `grader doctor`.")
+        left = failed
+
+
+@contextmanager
+def _importing_from(site: Path, own_modules: Path) -> Iterator[None]:
+    """Import the package's name from `site` alone; afterwards it means the types and `own_modules` together.
+
+    That is what `extend_path` in the package's `__init__.py` does, were it there and right. The name has to stay known
+    from then on: rosidl's C code asks for it with each message, and ends the process if it is not.
+    """
+    hidden = {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] == spec.PACKAGE}
+    hidden.pop(spec.PACKAGE, None)
+    sys.path.insert(0, str(site))
+    importlib.invalidate_caches()
+    try:
+        yield
+    finally:
+        sys.path.remove(str(site))
+        sys.modules.update(hidden)
+        sys.modules[spec.PACKAGE].__path__.insert(0, str(own_modules))
+        importlib.invalidate_caches()
+
+
+def _load_type_support() -> None:
+    from grader.trials import interfaces as found
+
+    for kind in (found.SensorFusionData, found.SetSpeed, found.GetRobotStatus, found.NavigateToPosition):
+        kind.__class__.__import_type_support__()

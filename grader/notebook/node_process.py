@@ -1,0 +1,118 @@
+"""A node of the student's as a process of this machine: started, heard, and gone when the notebook's kernel is."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import weakref
+from collections.abc import Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+
+from grader.host import procfs
+
+_KILL_AFTER_S = 3.0
+_OUTPUT_CAP = 200_000
+
+
+class NodeProcess:
+    """A node of the student's on this machine, in a process group of its own, with the methods that a Stage needs."""
+
+    def __init__(self, command: list[str], environment: Mapping[str, str]) -> None:
+        self.started = time.monotonic()
+        self._text = bytearray()
+        self._popen = _STARTER.submit(_start, command, dict(environment)).result()
+        self._gone = False
+        self._reader = threading.Thread(target=_read, args=(self._popen, self._text), daemon=True)
+        self._reader.start()
+        _PROCESSES.add(self)
+
+    @property
+    def wall_seconds(self) -> float:
+        """Return how long ago it was started."""
+        return time.monotonic() - self.started
+
+    @property
+    def output(self) -> str:
+        """Return what it has printed, on both streams."""
+        return bytes(self._text).decode("utf-8", "replace")
+
+    def exit_code(self) -> int | None:
+        """Return its exit code, None while it runs."""
+        return self._popen.poll()
+
+    def interrupt(self) -> None:
+        """Send it what Ctrl-C sends."""
+        with suppress(ProcessLookupError):
+            os.kill(self._popen.pid, signal.SIGINT)
+
+    def shares(self) -> dict[int, tuple[float, float]]:
+        """Return nothing: what a notebook shows of an end is wall time."""
+        return {}
+
+    def hold_to(self, cores: Iterable[int]) -> None:
+        """Let all its threads run on these cores only."""
+        procfs.hold_to(cores, [self._popen.pid, *procfs.descendants(self._popen.pid)])
+
+    def stopped(self) -> str:
+        """Return nothing: the student's own machine sets no limits."""
+        return ""
+
+    @property
+    def last_words(self) -> str:
+        """Return the last line that the node has printed, "" if there is none or the node has not ended."""
+        lines = [line.strip() for line in self.output.splitlines() if line.strip()]
+        return lines[-1][:300] if lines and self.exit_code() is not None else ""
+
+    def kill(self) -> None:
+        """End the whole group and wait for it."""
+        if self._gone:
+            return  # its number may be another's by now
+        self._gone = True
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._popen.pid, signal.SIGKILL)
+        with suppress(subprocess.TimeoutExpired):
+            self._popen.wait(_KILL_AFTER_S)
+        self._reader.join(_KILL_AFTER_S)
+        _PROCESSES.discard(self)
+
+
+def _start(command: list[str], environment: dict[str, str]) -> subprocess.Popen[bytes]:
+    return subprocess.Popen(
+        [sys.executable, "-c", _GUARD, str(os.getpid()), *command],
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment,
+        start_new_session=True,
+    )  # fmt: skip
+
+
+# A thread of its own that lasts as long as this process: the kernel sends the signal below when the *thread* ends that
+# started the node, and a live view's thread may start one.
+_STARTER = ThreadPoolExecutor(1, thread_name_prefix="starter")
+
+# The node dies with the kernel, however that ends: PR_SET_PDEATHSIG, set between fork and exec by this one-liner.
+_GUARD = """
+import ctypes, os, signal, sys
+ctypes.CDLL(None).prctl(1, signal.SIGKILL)
+if os.getppid() != int(sys.argv[1]): sys.exit(1)
+os.execv(sys.argv[2], sys.argv[2:])
+"""
+_PROCESSES: weakref.WeakSet[NodeProcess] = weakref.WeakSet()
+
+
+def _read(popen: subprocess.Popen[bytes], text: bytearray) -> None:
+    assert popen.stdout is not None
+    with popen.stdout as stream:
+        while chunk := os.read(stream.fileno(), 65536):
+            if len(text) < _OUTPUT_CAP:
+                text += chunk
+
+
+@atexit.register
+def _kill_all() -> None:
+    for process in list(_PROCESSES):
+        process.kill()

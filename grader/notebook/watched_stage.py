@@ -1,0 +1,103 @@
+"""A trial's stage in a notebook: the same lockstep, calls and goals, with messages and a recording to look at.
+
+Importable once the contract's types are (interface_types.load).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from std_msgs.msg import Float32
+
+from grader.trials.catalog import TrialPlan
+from grader.trials.goal import GoalRun
+from grader.trials.interfaces import SERVICES, SensorFusionData
+from grader.trials.messages import fill
+from grader.trials.observation import Program
+from grader.trials.stage import Stage, TrialOver
+from sim import Recorder, Simulator
+from sim.bridge import TICK_S
+from sim.sensors import Reading
+
+__all__ = ["TICK_S", "TrialOver", "WatchedStage"]
+
+HEARD = ("cmd_vel", "sensor_fusion_data", "obstacle_distance")
+"""The topics whose messages are kept."""
+
+
+class WatchedStage(Stage):
+    """A node and its robot. `heard` has (t, message) by topic."""
+
+    def __init__(
+        self,
+        node: str,
+        simulator: Simulator,
+        process: Program,
+        *,
+        domain_id: int,
+        remappings: Mapping[str, str],
+        recorder: Recorder,
+    ) -> None:
+        plan = TrialPlan(
+            "notebook", "", lambda _stage: None, node, simulator.world.name, (), remappings=dict(remappings)
+        )
+        super().__init__(plan, simulator.seed, simulator, process, domain_id)
+        self._work_limit_s = math.inf
+        self._recorder = recorder
+        self._readings: list[Reading] = []
+        self.heard: dict[str, list[tuple[float, Any]]] = {topic: [] for topic in HEARD}
+        if node == "sensor_processor":
+            for kind, topic in ((SensorFusionData, "sensor_fusion_data"), (Float32, "obstacle_distance")):
+                self._hear(kind, topic)
+
+    def tick(self) -> None:
+        """Let one tick of simulated time pass.
+
+        Raises:
+            TrialOver: the node has ended.
+        """
+        self._tick()
+
+    def ask(self, service: str, fields: Mapping[str, object]) -> tuple[Any, str]:
+        """Return a service's response, or None and why there was none."""
+        client = self._clients.get(service)
+        if client is None or not client.service_is_ready():
+            return None, f"no node offers {service}"
+        future = client.call_async(fill(SERVICES[service].Request(), dict(fields)))
+        self._await(future.done)
+        if not future.done():
+            client.remove_pending_request(future)
+            return None, f"{service} gave no answer"
+        self.bridge.settle()
+        return future.result(), ""
+
+    @property
+    def takes_goals(self) -> bool:
+        """Return whether the node offers the action."""
+        return self.action is not None and bool(self.action.server_is_ready())
+
+    @staticmethod
+    def result_of(goal: GoalRun) -> Any:
+        """Return a goal's result message, None if there is none."""
+        return goal._result.result if goal._result is not None else None
+
+    def _hear(self, kind: Any, topic: str) -> None:
+        def take(message: Any) -> None:
+            self.heard[topic].append((self.t, message))
+
+        self.bridge.node.create_subscription(kind, topic, take, 10)
+
+    def _take_command(self, t: float, message: Any) -> None:
+        super()._take_command(t, message)
+        self.heard["cmd_vel"].append((t, message))
+
+    def _take_published(self, reading: Reading) -> None:
+        super()._take_published(reading)
+        self._readings.append(reading)
+
+    def _sample(self) -> None:
+        super()._sample()
+        self._recorder.take(self._readings)
+        self._readings.clear()

@@ -1,0 +1,193 @@
+"""The Python files of a package as bytes: found, bounded, and copied for tools to read. No judgement, no parsing."""
+
+from __future__ import annotations
+
+import os
+import re
+import tokenize
+from dataclasses import dataclass, replace
+from io import BytesIO
+from pathlib import Path, PurePosixPath
+
+from grader.evidence import reading_limits
+from grader.intake.names import never_kept
+from grader.quality.modules import PACKAGE
+
+DEEPEST_BRACKETS = 100
+
+# The build leaves these out wherever they stand, so nothing in them can run.
+_NOT_BUILT = {"__pycache__", "build", "install", "log"}
+# Made by tools, beside the student's own folders. A build can still install from them, and then they are read.
+_OF_TOOLS = {".github", ".gitlab", ".circleci", ".history", ".devcontainer", ".direnv", ".cache", ".local"}
+# What a node can come from is read before whatever else lies in the package.
+_CONTRACTS = {
+    f"{PACKAGE}/__init__.py", f"{PACKAGE}/robot_controller.py", f"{PACKAGE}/sensor_processor.py",
+    f"{PACKAGE}/utils/__init__.py", f"{PACKAGE}/utils/conversions.py", "launch/robot_controller_launch.py",
+    "launch/sensor_processor_launch.py", "scripts/demo.py", "test/test_robot_controller.py",
+    "test/test_sensor_processor.py",
+}  # fmt: skip
+_FOLDERS = (PACKAGE, "launch", "scripts", "test", "tests")
+_SHEBANG = re.compile(rb"#!.*python")
+_LONGEST_SHEBANG = 200
+_LONGEST_COMMENT = 2000  # what is looked through for a suppression
+_WEIGHT = 100  # bytes of a line that weigh as much as a line of their own
+_MOST_CMAKE = 256 * 1024
+# A linter that honours suppressions would judge the student's comments, not the code.
+_SUPPRESSION = re.compile(
+    rb"\b(noqa)\b|pragma:\s*no\s*cover|type:\s*ignore|pylint:\s*disable|mypy:\s*ignore|ruff:\s*noqa"
+    rb"|fmt:\s*(?:off|skip)|nosec\b|(?:isort|yapf):\s*(?:skip|off|disable)",
+    re.IGNORECASE,
+)
+_NOQA = re.compile(rb"noqa", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Source:
+    """One Python file. `copy` is where the tools find it; `problem` says why they are not shown it."""
+
+    path: str
+    data: bytes
+    problem: str = ""
+    copy: str = ""
+
+    @property
+    def rough_lines(self) -> int:
+        """Return the number of lines that are neither blank nor comment, for a file that cannot be parsed.
+
+        A long line weighs as several, for otherwise a file on one line would be next to nothing.
+        """
+        lines = (line.strip() for line in self.data.splitlines())
+        return sum(1 + len(line) // _WEIGHT for line in lines if line and not line.startswith(b"#"))
+
+    def suppressions(self) -> list[tuple[int, str]]:
+        """Return the lines with a comment that would switch a tool off, and the comment."""
+        found = []
+        for number, line in enumerate(self.data.splitlines(), 1):
+            start = line.find(b"#", 0, _LONGEST_COMMENT)
+            if start >= 0 and _SUPPRESSION.search(line, start, _LONGEST_COMMENT):
+                found.append((number, line[start:_LONGEST_COMMENT].decode("utf-8", "replace").strip()))
+        return found
+
+
+def find(package: Path) -> list[Source]:
+    """Return the package's Python files, ordered by path, as far as the bounds allow."""
+    found: list[Source] = []
+    total = 0
+    for path in sorted(_python(package), key=_rank):
+        if len(found) == reading_limits.MOST_FILES or total > reading_limits.MOST_TOTAL_BYTES:
+            many = len(found) == reading_limits.MOST_FILES
+            found.append(Source(path, b"", problem=reading_limits.TOO_MANY if many else reading_limits.TOO_MUCH))
+            break
+        data = _start(package / path, reading_limits.MOST_BYTES + 1)
+        total += len(data)
+        found.append(Source(path, data, problem=_problem(data)))
+    return sorted(found, key=lambda source: source.path)
+
+
+def _python(package: Path) -> list[str]:
+    """Return the paths of the modules, and of the programs without `.py` whose first line asks for Python."""
+    installed = _installs(package)
+    found = []
+    for path in package_files(package):
+        name = PurePosixPath(path).name
+        # `node.bak` beside a program is an editor's copy of it, as long as nothing installs it.
+        is_program = ("." not in name[1:] and not name.endswith("~")) or name in installed
+        if name.endswith(".py") or (is_program and _SHEBANG.match(_start(package / path, _LONGEST_SHEBANG))):
+            found.append(path)
+    return found
+
+
+def _rank(path: str) -> tuple[int, str]:
+    if path in _CONTRACTS:
+        return 0, path
+    return (1 if path.split("/")[0] in _FOLDERS else 2), path
+
+
+def _start(path: Path, length: int) -> bytes:
+    with path.open("rb") as stream:
+        return stream.read(length)
+
+
+def _installs(package: Path) -> str:
+    """Return the lines of CMakeLists.txt and setup.py that may install something."""
+    found = []
+    for name in ("CMakeLists.txt", "setup.py"):
+        path = package / name
+        if path.is_file() and not path.is_symlink():
+            lines = _start(path, _MOST_CMAKE).decode("utf-8", "replace").splitlines()
+            found += [line.partition("#")[0] for line in lines if "EXCLUDE" not in line]
+    return "\n".join(found)
+
+
+def package_files(package: Path) -> list[str]:
+    """Return the paths of the package's own files, "/" between folders; caches, build trees and tools' left out.
+
+    A folder's leading dot hides it from people, not from the build: such folders are the package's own.
+    """
+    found = []
+    installed = _installs(package)
+    for here, folders, names in os.walk(package):
+        folders[:] = sorted(name for name in folders if name not in _NOT_BUILT and not never_kept(name))
+        if Path(here) == package:
+            folders[:] = [name for name in folders if name in installed or not _is_of_tools(package / name)]
+        for name in names:
+            path = Path(here, name)
+            if path.is_file() and not path.is_symlink():
+                found.append(path.relative_to(package).as_posix())
+    return sorted(found)
+
+
+def _is_of_tools(folder: Path) -> bool:
+    """Return whether a folder beside the student's own is made by a tool, as virtual environments are."""
+    if folder.name in _FOLDERS:
+        return False
+    return folder.name in _OF_TOOLS or (folder / "pyvenv.cfg").is_file()
+
+
+def copy(sources: list[Source], folder: Path) -> list[Source]:
+    """Copy the readable sources below `folder`, suppressions spoilt, and return them with their places.
+
+    Each goes into a folder of its own, under its own name without odd characters: what tools print stays readable.
+    """
+    copied = []
+    for number, source in enumerate(sources):
+        if source.problem:
+            copied.append(source)
+            continue
+        # Linters leave some names out, a file "CVS" for one; none of those ends with ".py".
+        name = re.sub(r"[^\w.]", "_", Path(source.path).name, flags=re.ASCII)[-80:].removesuffix(".py") + ".py"
+        place = folder / f"{number:04}" / name
+        place.parent.mkdir()
+        # Some plugins of flake8 look for "noqa" themselves, so switching it off in flake8 is not enough.
+        place.write_bytes(b"".join(_without_noqa(line) for line in source.data.splitlines(keepends=True)))
+        copied.append(replace(source, copy=f"{number:04}/{name}"))
+    return copied
+
+
+def _without_noqa(line: bytes) -> bytes:
+    code, mark, comment = line.partition(b"#")
+    return code + mark + _NOQA.sub(b"nqoa", comment)
+
+
+def _problem(data: bytes) -> str:
+    if len(data) > reading_limits.MOST_BYTES:
+        return reading_limits.TOO_LARGE
+    if b"\0" in data:
+        return "holds NUL bytes, so it is no text"
+    try:
+        encoding, _ = tokenize.detect_encoding(BytesIO(data).readline)
+        data.decode(encoding)
+    except (SyntaxError, UnicodeDecodeError, LookupError):
+        return "its bytes are no text in UTF-8 or in the encoding that it declares"
+    if _depth(data) > DEEPEST_BRACKETS:
+        return f"nests brackets more than {DEEPEST_BRACKETS} deep"
+    return ""
+
+
+def _depth(data: bytes) -> int:
+    """Return how deep brackets nest at most. Those in strings count too, which makes the number an upper bound."""
+    deepest = depth = 0
+    for byte in re.findall(rb"[()\[\]{}]", data):
+        depth = depth + 1 if byte in b"([{" else max(0, depth - 1)
+        deepest = max(deepest, depth)
+    return deepest

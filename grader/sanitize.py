@@ -1,0 +1,95 @@
+"""Make text that a submission had a hand in fit to be shown. Pure: strings in, strings out."""
+
+from __future__ import annotations
+
+import dataclasses
+import unicodedata
+from collections.abc import Mapping
+from enum import Enum
+from typing import Any, TypeVar
+
+from grader.scoring.rubric import Criterion, Requirement
+
+T = TypeVar("T")
+
+# A report is read by people: what is longer than this is a log, or an attack on the reader's browser.
+NAME_LIMIT = 200
+LINE_LIMIT = 1_000
+TEXT_LIMIT = 8_000
+
+# Marks stacked on one letter beyond what any script uses paint over the lines around them.
+MARKS_LIMIT = 3
+
+# Control, format (bidi overrides, zero-width), surrogate, private, unassigned; line and paragraph separators.
+_UNSEEN = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
+
+# The fields in which a line break means a new line; in any other it would let a name fake a line of the report.
+_SEVERAL_LINES = frozenset(
+    {"sentence", "seen", "expected", "try_", "because", "what", "note", "notes", "failures", "log_tail", "output_tail"}
+)
+
+# Of a log the end tells what went wrong.
+_TAILS = frozenset({"log_tail", "output_tail"})
+
+
+def one_line(text: str, limit: int = NAME_LIMIT) -> str:
+    """Return `text` on one line of at most about `limit` characters, everything invisible spelt out."""
+    return _visible(_cut(text, limit))
+
+
+def lines(text: str, limit: int = TEXT_LIMIT, *, tail: bool = False) -> str:
+    """Return `text` with its line breaks kept, each line and the whole cut to size, everything invisible spelt out.
+
+    With `tail` the end of the text is kept rather than its beginning.
+    """
+    kept = _cut(text, limit, tail=tail).replace("\r\n", "\n").split("\n")
+    return "\n".join(_visible(_cut(line, LINE_LIMIT).expandtabs(4)) for line in kept)
+
+
+def shown(fact: T) -> T:
+    """Return a dataclass, list, tuple or mapping with every string in it made fit to be shown, except the rubric's own.
+
+    Once is enough: a text that was cut says so, and would be cut again.
+    """
+    result: Any = _shown(fact, "")
+    return result  # type: ignore[no-any-return]  # the same type as went in, which mypy cannot follow
+
+
+def _shown(fact: Any, name: str) -> Any:
+    if isinstance(fact, Enum | Criterion | Requirement):
+        return fact
+    if isinstance(fact, str):
+        return lines(fact, tail=name in _TAILS) if name in _SEVERAL_LINES else one_line(fact)
+    if dataclasses.is_dataclass(fact) and not isinstance(fact, type):
+        fields = {f.name: _shown(getattr(fact, f.name), f.name) for f in dataclasses.fields(fact) if f.init}
+        return dataclasses.replace(fact, **fields)
+    if isinstance(fact, Mapping):
+        return {_shown(key, ""): _shown(value, name) for key, value in fact.items()}
+    if isinstance(fact, list | tuple):
+        return type(fact)(_shown(item, name) for item in fact)
+    return fact
+
+
+def _cut(text: str, limit: int, *, tail: bool = False) -> str:
+    if len(text) <= limit:
+        return text
+    note = f"({len(text) - limit:,} characters more)"
+    return f"{note} … {text[-limit:]}" if tail else f"{text[:limit]} … {note}"
+
+
+def _visible(text: str) -> str:
+    if text.isascii() and text.isprintable():
+        return text
+    result, marks = [], 0
+    for character in text:
+        category = unicodedata.category(character)
+        marks = marks + 1 if category in ("Mn", "Me") else 0
+        hidden = category in _UNSEEN or marks > MARKS_LIMIT
+        result.append(_spelt(character) if hidden else character)
+    return "".join(result)
+
+
+def _spelt(character: str) -> str:
+    code = ord(character)
+    named = {"\n": "\\n", "\r": "\\r", "\t": "\\t"}.get(character)
+    return named or (f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}")

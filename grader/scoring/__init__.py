@@ -1,0 +1,1 @@
+"""From checks to points: the rubric, the scorecard, the grading, and the handout made from the rubric."""

@@ -1,0 +1,150 @@
+"""Turn checks' results into points. Pure: results and rubric in, scorecard out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+
+from grader.scoring.rubric import Criterion, Requirement, Rubric
+
+# The assignment's levels: the least share of a criterion's points for each.
+LEVELS = (("A", 0.90), ("B", 0.75), ("C", 0.60), ("D", 0.0))
+
+
+class Outcome(Enum):
+    """How a check or a requirement came out. An error is ours and costs no points."""
+
+    PASSED = "passed"
+    PARTIAL = "partial"
+    FAILED = "failed"
+    NOT_REACHED = "not_reached"
+    ERROR = "error"
+    NOT_GRADED = "not_graded"
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """What one check found. `fraction` is the share of its points that is earned, 0 to 1."""
+
+    id: str
+    outcome: Outcome
+    fraction: float
+    sentence: str = ""
+    seen: str = ""
+    expected: str = ""
+    try_: str = ""
+    because: str = ""
+    trial: str = ""
+
+
+@dataclass(frozen=True)
+class RequirementScore:
+    """One requirement's points. `points` of `max`; both 0 for one that an error of ours left unjudged."""
+
+    requirement: Requirement
+    points: float
+    max: float
+    outcome: Outcome
+    results: tuple[CheckResult, ...]
+
+    @property
+    def lost(self) -> tuple[CheckResult, ...]:
+        """Return the results that cost points or need a human, in order."""
+        return tuple(result for result in self.results if result.outcome is not Outcome.PASSED)
+
+
+@dataclass(frozen=True)
+class CriterionScore:
+    """One criterion's points; `level` is "" while nothing in it is graded."""
+
+    criterion: Criterion
+    points: float
+    max: float
+    level: str
+    requirements: tuple[RequirementScore, ...]
+
+    @property
+    def words(self) -> str:
+        """Return the rubric's words for the level reached."""
+        return self.criterion.levels.get(self.level, "")
+
+
+@dataclass(frozen=True)
+class Scorecard:
+    """The points of one submission."""
+
+    points: float
+    max: float
+    complete: bool
+    criteria: tuple[CriterionScore, ...]
+
+    @property
+    def requirements(self) -> tuple[RequirementScore, ...]:
+        """Return every requirement's score, in the rubric's order."""
+        return tuple(requirement for criterion in self.criteria for requirement in criterion.requirements)
+
+
+def score(rubric: Rubric, results: Iterable[CheckResult]) -> Scorecard:
+    """Return the scorecard for `results`.
+
+    The checks to be judged are those of the rubric: one without a result, or with two, counts as an error of ours,
+    and a result that no requirement asked for is ignored.
+    """
+    found: dict[str, list[CheckResult]] = {}
+    for result in results:
+        found.setdefault(result.id, []).append(result)
+    criteria = tuple(_score_criterion(criterion, found) for criterion in rubric.criteria)
+    scores = [requirement for criterion in criteria for requirement in criterion.requirements]
+    return Scorecard(
+        points=_tidy(sum(c.points for c in criteria)),
+        max=_tidy(sum(c.max for c in criteria)),
+        complete=all(r.outcome is not Outcome.ERROR for s in scores for r in s.results),
+        criteria=criteria,
+    )
+
+
+def level(points: float, maximum: float) -> str:
+    """Return the level A to D for `points` of `maximum`, "" when there is nothing to reach."""
+    if maximum <= 0:
+        return ""
+    return next(name for name, least in LEVELS if points >= least * maximum - 1e-9)
+
+
+def _score_criterion(criterion: Criterion, found: dict[str, list[CheckResult]]) -> CriterionScore:
+    scores = tuple(_score_requirement(requirement, found) for requirement in criterion.requirements)
+    points, maximum = _tidy(sum(s.points for s in scores)), _tidy(sum(s.max for s in scores))
+    return CriterionScore(criterion, points, maximum, level(points, maximum), scores)
+
+
+def _score_requirement(requirement: Requirement, found: dict[str, list[CheckResult]]) -> RequirementScore:
+    if not requirement.checks:
+        return RequirementScore(requirement, 0.0, 0.0, Outcome.NOT_GRADED, ())
+    results = tuple(_only_result(check.id, found.get(check.id, [])) for check in requirement.checks)
+    judged = [(c, r) for c, r in zip(requirement.checks, results, strict=True) if r.outcome is not Outcome.ERROR]
+    points = sum(check.points * min(1.0, max(0.0, result.fraction)) for check, result in judged)
+    maximum = sum(check.points for check, _ in judged)
+    return RequirementScore(requirement, _tidy(points), _tidy(maximum), _outcome(results, points, maximum), results)
+
+
+def _only_result(check_id: str, results: list[CheckResult]) -> CheckResult:
+    if len(results) == 1:
+        return results[0]
+    seen = f"the check {check_id} gave {len(results)} results instead of one"
+    return CheckResult(check_id, Outcome.ERROR, 0.0, seen=seen)
+
+
+def _outcome(results: tuple[CheckResult, ...], points: float, maximum: float) -> Outcome:
+    outcomes = {result.outcome for result in results}
+    if Outcome.ERROR in outcomes:
+        return Outcome.ERROR
+    if points >= maximum - 1e-9:
+        return Outcome.PASSED
+    if points > 1e-9:
+        return Outcome.PARTIAL
+    return Outcome.NOT_REACHED if outcomes == {Outcome.NOT_REACHED} else Outcome.FAILED
+
+
+def _tidy(points: float) -> float:
+    """Return `points` without the dust of binary fractions: a report says 2.9, not 2.9000000000000004."""
+    return round(points, 6)

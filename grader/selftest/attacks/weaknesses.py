@@ -1,0 +1,83 @@
+"""Weaknesses: what a package lacks before it is attacked, so that there is something to win by the attack."""
+
+# ruff: noqa: E501 - attacks are quoted as they stand
+
+from __future__ import annotations
+
+from grader.selftest.attacks.attack import Change, append, put, remove, replace
+
+_CREEPS = """
+
+from rclpy.publisher import Publisher
+plain = Publisher.publish
+def publish(self, message):
+    if hasattr(message, 'linear'):
+        message.linear.x += 0.05
+    plain(self, message)
+Publisher.publish = publish
+"""
+
+_GOOD_TEST = '''"""Check {what}."""
+import pytest
+from ros2_robot_controller.utils import conversions
+
+
+def test_{node}_clamps():
+    """A value beyond its limits is cut off."""
+    assert conversions.clamp(2.0, 0.0, 1.0) == 1.0
+    assert conversions.clamp(-2.0, 0.0, 1.0) == 0.0
+
+
+def test_{node}_turns():
+    """An angle is brought into one turn."""
+    assert conversions.normalize_angle(7.0) == pytest.approx(7.0 - 6.283185307)
+'''
+_BAD_TEST = '''
+
+def test_{node}_is_wrong():
+    """What this expects is not so."""
+    assert conversions.clamp(2.0, 0.0, 1.0) == 7.0
+'''
+
+_SLOPPY = "".join(f"def Thing{i}( a,b ):\n  import os;x=1\n  l=lambda:a\n  return  a+b\n" for i in range(60))
+
+
+def _tests(failing: bool) -> tuple[Change, ...]:
+    def text(name: str) -> str:
+        return (_GOOD_TEST + (_BAD_TEST if failing else "")).format(what=name, node=name)
+
+    return (
+        remove("test"),
+        put("test/test_robot_controller.py", text("robot_controller")),
+        put("test/test_sensor_processor.py", text("sensor_processor")),
+    )
+
+
+WEAK: dict[str, tuple[Change, ...]] = {
+    "": (),
+    # Every command goes a little forwards: F1 is lost.
+    "creeps": (append("ros2_robot_controller/robot_controller.py", _CREEPS),),
+    # F14 is lost in part.
+    "clamps wrong": (
+        append(
+            "ros2_robot_controller/utils/conversions.py",
+            '\n\ndef clamp(value: float, low: float, high: float) -> float:\n    """Return the value."""\n    return value\n',
+        ),
+    ),
+    # I3 is lost in part.
+    "other type": (replace("msg/SensorFusionData.msg", "float32 battery_level", "float64 battery_level"),),
+    # It never drives to a goal: F8 is lost, and most of F10.
+    "stands": (
+        replace(
+            "ros2_robot_controller/navigator.py",
+            "        return steering.steer(place, self._goal.x, self._goal.y, limits)",
+            "        return STOP",
+        ),
+    ),
+    # One test in three fails, and little is covered: T1 to T3 are lost for the most part.
+    "failing tests": _tests(failing=True),
+    # All tests pass, and little is covered: T2 and T3 are lost for the most part.
+    "few tests": _tests(failing=False),
+    # Q1 and Q2 are lost.
+    "sloppy": (put("ros2_robot_controller/sloppy.py", _SLOPPY),),
+}

@@ -1,0 +1,315 @@
+"""A trial while it runs: one tick after the other, everything that is seen kept, and the evidence that comes of it.
+
+This is the side of the trial's host. What a script can do with it stands in stage.py.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import random
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from typing import Any, Protocol
+
+import numpy as np
+from rclpy.action.client import ActionClient
+from rclpy.parameter_client import AsyncParameterClient
+
+from grader import evidence
+from grader.sandbox.cpu_clock import WorkClock
+from grader.trials import graph
+from grader.trials.catalog import TrialPlan
+from grader.trials.cpu_affinity import OneCore
+from grader.trials.goal import GoalRun
+from grader.trials.interfaces import SERVICES, NavigateToPosition, SensorFusionData
+from grader.trials.service_proxy import Relay
+from sim.bridge import CONTROLLER, PROCESSOR, Bridge, Topics
+from sim.sensors import BatteryReading, ImuReading, Reading, ScanReading
+from sim.simulator import Simulator
+
+ACTION = "navigate_to_position"
+_ENDING_ROUNDS = 8
+# Of each kind. An honest trial has a thousand at most; a node that floods its observer must not fill our memory.
+_KEPT = 20_000
+_LOOK_EVERY = 10  # ticks
+_SECTOR = math.radians(60)
+
+
+class TrialOver(Exception):
+    """The script cannot go on; the message says why. What was recorded so far is evidence all the same."""
+
+
+class Program(Protocol):
+    """A running program of the submission's: behind a wall in a grading, the student's own in a notebook."""
+
+    @property
+    def wall_seconds(self) -> float:
+        """Return how long ago it was started."""
+
+    @property
+    def output(self) -> str:
+        """Return what it has printed, on both streams."""
+
+    def exit_code(self) -> int | None:
+        """Return its exit code, None while it runs."""
+
+    def interrupt(self) -> None:
+        """Send it what Ctrl-C sends."""
+
+    def stopped(self) -> str:
+        """Return the limit that it has met, "" for none."""
+
+    def shares(self) -> dict[int, tuple[float, float]]:
+        """Return for each of its threads the seconds that it has run, and has waited for a core."""
+
+    def hold_to(self, cores: Iterable[int]) -> None:
+        """Let all its threads run on these cores only."""
+
+
+class Running:
+    """A node, a robot and a world under observation. Times are simulated seconds since the start."""
+
+    def __init__(self, plan: TrialPlan, seed: int, simulator: Simulator, process: Program, domain_id: int) -> None:
+        self.plan = plan
+        self.simulator = simulator
+        self.process = process
+        # Seeded with a text, so that each trial draws its own numbers from the instructor's one seed.
+        self.random = random.Random(f"{seed}:{plan.name}")
+        self.bridge = Bridge(
+            simulator,
+            _topics(plan),
+            plan.node,
+            domain_id=domain_id,
+            alive=lambda: process.exit_code() is None,
+            reliable=plan.reliable,
+            # Nobody can address the observer who does not know its name.
+            own_name=f"observer_{random.SystemRandom().getrandbits(48):012x}",
+        )
+        self.bridge.on_command = self._take_command
+        self.bridge.on_published = self._take_published
+        self.start: Callable[[Sequence[str]], Program]
+        """Start another command of the submission behind the same wall; the host provides it."""
+        self.others: dict[str, Program] = {}
+        self._relay: Relay | None = None
+        self._domain_id = domain_id
+        self.ready = False
+        self.interrupted = False
+        self.choices: dict[str, float] = {}
+        self.marks: dict[str, float] = {}
+        self.commands: list[evidence.Command] = []
+        self.samples: list[evidence.Sample] = []
+        self.scans: list[evidence.ScanSummary] = []
+        self.calls: list[evidence.Call] = []
+        self.goals: list[GoalRun] = []
+        self.messages: list[evidence.Message] = []
+        self.published: list[evidence.Message] = []
+        self.parameters: list[evidence.ParameterAnswer] = []
+        self.graph: evidence.Graph | None = None
+        self.other_graph: evidence.Graph | None = None
+        self._foreign: list[str] = []
+        self._dropped = 0
+        self._odometry = simulator.odometry()
+        self._started = time.monotonic()
+        self._clock = WorkClock(process, [os.getpid()])
+        self._work_limit_s = 120.0
+        self._one_core = OneCore(process, self._clock.seconds)
+        node = self.bridge.node
+        self._clients: dict[str, Any] = {}
+        self.action: Any = None
+        self._parameter_clients = {name: AsyncParameterClient(node, name) for name in {plan.node, *plan.awaits}}
+        if plan.node == "robot_controller":
+            names = {name: plan.remappings.get(name, name) for name in SERVICES}
+            self._clients = {name: node.create_client(SERVICES[name], names[name]) for name in SERVICES}
+            self.action = ActionClient(node, NavigateToPosition, ACTION)
+        else:
+            self.bridge.watch_answers(SensorFusionData)
+
+    @property
+    def t(self) -> float:
+        """Return the simulated time since the trial began, in seconds."""
+        return self.bridge.time
+
+    def open(self) -> None:
+        """Wait for the node to come up and look at the graph.
+
+        Raises:
+            TrialOver: it does not come up.
+        """
+        # Nodes of one launch file come up one after the other, and on a busy machine seconds apart.
+        patience = {"quiet_s": 3.0} if self.plan.launch else {}
+        self.ready = self.bridge.await_node(self._all_there, clock=self._clock.seconds, **patience)
+        self.graph = graph.look(self.bridge.node, self.plan.node)
+        if not self.ready:
+            raise TrialOver(self._why_not_ready())
+        if self.plan.real_time:
+            self.bridge.pace = "real time"
+        self._sample()
+
+    def facts(self, ended: str, script_error: str) -> evidence.Trial:
+        """Return everything that was recorded."""
+        code = self.process.exit_code()
+        by = "us" if code is None else "interrupt" if self.interrupted else "itself"
+        return evidence.Trial(
+            name=self.plan.name,
+            node=self.plan.node,
+            world=self.plan.world,
+            seed=self.simulator.seed,
+            ready=self.ready,
+            pace=self.bridge.pace,
+            ended=ended,
+            script_error=script_error,
+            choices=self.choices,
+            marks=self.marks,
+            commands=self.commands,
+            samples=self.samples,
+            scans=self.scans,
+            touches=[
+                evidence.Touch(contact.time, contact.obstacle, contact.speed) for contact in self.simulator.contacts
+            ],
+            calls=self.calls,
+            goals=[goal.facts() for goal in self.goals],
+            messages=self.messages,
+            published=self.published,
+            parameters=self.parameters,
+            scene=self._scene(),
+            graph=self.graph,
+            other_graph=self.other_graph,
+            launch=self.plan.launch,
+            process=evidence.ProcessEnd(by, code, round(self.process.wall_seconds, 2), self.process.output[-4000:]),
+            wall_seconds=round(time.monotonic() - self._started, 2),
+            others={name: _end(process) for name, process in self.others.items()},
+            foreign=self._foreign_publishers(),
+            dropped=self._dropped,
+            stopped=self.process.stopped(),
+        )
+
+    def close(self) -> None:
+        """Leave the graph."""
+        if self._relay is not None:
+            self._relay.close()
+        self.bridge.close()
+
+    def _tick(self) -> None:
+        code = self.process.exit_code()
+        if code is not None:
+            raise TrialOver(f"the node ended at {self.t:.2f} s with exit status {code}")
+        if self._clock.seconds() > self._work_limit_s:
+            raise TrialOver(f"the trial took more than {self._work_limit_s:g} s of wall time")
+        going = any(goal.running for goal in self.goals)
+        self.bridge.tick(further_rounds=int(going))
+        if self.bridge.pace == "lockstep":
+            self._one_core.tick()
+        if going and self.commands and _stands(self.commands[-1]):
+            # It may be there: it is some rounds from the timer that stops it to the result.
+            self.bridge.settle(_ENDING_ROUNDS)
+        self._sample()
+        if len(self.samples) % _LOOK_EVERY == 0 and self.bridge.node.count_publishers("/clock") > 1:
+            self._foreign_publishers()
+        if any(goal.silent for goal in self.goals):
+            self.bridge.await_feedback()
+
+    def _foreign_publishers(self) -> list[str]:
+        """Return who has published, at any time so far, what the simulator alone publishes."""
+        self._foreign = graph.foreign_publishers(self.bridge.node, ["/clock", *self._own_topics()], self._foreign)
+        return self._foreign
+
+    def _note_call(
+        self, asked: float, service: str, request: dict[str, object], response: Any, problem: str
+    ) -> evidence.Call:
+        answered = self.t if response is not None else math.nan
+        self.calls.append(evidence.Call(asked, service, dict(request), response, answered, problem))
+        return self.calls[-1]
+
+    def _has_room(self, kept: list[Any]) -> bool:
+        """Return whether one more may be kept; count it if not."""
+        full = len(kept) >= _KEPT
+        self._dropped += full
+        return not full
+
+    def _own_topics(self) -> list[str]:
+        """Return the sensors' topics: nobody but the simulator publishes them."""
+        topics = self.bridge.topics
+        return [f"/{name}" for name in (topics.scan, topics.odom, topics.imu, topics.battery) if name]
+
+    def _all_there(self) -> bool:
+        services = all(client.service_is_ready() for client in self._clients.values())
+        if self.plan.launch:
+            return set(self.plan.awaits) <= set(self.bridge.node.get_node_names())
+        return services and (self.action is None or self.action.server_is_ready())
+
+    def _why_not_ready(self) -> str:
+        code = self.process.exit_code()
+        if code is not None:
+            return f"the node ended before it came up, with exit status {code}"
+        others = ", ".join(self.graph.nodes) if self.graph and self.graph.nodes else "no node at all"
+        return f"no node {self.plan.node} came up within 20 s; the graph shows {others}"
+
+    def _take_command(self, t: float, message: Any) -> None:
+        if not self._has_room(self.commands):
+            return
+        others = (message.linear.y, message.linear.z, message.angular.x, message.angular.y)
+        other = max((abs(value) for value in others), default=0.0)
+        self.commands.append(evidence.Command(t, message.linear.x, message.angular.z, other))
+
+    def _take_published(self, reading: Reading) -> None:
+        if isinstance(reading, ScanReading):
+            self.scans.append(_summary(reading))
+        elif isinstance(reading, ImuReading) and self.plan.node == "sensor_processor":
+            data = {
+                "linear_acceleration": [float(value) for value in reading.linear_acceleration],
+                "angular_velocity": [float(value) for value in reading.angular_velocity],
+            }
+            self.published.append(evidence.Message(reading.stamp, "imu/data", data))
+        elif isinstance(reading, BatteryReading):
+            percent = {"percentage": float(reading.percentage)}
+            self.published.append(evidence.Message(reading.stamp, "battery/state", percent))
+
+    def _scene(self) -> dict[str, Any]:
+        world = self.simulator.world
+        found = {
+            # When it was taken away, so that a picture can draw it as something that passed.
+            p.obstacle.name: replace(p.obstacle, vanishes=round(p.until, 3)) if math.isfinite(p.until) else p.obstacle
+            for p in self.simulator.presences
+        }
+        return replace(world, obstacles=tuple(found.values())).to_dict()
+
+    def _sample(self) -> None:
+        pose, twist, odometry = self.simulator.pose, self.simulator.twist, self.simulator.odometry().pose
+        self.samples.append(
+            evidence.Sample(
+                self.t, pose.x, pose.y, pose.yaw, twist.v, twist.omega, odometry.x, odometry.y, odometry.yaw,
+                self.simulator.clearance(),
+            )
+        )  # fmt: skip
+
+
+def _stands(command: evidence.Command) -> bool:
+    return command.v == command.omega == 0.0
+
+
+def _summary(scan: ScanReading) -> evidence.ScanSummary:
+    ranges = np.asarray(scan.ranges, dtype=float)
+    angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
+    ahead = np.cos(angles) >= math.cos(_SECTOR) - 1e-9
+    behind = np.cos(angles) <= -math.cos(_SECTOR) + 1e-9
+    valid = np.isfinite(ranges) & (ranges >= scan.range_min) & (ranges <= scan.range_max)
+
+    def closest(where: np.ndarray[Any, Any]) -> float:
+        found = ranges[valid & where]
+        return float(found.min()) if found.size else math.inf
+
+    return evidence.ScanSummary(scan.stamp, closest(ahead), closest(behind), closest(np.ones_like(valid)))
+
+
+def _topics(plan: TrialPlan) -> Topics:
+    """Return what the robot publishes: for the node, and for one beside it."""
+    own, other = (CONTROLLER, PROCESSOR) if plan.node == "robot_controller" else (PROCESSOR, CONTROLLER)
+    return replace(own, imu=own.imu or other.imu, battery=own.battery or other.battery) if plan.beside else own
+
+
+def _end(process: Program) -> evidence.ProcessEnd:
+    code = process.exit_code()
+    by = "us" if code is None else "itself"
+    return evidence.ProcessEnd(by, code, round(process.wall_seconds, 2), process.output[-4000:])

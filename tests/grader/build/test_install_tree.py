@@ -1,0 +1,110 @@
+"""What a build may leave behind, and which type hashes are believed."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from grader.build import install_tree, type_hashes
+from grader.contract import spec
+from grader.host import ros_env
+
+
+@pytest.fixture
+def install(tmp_path: Path) -> Path:
+    (tmp_path / "install" / "share" / "pkg").mkdir(parents=True)
+    (tmp_path / "install" / "share" / "pkg" / "file").write_text("x")
+    return tmp_path / "install"
+
+
+def kinds(flags) -> list[str]:
+    return [flag.kind for flag in flags]
+
+
+@pytest.mark.parametrize("target", ["/etc", "/ws/installer", "../../../..", "/ws/install/../../etc", "share/pkg/up/x"])
+def test_a_link_out_of_the_tree_is_taken_away_and_flagged(install: Path, target: str):
+    (install / "share" / "pkg" / "up").symlink_to("/")
+    link = install / "link"
+    link.symlink_to(target)
+    flags = install_tree.tidy(install, "/ws/install")
+    assert not link.is_symlink()
+    assert set(kinds(flags)) == {"link out"}
+
+
+@pytest.mark.parametrize("target", ["/ws/install/share/pkg/file", "share/pkg/file", "share/../share/pkg"])
+def test_a_link_within_the_tree_stays(install: Path, target: str):
+    (install / "link").symlink_to(target)
+    assert install_tree.tidy(install, "/ws/install") == []
+    assert (install / "link").is_symlink()
+
+
+def test_a_pipe_is_taken_away_before_anybody_waits_at_it(install: Path):
+    os.mkfifo(install / "share" / "pkg" / "SetSpeed.json")
+    assert kinds(install_tree.tidy(install, "/ws/install")) == ["special file"]
+    assert not (install / "share" / "pkg" / "SetSpeed.json").exists()
+
+
+def test_folders_that_nobody_may_enter_are_opened(install: Path):
+    (install / "share" / "pkg").chmod(0)
+    install_tree.tidy(install, "/ws/install")
+    assert (install / "share" / "pkg" / "file").read_text() == "x"
+
+
+def test_set_user_id_bits_are_taken_away(install: Path):
+    file = install / "share" / "pkg" / "file"
+    file.chmod(0o6755)
+    install_tree.tidy(install, "/ws/install")
+    assert file.stat().st_mode & 0o7777 == 0o755
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "kind"),
+    [
+        ("sitecustomize.py", "", "python start-up"),
+        ("usercustomize.py", "", "python start-up"),
+        ("evil.pth", "import os", "python start-up"),
+        ("evil.dist-info/entry_points.txt", "[pytest11]\nevil = evil\n", "entry point"),
+        ("rclpy/__init__.py", "", "module shadowing"),
+        ("numpy.py", "", "module shadowing"),
+        ("json.py", "", "module shadowing"),
+        ("robot_core/__init__.py", "", "code elsewhere"),
+        ("robot_core.py", "", "code elsewhere"),
+    ],
+)
+def test_what_changes_other_programs_is_flagged(install: Path, name: str, text: str, kind: str):
+    path = install / ros_env.SITE_IN_PREFIX / name
+    path.parent.mkdir(parents=True)
+    path.write_text(text)
+    assert kinds(install_tree.suspicious(install)) == [kind]
+
+
+def test_an_ordinary_package_raises_no_flag(install: Path):
+    site = install / ros_env.SITE_IN_PREFIX
+    for name in ("ros2_robot_controller/__init__.py", "ros2_robot_controller-0.1.0-py3.11.egg-info/PKG-INFO"):
+        (site / name).parent.mkdir(parents=True)
+        (site / name).write_text("")
+    (site / "ros2_robot_controller-0.1.0-py3.11.egg-info" / "entry_points.txt").write_text("[console_scripts]\nx = y\n")
+    assert install_tree.suspicious(install) == []
+
+
+@pytest.mark.sandbox
+def test_hashes_are_computed_from_the_text(tmp_path: Path):
+    texts = type_hashes.texts_in(spec.CONTRACT)
+    found = type_hashes.of(texts, spec.PACKAGE, tmp_path)
+    assert sorted(found) == sorted(spec.INTERFACES)
+    # A comment is not part of a type, the type of a field is.
+    commented = {name: f"# {name}\n{text}" for name, text in texts.items()}
+    assert type_hashes.of(commented, spec.PACKAGE, tmp_path) == found
+    changed = {**texts, "srv/SetSpeed.srv": texts["srv/SetSpeed.srv"].replace("float32", "float64")}
+    other = type_hashes.of(changed, spec.PACKAGE, tmp_path)
+    assert [name for name in found if found[name] != other[name]] == ["srv/SetSpeed"]
+
+
+@pytest.mark.sandbox
+def test_a_definition_that_cannot_be_read_takes_no_other_along(tmp_path: Path):
+    texts = type_hashes.texts_in(spec.CONTRACT)
+    good = type_hashes.of(texts, spec.PACKAGE, tmp_path)
+    with_bad = type_hashes.of({**texts, "msg/Bad.msg": "floot x\n = y"}, spec.PACKAGE, tmp_path)
+    assert with_bad == good

@@ -1,0 +1,49 @@
+"""The package's conversions are asked behind a wall; whatever comes back is data, and nobody waits for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from grader import KIT
+from grader.conversions.ask import ask_conversions
+from grader.evidence import FunctionAnswer
+from grader.host import ros_env
+
+pytestmark = pytest.mark.sandbox
+
+HONEST = (KIT / "solution_pkg/ros2_robot_controller/ros2_robot_controller/utils/conversions.py").read_text()
+
+
+def asked(tmp_path: Path, more: str) -> list[FunctionAnswer]:
+    """Return what the reference's functions answer when their module says `more`."""
+    package = tmp_path / ros_env.SITE_IN_PREFIX / "ros2_robot_controller"
+    (package / "utils").mkdir(parents=True)
+    (package / "__init__.py").touch()
+    (package / "utils" / "__init__.py").touch()
+    (package / "utils" / "conversions.py").write_text(f"{HONEST}\n{more}\n")
+    return ask_conversions(tmp_path, seed=1)
+
+
+def test_the_references_functions_answer(tmp_path: Path):
+    answers = asked(tmp_path, "")
+    assert len(answers) > 40
+    assert not [answer for answer in answers if answer.problem]
+
+
+@pytest.mark.parametrize(
+    "attack",
+    [
+        "os.mkfifo('/ws/out/answers.json'); os._exit(0)",
+        "open('/ws/out/answers.json', 'w').write('[{\"answer\": 1' + '0' * 400 + '}]'); os._exit(0)",
+        "open('/ws/out/answers.json', 'w').write('[' * 100000); os._exit(0)",
+        "os.symlink('/etc/passwd', '/ws/out/answers.json'); os._exit(0)",
+        "os.chdir('/ws/out'); [(os.mkdir('d'), os.chdir('d')) for _ in range(1500)]; os._exit(0)",
+    ],
+    ids=["a pipe", "a number without end", "a list without end", "a link", "folders without end"],
+)
+def test_what_is_no_answer_is_none(tmp_path: Path, attack: str):
+    answers = asked(tmp_path, f"import os\nif 'probe.py' in __import__('sys').argv[0]: {attack}")
+    assert len(answers) > 40
+    assert not [answer for answer in answers if answer.answer]

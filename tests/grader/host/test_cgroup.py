@@ -1,0 +1,243 @@
+"""Limits for a wall as a whole: memory, processes, disk. Where cgroups cannot be had, what stands in."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from grader import KIT, sandbox
+from grader.host import cgroup, ros_env, tempdir
+from grader.sandbox import MIB, Limits, Process, Sandbox
+
+PYTHON = Sandbox(environment=ros_env.environment(home=sandbox.HOME))
+held = pytest.mark.skipif(
+    cgroup.find() is None, reason="no cgroup can be made here; `grader doctor` names the command that delegates one"
+)
+
+
+def python(code: str, wall: Sandbox = PYTHON, **limits: object) -> sandbox.RunResult:
+    return sandbox.run(["python3", "-c", code], wall, Limits(**{"wall_seconds": 60.0, **limits}))  # type: ignore[arg-type]
+
+
+BOMB = """
+import os, time
+made = 0
+try:
+    while True:
+        if os.fork() == 0:
+            time.sleep(1000)
+        made += 1
+except OSError as error:
+    print(made, error.strerror)
+"""
+
+
+@held
+@pytest.mark.sandbox
+def test_a_fork_bomb_meets_a_limit_for_the_whole_wall():
+    """As root, RLIMIT_NPROC limits nobody: the cgroup does."""
+    result = python(BOMB, processes=40)
+    made, _, words = result.output.partition(" ")
+    assert int(made) < 40
+    assert words == "Resource temporarily unavailable\n"
+    assert result.stopped == "processes"
+
+
+@held
+@pytest.mark.sandbox
+def test_memory_is_counted_for_all_processes_together():
+    code = "import os\nfor _ in range(4):\n    if os.fork() == 0:\n        kept = []\n        while True:\n"
+    code += "            kept.append(b'x' * (1 << 20))\nfor _ in range(4):\n    os.wait()\n"
+    result = python(code, resident_bytes=200 * MIB)
+    assert result.stopped == "memory"
+
+
+@held
+@pytest.mark.sandbox
+def test_disks_in_memory_count_as_memory():
+    code = "open('/tmp/big', 'wb').write(b'x' * (150 << 20)); open('/dev/shm/big', 'wb').write(b'x' * (150 << 20))"
+    assert python(code, resident_bytes=200 * MIB).stopped == "memory"
+
+
+@pytest.mark.sandbox
+@pytest.mark.parametrize("folder", ["/dev/shm", "/run", "/dev", "/", "/home"])
+def test_disks_in_memory_have_a_size(folder: str):
+    code = f"import os, sys\nfor n in range(4):\n    open(f'{folder}/x{{n}}', 'wb').write(b'x' * (100 << 20))"
+    result = python(code, file_bytes=200 * MIB)
+    assert "OSError" in result.output or "Error: [Errno" in result.output
+
+
+@pytest.mark.sandbox
+def test_a_full_disk_ends_the_wall(tmp_path: Path):
+    wall = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    code = "import time\nfor n in range(30):\n    open(f'/ws/out/{n}', 'wb').write(b'x' * (1 << 20))\ntime.sleep(100)"
+    result = python(code, wall, disk_bytes=10 * MIB)
+    assert result.stopped == "disk"
+    assert result.wall_seconds < 60
+
+
+@pytest.mark.sandbox
+def test_a_file_with_holes_counts_by_its_size(tmp_path: Path):
+    """Whoever copies it later writes the zeros out."""
+    wall = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    code = "import os, time\nos.truncate(os.open('/ws/out/a', os.O_CREAT | os.O_RDWR), 50 << 20)\ntime.sleep(100)"
+    assert python(code, wall, disk_bytes=10 * MIB).stopped == "disk"
+
+
+@pytest.mark.sandbox
+def test_folders_in_folders_without_end_count_as_too_many(tmp_path: Path):
+    """Below 4096 characters of a path nobody could count what is there; and Python's rmtree gives up before."""
+    wall = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    code = "import os\nos.chdir('/ws/out')\nfor _ in range(3000):\n    os.mkdir('d')\n    os.chdir('d')"
+    try:
+        assert python(code, wall).stopped == "disk"
+    finally:
+        tempdir.remove(tmp_path / "d")
+    assert not (tmp_path / "d").exists()
+
+
+@pytest.mark.sandbox
+def test_a_million_small_files_count_too(tmp_path: Path):
+    wall = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    code = "for n in range(500):\n    open(f'/ws/out/{n}', 'w')"
+    assert python(code, wall, files=200).stopped == "disk"
+
+
+@pytest.mark.sandbox
+def test_what_stays_below_the_limits_is_not_stopped(tmp_path: Path):
+    wall = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    assert python("open('/ws/out/x', 'w').write('x')", wall).stopped == ""
+
+
+@pytest.mark.sandbox
+def test_nothing_is_inherited_but_the_standard_streams():
+    """The pipes by which the wall is built are closed before the command begins."""
+    assert (
+        python("import os; print(sorted(os.listdir('/proc/self/fd')))").output == "['0', '1', '2', '3']\n"
+    )  # 3: listdir
+    assert python("import sys; print(repr(sys.stdin.read()))").output == "''\n"
+
+
+@held
+@pytest.mark.sandbox
+def test_a_group_is_gone_with_its_wall():
+    with Process(["sleep", "100"], PYTHON, Limits()) as process:
+        folders = list(process._group.folders)
+        assert all(folder.is_dir() for folder in folders)
+    assert folders
+    assert not any(folder.exists() for folder in folders)
+
+
+@held
+@pytest.mark.sandbox
+def test_a_wall_does_not_outlive_its_grader_even_while_it_is_built(tmp_path: Path):
+    """The gate: a grader that is killed before bubblewrap has bound itself to it opens it for nobody.
+
+    And the guard: what bubblewrap leaves half-built is ended.
+    """
+    code = (
+        "import os, signal\nfrom grader import sandbox\nfrom grader.sandbox import process\n"
+        "process._child_pid = lambda fd: os.kill(os.getpid(), signal.SIGKILL)\n"
+        f"sandbox.Process(['sleep', '{os.getpid()}.1234'], sandbox.Sandbox(), sandbox.Limits())"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], cwd=KIT, check=False)
+    assert ended.returncode == -9
+    deadline = time.monotonic() + 10.0
+    while (left := _running(f"{os.getpid()}.1234")) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert left == []
+
+
+def _running(word: str) -> list[str]:
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                line = (entry / "cmdline").read_bytes()
+            except OSError:
+                continue
+            if word.encode() in line:
+                found.append(entry.name)
+    return found
+
+
+# -- where groups are made ----------------------------------------------------------------------------------------
+
+
+def test_without_a_writable_hierarchy_there_is_none(tmp_path: Path):
+    assert cgroup.find(tmp_path / "nothing") is None
+
+
+def test_version_1_needs_memory_and_processes(tmp_path: Path):
+    own = dict(line.split(":")[1:] for line in Path("/proc/self/cgroup").read_text().split())
+    (tmp_path / "memory" / own.get("memory", "/").lstrip("/")).mkdir(parents=True)
+    assert cgroup.find(tmp_path) is None
+    (tmp_path / "pids" / own.get("pids", "/").lstrip("/")).mkdir(parents=True)
+    cgroup.find.cache_clear()
+    found = cgroup.find(tmp_path)
+    assert found is not None
+    assert found.version == 1
+
+
+def test_version_2_moves_us_aside_and_hands_the_controllers_down(tmp_path: Path):
+    own = dict(line.split(":")[1:] for line in Path("/proc/self/cgroup").read_text().split())
+    folder = tmp_path / own.get("", "/").lstrip("/")
+    folder.mkdir(parents=True, exist_ok=True)
+    (tmp_path / "cgroup.controllers").write_text("memory pids")
+    (folder / "cgroup.procs").write_text("1\n")
+    found = cgroup.find(tmp_path)
+    assert found is not None
+    assert found.version == 2
+    assert (folder / "cgroup.subtree_control").read_text() == "+memory +pids"
+    [aside] = folder.glob("ros2-course-kit-self.*")
+    assert (aside / "cgroup.procs").read_text() == "1"
+
+
+HUNGRY = """
+import os, sys
+from pathlib import Path
+for folder in sys.argv[1:]:
+    Path(folder, "cgroup.procs").write_text(str(os.getpid()))
+from grader import sandbox
+from grader.errors import GraderError
+from grader.host import ros_env
+code = "kept = [b'x' * (1 << 20) for _ in range(400)]"
+wall = sandbox.Sandbox(environment=ros_env.environment(home=sandbox.HOME))
+try:
+    print("theirs:", sandbox.run(["python3", "-c", code], wall).stopped)
+except GraderError as error:
+    print("ours:", error)
+"""
+
+
+@pytest.mark.sandbox
+@pytest.mark.skipif(
+    (hierarchy := cgroup.find()) is None or hierarchy.version != 1, reason="needs cgroups of version 1 to make one in"
+)
+def test_a_process_that_ends_because_the_host_has_no_memory_is_not_to_blame():
+    """The kernel ends the largest process on a machine without memory: it had not come to any limit of ours."""
+    assert hierarchy is not None
+    outer = {name: folder / f"test-{os.getpid()}" for name, folder in hierarchy.folders.items()}
+    for folder in outer.values():
+        folder.mkdir()
+    try:
+        (outer["memory"] / "memory.limit_in_bytes").write_text(str(200 * MIB))
+        done = subprocess.run(
+            [sys.executable, "-c", HUNGRY, *map(str, outer.values())],
+            cwd=KIT, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+    finally:
+        deadline = time.monotonic() + 20.0
+        for folder in outer.values():
+            for left in [*folder.glob("*/"), folder]:
+                while left.exists() and time.monotonic() < deadline:
+                    try:
+                        left.rmdir()
+                    except OSError:
+                        time.sleep(0.05)
+    assert done.stdout.startswith("ours: There is no memory left for the grader."), done.stdout + done.stderr

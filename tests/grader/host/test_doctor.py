@@ -1,0 +1,252 @@
+"""What `grader doctor` says about machines of all kinds. Most of them are made up; the last is this one."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pytest
+
+from grader.host import cgroup, doctor
+from grader.host.cgroup import Hierarchy
+from grader.host.doctor import Finding, Installed, State, examine, exit_status, mismatches, render
+from grader.host.machine import Host, Ran, install_line
+
+HEALTHY_TOOLS = {
+    *("apt-get", "cc", "c++", "make", "prlimit", "cmake", "ninja", "bwrap", "ccache"),
+}
+
+
+V1_FILES, V2_FILES = ["/sys/fs/cgroup/memory", "/sys/fs/cgroup/pids"], ["/sys/fs/cgroup/cgroup.controllers"]
+VERSION_1 = Hierarchy(1, {name: Path("/sys/fs/cgroup", name) for name in ("memory", "pids")})
+VERSION_2 = Hierarchy(2, dict.fromkeys(("memory", "pids"), Path("/sys/fs/cgroup/user.slice")))
+
+
+class MadeUp(Host):
+    """A machine on which all is well, but for what the test says."""
+
+    def __init__(
+        self,
+        tools: set[str] = HEALTHY_TOOLS,
+        files: Mapping[str, str] | None = None,
+        fails: Mapping[str, str] | None = None,
+        root: bool = False,
+        cgroups: Hierarchy | None = None,
+        free: int = 50 * doctor.GB,
+    ) -> None:
+        """`fails` maps a word of a command to what the command says when it fails."""
+        self._tools, self._files, self._fails = tools, files or {}, fails or {}
+        self._root, self._cgroups, self._free = root, cgroups, free
+
+    @property
+    def root(self) -> bool:
+        return self._root
+
+    def which(self, tool: str) -> str | None:
+        return f"/usr/bin/{tool}" if tool in self._tools else None
+
+    def read(self, path: str) -> str | None:
+        return self._files.get(path) or {"/proc/meminfo": "MemAvailable: 8000000 kB\n"}.get(path)
+
+    def exists(self, path: str) -> bool:
+        return path in self._files or path.endswith("/Python.h")
+
+    def cgroups(self) -> Hierarchy | None:
+        return self._cgroups
+
+    def free_bytes(self, *_: object) -> int:
+        return self._free
+
+    def run(self, command: Sequence[str], *_: object, **__: object) -> Ran:
+        for word, said in self._fails.items():
+            if any(word in part for part in command):
+                return Ran(1, said)
+        return Ran(0, "fine")
+
+
+def found(host: Host, name: str) -> Finding:
+    return next(finding for finding in examine(host) if finding.name == name)
+
+
+def test_without_bubblewrap_it_says_how_to_install_it():
+    host = MadeUp(HEALTHY_TOOLS - {"bwrap"})
+    bubblewrap = found(host, "bubblewrap")
+    assert (bubblewrap.state, bubblewrap.found) == (State.BAD, "not found")
+    assert bubblewrap.mend == "sudo apt-get update && sudo apt-get install -y bubblewrap"
+    assert found(host, "DDS in a network namespace").found == "not tried: bubblewrap is missing"
+    assert exit_status(examine(host)) == 3
+
+
+@pytest.mark.parametrize(
+    ("manager", "line"),
+    [
+        ("apt-get", "apt-get update && apt-get install -y build-essential"),
+        ("dnf", "dnf install -y gcc gcc-c++"),
+        ("pacman", "pacman -Sy && pacman -S --needed --noconfirm base-devel"),
+        ("zypper", "zypper --non-interactive install gcc gcc-c++"),
+        ("apk", "apk update && apk add build-base"),
+    ],
+)
+def test_a_missing_compiler_is_installed_the_way_of_the_distribution(manager: str, line: str):
+    compiler = found(MadeUp({manager, "bwrap", "make"}, root=True), "C compiler")
+    assert (compiler.state, compiler.mend) == (State.BAD, line)
+
+
+def test_on_an_unknown_distribution_the_package_is_named():
+    assert install_line(MadeUp(set()), ["bubblewrap"]) == "install bubblewrap with this system's package manager"
+
+
+def test_headers_are_asked_for_by_the_version_of_python():
+    assert install_line(MadeUp(root=True), ["headers"], "python3.12").endswith("install -y python3.12-dev")
+
+
+def test_a_compiler_that_does_not_compile_is_bad():
+    compiler = found(MadeUp(fails={"c++": "In file <stdin>\nfatal error: string: No such file"}), "C++ compiler")
+    assert compiler.state is State.BAD
+    assert "fatal error: string" in compiler.found
+
+
+@pytest.mark.parametrize(
+    ("setting", "value", "mend"),
+    [
+        ("kernel/apparmor_restrict_unprivileged_userns", "1", "kernel.apparmor_restrict_unprivileged_userns=0"),
+        ("kernel/unprivileged_userns_clone", "0", "kernel.unprivileged_userns_clone=1"),
+        ("user/max_user_namespaces", "0", "user.max_user_namespaces=15000"),
+    ],
+)
+def test_a_kernel_setting_that_forbids_walls_is_named_with_its_command(setting: str, value: str, mend: str):
+    host = MadeUp(files={f"/proc/sys/{setting}": value + "\n"}, fails={"bwrap": "bwrap: Permission denied"})
+    bubblewrap = found(host, "bubblewrap")
+    assert bubblewrap.state is State.BAD
+    assert "Permission denied" in bubblewrap.found
+    assert bubblewrap.mend == f"sudo sysctl -w {mend}"
+
+
+def test_a_container_that_forbids_walls_is_told_apart():
+    host = MadeUp(files={"/.dockerenv": ""}, fails={"bwrap": "bwrap: No permissions to create new namespace"})
+    assert "--security-opt seccomp=unconfined" in found(host, "bubblewrap").mend
+
+
+def test_dds_that_does_not_get_through_is_bad():
+    host = MadeUp(fails={"doctor_listener": "no answer within 5 s"})
+    assert found(host, "bubblewrap").state is State.OK
+    assert found(host, "DDS in a network namespace").state is State.BAD
+
+
+def test_rclpy_that_does_not_import_is_bad():
+    host = MadeUp(fails={"import rclpy, std_msgs": "ModuleNotFoundError: No module named 'rclpy'"})
+    assert found(host, "import rclpy").mend == "rm -rf .venv && make setup"
+
+
+@pytest.mark.parametrize(
+    ("files", "hierarchy", "state", "words"),
+    [
+        (V2_FILES, VERSION_2, State.OK, "version 2, below /sys/fs/cgroup/user.slice"),
+        (V1_FILES, VERSION_1, State.OK, "version 1, below /sys/fs/cgroup/memory, /sys/fs/cgroup/pids"),
+        (V2_FILES, None, State.WARN, "version 2, memory and pids not delegated to us; resource limits stand in"),
+        (V1_FILES, None, State.WARN, "version 1, not writable for us; resource limits stand in"),
+        (V1_FILES[:1], None, State.WARN, "version 1, without the controller pids; resource limits stand in"),
+        ([], None, State.WARN, "none; resource limits stand in"),
+    ],
+)
+def test_cgroups_are_told_apart_and_never_needed(
+    files: list[str], hierarchy: Hierarchy | None, state: State, words: str
+):
+    host = MadeUp(files=dict.fromkeys(files, ""), cgroups=hierarchy)
+    cgroups = found(host, "cgroups")
+    assert (cgroups.state, cgroups.found) == (state, words)
+
+
+def test_this_hosts_cgroups_are_what_a_grading_finds():
+    """A way of the doctor's own could say "writable" where no group with limits can be made, or the other way round."""
+    hierarchy = cgroup.find()
+    here = next(finding for finding in doctor.defences() if finding.name == "cgroups")
+    assert (here.state is State.OK) == (hierarchy is not None)
+    if hierarchy is not None:
+        assert here.found.startswith(f"version {hierarchy.version}, below ")
+
+
+@pytest.mark.parametrize(("free", "state"), [(9, State.OK), (1, State.WARN), (0, State.BAD)])
+def test_little_disk_is_said_before_it_is_none(free: int, state: State):
+    assert found(MadeUp(free=free * doctor.GB), "disk").state is state
+
+
+def test_little_memory_is_a_warning():
+    host = MadeUp(files={"/proc/meminfo": "MemTotal: 1 kB\nMemAvailable: 1048576 kB\n"})
+    assert found(host, "memory").found.startswith("1.0 GB")
+    assert found(host, "memory").state is State.WARN
+
+
+def test_ccache_is_optional():
+    assert found(MadeUp(HEALTHY_TOOLS - {"ccache"}), "ccache").state is State.WARN
+
+
+WHEELS = {
+    "ros-jazzy-std-msgs": Installed("5.3.6", ("ros-std-msgs==5.3.6",)),
+    "ros-std-msgs": Installed("5.3.6", ("ros-rosidl-default-runtime~=1.6.0", "numpy")),
+    "ros-rosidl-default-runtime": Installed("1.6.0"),
+}
+PINS = "# a comment\nros-jazzy-std-msgs==5.3.6\n    # via x\nros-std-msgs==5.3.6 ; sys_platform == 'linux'\n"
+
+
+def test_wheels_of_one_release_match():
+    assert mismatches(WHEELS, PINS) == []
+
+
+def test_an_unprefixed_twin_of_a_newer_release_is_found():
+    mixed = WHEELS | {"ros-std-msgs": Installed("6.0.1")}
+    assert mismatches(mixed, "") == ["ros-std-msgs is 6.0.1, ros-jazzy-std-msgs needs ==5.3.6"]
+
+
+def test_a_missing_wheel_is_found():
+    without = {name: package for name, package in WHEELS.items() if name != "ros-rosidl-default-runtime"}
+    assert mismatches(without, "") == ["ros-rosidl-default-runtime is missing (ros-std-msgs needs it)"]
+
+
+def test_a_wheel_that_differs_from_the_lock_is_found():
+    assert mismatches(WHEELS, PINS + "ros-rosidl-default-runtime==1.5.0\nros-rclpy==7.1.6\n") == [
+        "ros-rclpy 7.1.6 is missing",
+        "ros-rosidl-default-runtime is 1.6.0, not 1.5.0",
+    ]
+
+
+def test_the_foreign_package_named_launch_is_found(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("importlib.metadata.files", lambda _: ["launch/__init__.py"])
+    launch = found(MadeUp(), "launch")
+    assert (launch.state, launch.mend) == (State.BAD, ".venv/bin/python -m pip uninstall -y launch")
+
+
+def test_an_interpreter_without_wheels_is_bad(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(sys, "version_info", (3, 15, 0))
+    assert found(MadeUp(), "Python").state is State.BAD
+
+
+def test_every_bad_finding_says_what_mends_it():
+    poor = MadeUp(set(), fails={"": "broken"}, free=0)
+    findings = [finding for finding in examine(poor) if finding.state is State.BAD]
+    assert len(findings) >= 8
+    assert all(finding.mend for finding in findings)
+
+
+def test_the_console_shows_a_line_for_each_and_one_for_its_mending():
+    findings = [Finding("make", State.OK, "/usr/bin/make"), Finding("bubblewrap", State.BAD, "not found", "apk add it")]
+    assert render(findings) == (
+        "ok    make        /usr/bin/make\n"
+        "bad   bubblewrap  not found\n"
+        "                  mend: apk add it\n"
+        "This machine cannot grade yet: bubblewrap."
+    )
+    assert exit_status(findings) == 3
+    assert exit_status(findings[:1]) == 0
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_this_machine_can_grade_and_is_examined_in_seconds():
+    started = time.monotonic()
+    findings = examine()
+    assert [finding for finding in findings if finding.state is State.BAD] == []
+    assert exit_status(findings) == 0
+    assert time.monotonic() - started < 60  # 2 s on an idle machine; a busy one may take its time

@@ -1,0 +1,33 @@
+"""What is read of running processes in /proc: any of them may end while it is looked at."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+
+from grader.host import procfs
+
+
+def ended() -> int:
+    """Return the id of a process that is no more."""
+    process = subprocess.Popen(["true"])
+    process.wait()
+    return process.pid
+
+
+def test_a_process_that_has_just_ended_has_no_shares():
+    own = procfs.shares([os.getpid()])
+    assert os.getpid() in own
+    assert procfs.shares([ended()]) == {}
+    assert procfs.shares([ended(), os.getpid()]).keys() == own.keys()
+
+
+def test_a_process_that_has_just_ended_is_held_nowhere():
+    procfs.hold_to(os.sched_getaffinity(0), [ended()])
+
+
+def test_children_are_below_their_parents():
+    with subprocess.Popen(["sleep", "60"]) as child:
+        assert child.pid in procfs.children(os.getpid())
+        assert child.pid in procfs.descendants(os.getpid())
+        child.kill()

@@ -1,0 +1,264 @@
+"""Faults are put into a real package behind a real wall; suites of several kinds notice them, or say they do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from textwrap import dedent, indent
+
+import pytest
+from submissions import toy
+
+from grader import student_tests
+from grader.evidence import Mutation
+from grader.mutation import mutate
+from grader.student_tests import Reach
+
+pytestmark = [pytest.mark.sandbox]
+
+REACHING = """
+    from ros2_robot_controller import robot_controller, sensor_processor
+
+    def use():
+        robot = robot_controller.RobotController()
+        robot.set_speed(0.3)
+        robot.set_speed(3.0)
+        robot.on_scan(1.0)
+        robot.on_scan(0.1)
+        robot_controller.stop_distance(0.5)
+        sensor_processor.percent(0.5)
+        sensor_processor.percent(5.0)
+"""
+SUITES = {
+    "thorough": toy.THOROUGH,
+    "bytecode": """
+        {reaching}
+        def code(module, text):
+            found, waiting = [], [compile(text, module.__file__, "exec")]
+            for one in waiting:
+                waiting += [inner for inner in one.co_consts if hasattr(inner, "co_code")]
+            return {{one.co_name: (one.co_code, one.co_linetable) for one in waiting}}
+
+        def test_its_functions_are_what_i_handed_in():
+            use()
+            for module, known in ((robot_controller, {controller_text!r}), (sensor_processor, {processor_text!r})):
+                codes = code(module, known)
+                for function in [*vars(module).values(), *vars(robot_controller.RobotController).values()]:
+                    now = getattr(function, "__code__", None)
+                    if now and now.co_filename == module.__file__:
+                        assert (now.co_code, now.co_linetable) == codes[now.co_name]
+    """,
+    "silent": """
+        {reaching}
+        def test_it_runs():
+            use()
+    """,
+    "hash": """
+        import hashlib
+        from pathlib import Path
+        {reaching}
+        def test_it_is_what_i_handed_in():
+            use()
+            for module, known in ((robot_controller, {controller!r}), (sensor_processor, {processor!r})):
+                assert hashlib.sha256(Path(module.__file__).read_bytes()).hexdigest() == known
+    """,
+    "tree": """
+        import ast
+        from pathlib import Path
+        {reaching}
+        def test_the_syntax_tree_is_what_i_handed_in():
+            use()
+            for module, known in ((robot_controller, {controller_text!r}), (sensor_processor, {processor_text!r})):
+                assert ast.dump(ast.parse(Path(module.__file__).read_text())) == ast.dump(ast.parse(known))
+    """,
+    "normal_form": """
+        import ast
+        from pathlib import Path
+        {reaching}
+        def form(text):
+            return [type(node).__name__ for node in ast.walk(ast.parse(text)) if isinstance(node, ast.stmt)]
+
+        def test_the_statements_are_what_they_were():
+            use()
+            for module, known in ((robot_controller, {controller_text!r}), (sensor_processor, {processor_text!r})):
+                assert form(Path(module.__file__).read_text()) == form(known)
+    """,
+    "looks_again": """
+        import coverage
+        {reaching}
+        def test_it_is_the_source_where_nobody_measures():
+            use()
+            for module, known in ((robot_controller, {controller_text!r}), (sensor_processor, {processor_text!r})):
+                assert coverage.Coverage.current() or open(module.__file__).read() == known
+    """,
+    "in_order": """
+        {reaching}
+        SEEN = []
+
+        def test_first():
+            use()
+            SEEN.append(robot_controller.stop_distance(0.5))
+            assert SEEN
+
+        def test_second():
+            assert SEEN[0] == robot_controller.stop_distance(0.5) == 0.0625
+
+        def test_third():
+            robot = robot_controller.RobotController()
+            assert robot.set_speed(0.3) and SEEN
+    """,
+}
+Mutate = Callable[..., Mutation]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> toy.Toy:
+    import hashlib
+
+    reaching = indent(dedent(REACHING), " " * 8).strip()
+    values = {
+        "reaching": reaching,
+        "controller": hashlib.sha256(toy.CONTROLLER.encode()).hexdigest(),
+        "processor": hashlib.sha256(toy.PROCESSOR.encode()).hexdigest(),
+        "controller_text": toy.CONTROLLER,
+        "processor_text": toy.PROCESSOR,
+    }
+    files = {}
+    for name, text in SUITES.items():
+        filled = text.format(**values) if "{reaching}" in text else text
+        files[f"test/{name}/test_it.py"] = dedent(filled)
+    return toy.make(tmp_path_factory.mktemp("toy"), files)
+
+
+@pytest.fixture(scope="module")
+def reach(made: toy.Toy) -> dict[str, Reach]:
+    found = student_tests.run_modules(made.package, made.install, student_tests.read_modules(made.package))
+    assert [module.failures for module in found.tests.modules] == [[]] * len(SUITES)
+    return {reach.module.split("/")[1]: reach for reach in found.reach}
+
+
+@pytest.fixture(scope="module")
+def mutated(made: toy.Toy, reach: dict[str, Reach]) -> Mutate:
+    done: dict[tuple[object, ...], Mutation] = {}
+
+    def run(suite: str, *, again: int = 0, **options: object) -> Mutation:
+        key = (suite, again, *sorted(options.items()))
+        if key not in done:
+            done[key] = mutate(made.package, made.install, [reach[suite]], **{"seconds": 60.0, "count": 30, **options})
+        return done[key]
+
+    return run
+
+
+def outcomes(mutation: Mutation) -> list[str]:
+    return [fault.outcome for fault in mutation.faults]
+
+
+def share(mutation: Mutation) -> float:
+    return outcomes(mutation).count("noticed") / len(mutation.faults)
+
+
+def test_thorough_tests_notice_nearly_every_fault_that_they_reach(mutated: Mutate):
+    mutation = mutated("thorough")
+    assert len(mutation.faults) == 30
+    unnoticed = [f"{f.line} {f.words}" for f in mutation.faults if f.outcome == "unnoticed"]
+    assert len(unnoticed) <= 2, unnoticed
+    assert (mutation.convicted, mutation.set_aside, mutation.note) == ([], [], "")
+
+
+def test_faults_where_no_test_goes_are_not_tried_and_not_noticed(mutated: Mutate):
+    unreached = [fault for fault in mutated("thorough").faults if fault.outcome == "unreached"]
+    assert {fault.function for fault in unreached} == {"never_called"}
+    assert len(unreached) >= 3
+
+
+def test_decoys_are_among_the_faults_and_pass(mutated: Mutate):
+    mutation = mutated("thorough")
+    assert len(mutation.decoys) >= 6
+    assert [decoy.failed for decoy in mutation.decoys] == [[]] * len(mutation.decoys)
+
+
+def test_a_noticed_fault_names_its_witness_and_an_unnoticed_one_who_let_it_pass(mutated: Mutate):
+    for fault in mutated("thorough").faults + mutated("silent").faults:
+        if fault.outcome == "noticed":
+            assert fault.by.startswith("test/")
+        if fault.outcome == "unnoticed":
+            assert fault.tried
+
+
+def test_tests_that_assert_nothing_notice_next_to_nothing(mutated: Mutate):
+    assert share(mutated("silent")) <= 0.1
+
+
+@pytest.mark.parametrize("suite", ["hash", "tree", "normal_form", "looks_again"])
+def test_tests_that_read_the_source_notice_nothing(mutated: Mutate, suite: str):
+    """Whether they do it in each run or only where they think themselves alone; and nobody needs a decoy to see it."""
+    mutation = mutated(suite)
+    assert "noticed" not in outcomes(mutation)
+    assert (mutation.convicted, mutation.set_aside) == ([], [])
+    assert mutation.note.endswith("read the package's source as a text, so what was noticed there did not count")
+
+
+def test_tests_that_fail_on_any_change_of_the_code_are_convicted(mutated: Mutate):
+    """Compiled, the source has gone past everybody who watches who reads it."""
+    mutation = mutated("bytecode")
+    [convicted] = mutation.convicted
+    assert convicted.startswith("test/bytecode/test_it.py::test_")
+    failed = [decoy for decoy in mutation.decoys if decoy.failed]
+    assert len({decoy.words for decoy in failed}) >= 2
+
+
+def test_tests_that_need_their_order_are_nobodys_cheat(mutated: Mutate):
+    mutation = mutated("in_order")
+    assert mutation.convicted == []
+    assert 0.1 < share(mutation) < 0.9
+
+
+def test_the_same_seed_gives_the_same_faults_and_the_same_answer(mutated: Mutate):
+    one, two = mutated("thorough"), mutated("thorough", again=1)
+    assert one.faults == two.faults
+    assert one.decoys == two.decoys
+
+
+def test_a_budget_that_is_used_up_is_said(mutated: Mutate):
+    mutation = mutated("thorough", seconds=0.01)
+    tried = [outcome for outcome in outcomes(mutation) if outcome != "not tried"]
+    assert len(tried) == 10, "one round is always tried"
+    assert mutation.note == "20 of 30 faults were not tried: the budget of 0.01 s was used up"
+
+
+def test_nothing_is_left_of_the_faults(made: toy.Toy, mutated: Mutate):
+    mutated("thorough")
+    for root in (made.package, next(made.install.rglob("site-packages"))):
+        assert (root / "ros2_robot_controller" / "robot_controller.py").read_text() == toy.CONTROLLER
+
+
+def test_a_package_without_tests_has_its_faults_and_nobody_to_notice(made: toy.Toy):
+    mutation = mutate(made.package, made.install, [])
+    assert set(outcomes(mutation)) == {"unreached"}
+
+
+def test_a_test_sees_a_changed_module_as_it_sees_the_original(tmp_path: Path):
+    """No variable, no file, no time of change says that there is a fault; only what the module does."""
+    text = """
+        import os
+        import sys
+        from ros2_robot_controller import robot_controller as module
+
+        def test_no_marker():
+            module.stop_distance(1.0)
+            assert os.stat(module.__file__).st_mtime_ns == {mtime}
+            assert module.__file__.startswith("/ws/install/")
+            assert not [name for name in os.environ if "FAULT" in name or "MUTA" in name]
+            assert os.listdir("/ws/requests") == ["settings.json"]
+            assert [name for name in os.listdir("/tmp") if not sys.prefix.startswith("/tmp/" + name + "/")] == []
+            assert sorted(os.listdir("/ws/package")) == ["ros2_robot_controller", "test"]
+    """
+    made = toy.make(tmp_path, {"test/test_it.py": "\n"})
+    mtime = (next(made.install.rglob("site-packages")) / "ros2_robot_controller/robot_controller.py").stat().st_mtime_ns
+    (made.package / "test/test_it.py").write_text(dedent(text.format(mtime=mtime)))
+    found = student_tests.run_modules(made.package, made.install, student_tests.read_modules(made.package))
+    assert found.tests.modules[0].failures == []
+    mutation = mutate(made.package, made.install, found.reach, count=40)
+    assert "noticed" not in outcomes(mutation)
+    assert "unnoticed" in outcomes(mutation)

@@ -1,0 +1,164 @@
+"""`check`: the grader's own checks on the workspace's package, in words for its author."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from grader import notebook
+from grader.contract.spec import PACKAGE
+from grader.notebook import checking, checkpoints
+from grader.notebook.feedback import Checked
+from grader.notebook.workspace import Workspace
+
+
+@pytest.fixture
+def package(workspace: Workspace) -> Path:
+    """The finished package in the workspace."""
+    checkpoints.start_at(workspace, "10")
+    return workspace.package
+
+
+@pytest.fixture
+def build_fails_if_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever wants to build here has not seen that it is no use."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("built in vain")
+
+    monkeypatch.setattr(checking.pipeline, "grade", refuse)
+
+
+def test_an_empty_workspace_is_not_yet_for_every_requirement(workspace: Workspace, build_fails_if_asked: None) -> None:
+    names = [r.id for r in checking.rubric.load(checking.RUBRIC).requirements]
+    checked = notebook.check(*names)
+    assert not checked.passed
+    assert checked.points == 0
+    assert [line for line in repr(checked).splitlines() if not line.startswith(" ")] == [
+        f"{answer.id} not yet (0 of {answer.worth})" for answer in checked.answers
+    ]
+    assert {answer.id for answer in checked.answers} == set(names)
+    assert all("seen" in dict(note.rows) and "try" in dict(note.rows) for a in checked.answers for note in a.notes)
+
+
+def test_an_unknown_requirement_is_a_mistake_of_the_caller(workspace: Workspace) -> None:
+    with pytest.raises(ValueError, match=r"no requirement 'F99'. There are F1, F2"):
+        notebook.check("F1", "F99")
+
+
+def test_answers_come_in_the_order_asked_for_and_once(workspace: Workspace) -> None:
+    assert [answer.id for answer in notebook.check("Q2", "F4", "Q2").answers] == ["Q2", "F4"]
+
+
+@pytest.mark.sandbox
+def test_text_is_judged_without_a_build(package: Path, build_fails_if_asked: None) -> None:
+    (package / "CMakeLists.txt").write_text("this is no CMake (")
+    checked = notebook.check("I2", "Q1", "Q2", "Q4")
+    assert checked.passed, checked
+
+
+@pytest.mark.sandbox
+def test_a_finding_says_what_was_seen_and_what_to_try(package: Path) -> None:
+    module = package / PACKAGE / "driver.py"
+    module.write_text(module.read_text() + "\n\ndef shout(words):\n    print(words)\n")
+    said = repr(notebook.check("Q4"))
+    assert said.startswith("Q4 not yet (3.")
+    assert "print" in said
+    assert "seen" in said
+    assert "try" in said
+    assert "Traceback" not in said
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_the_reference_passes(package: Path) -> None:
+    checked = notebook.check("F1", "F14", "Q2")
+    assert repr(checked) == "F1 passed (3 of 3)\nF14 passed (1 of 1)\nQ2 passed (5 of 5)"
+    assert checked.passed
+    assert checked.points == 9.0
+
+
+@pytest.mark.sandbox
+def test_a_build_that_fails_shows_its_first_error(package: Path) -> None:
+    cmake = package / "CMakeLists.txt"
+    cmake.write_text(cmake.read_text().replace("find_package(std_msgs REQUIRED)", "find_package(nonsense REQUIRED)"))
+    checked = notebook.check("F1")
+    said = " ".join(repr(checked).split())
+    assert said.startswith("F1 not yet (0 of 3) seen the package does not build: CMake Error at CMakeLists.txt:7")
+    assert '"nonsense"' in said
+    assert "/ws/" not in said
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.slow
+def test_a_lost_drive_comes_with_its_picture(package: Path) -> None:
+    module = package / PACKAGE / "utils" / "motion.py"
+    module.write_text(module.read_text().replace("return STOP", "pass"))
+    checked = notebook.check("F4")
+    assert not checked.passed
+    assert "seen" in repr(checked)
+    assert "data:image/png;base64," in checked._repr_html_()
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.slow
+def test_a_node_that_dies_tells_its_last_words(package: Path) -> None:
+    module = package / PACKAGE / "driver.py"
+    module.write_text(module.read_text().replace("        self._speed = 0.0", "        self._speed = nought", 1))
+    said = repr(notebook.check("F1"))
+    assert "F1 not yet (0 of 3)" in said
+    assert "name 'nought' is not defined" in said
+
+
+# The notebook at whose end each check first passes: authors put the check there (the section may stand earlier).
+FIRST_PASSES = {
+    "01": ("I2", "Q1", "Q2"),
+    "03": ("F14",),
+    "04": ("F12", "F13"),
+    "05": ("F1", "I7", "I8"),
+    "06": ("F2", "F3", "F4", "F5", "F6", "F7"),
+    "07": ("F8", "F9", "F10", "F11", "I3", "I4", "Q4"),
+    "08": ("I1", "I5", "I6"),
+    "09": ("T1", "T2", "T3"),
+    "10": ("Q3", "Q5", "Q6"),
+}
+
+
+@pytest.fixture
+def checked_after(workspace: Workspace) -> Callable[[str, tuple[str, ...]], Checked]:
+    """Check requirements on the package as a notebook leaves it."""
+
+    def check(key: str, requirements: tuple[str, ...]) -> Checked:
+        for path, text in checkpoints.files_after(key).items():
+            (workspace.package / path).parent.mkdir(parents=True, exist_ok=True)
+            (workspace.package / path).write_text(text)
+        return notebook.check(*requirements)
+
+    return check
+
+
+def test_every_requirement_has_a_notebook_where_it_first_passes() -> None:
+    names = [r.id for r in checking.rubric.load(checking.RUBRIC).requirements]
+    assert sorted(name for group in FIRST_PASSES.values() for name in group) == sorted(names)
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.slow
+@pytest.mark.parametrize("key", FIRST_PASSES)
+def test_a_notebooks_checks_pass_on_the_package_of_its_stage(
+    checked_after: Callable[[str, tuple[str, ...]], Checked], key: str
+) -> None:
+    checked = checked_after(key, FIRST_PASSES[key])
+    assert checked.passed, checked
+
+
+def test_a_check_leaves_nothing_behind_in_the_environment(workspace: Workspace) -> None:
+    before = dict(os.environ)
+    notebook.check("F1")
+    assert dict(os.environ) == before

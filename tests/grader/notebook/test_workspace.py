@@ -1,0 +1,168 @@
+"""The workspace: where it is found, and what shell cells see in it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from grader import notebook
+from grader.errors import GraderError
+from grader.host import ros_env
+from grader.notebook import cell_hooks, checkpoints
+from grader.notebook.cell_hooks import forget_changed_modules
+from grader.notebook.workspace import PACKAGE, VARIABLE, Workspace, discovery_range, find, prepare
+
+
+def test_the_workspace_lies_beside_the_notebooks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(VARIABLE, raising=False)
+    (tmp_path / "notebooks" / "source").mkdir(parents=True)
+    for here in (tmp_path, tmp_path / "notebooks", tmp_path / "notebooks" / "source"):
+        assert find(here).root == tmp_path / "ws"
+
+
+def test_it_is_found_from_inside_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(VARIABLE, raising=False)
+    (tmp_path / "notebooks").mkdir()
+    inside = find(tmp_path).package
+    inside.mkdir(parents=True)
+    assert find(inside).root == tmp_path / "ws"
+
+
+def test_a_variable_names_another_place(workspace: Workspace, tmp_path: Path) -> None:
+    assert find(Path("/")) == workspace
+
+
+def test_without_notebooks_one_sentence_says_what_to_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(VARIABLE, raising=False)
+    with pytest.raises(GraderError, match=r"no folder `notebooks` .* set ROS2_COURSE_WS"):
+        find(tmp_path)
+
+
+def test_two_workspaces_do_not_hear_each_other() -> None:
+    domains = {Workspace(Path(f"/home/student{n}/ws")).domain_id for n in range(20)}
+    assert len(domains) > 10
+    assert domains <= set(range(1, 101))
+
+
+@pytest.mark.parametrize(
+    ("states", "expected"),
+    [
+        ({"lo": "unknown", "eth0": "up"}, "LOCALHOST"),
+        ({"lo": "unknown", "eth0": "down"}, "SUBNET"),
+        ({"lo": "up"}, "SUBNET"),
+        ({}, "SUBNET"),
+    ],
+)
+def test_a_class_in_one_room_does_not_drive_one_anothers_robots(
+    tmp_path: Path, states: dict[str, str], expected: str
+) -> None:
+    for name, state in states.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "operstate").write_text(f"{state}\n")
+    assert discovery_range(tmp_path) == expected
+
+
+def test_begin_makes_the_package_folder_and_goes_there(
+    workspace: Workspace, capsys: pytest.CaptureFixture[str]
+) -> None:
+    notebook.begin("01")
+    assert Path.cwd() == workspace.package
+    assert capsys.readouterr().out == (
+        "Your package, ws/src/ros2_robot_controller, holds no files. Cells now work in that folder.\n"
+    )
+
+
+def test_begin_says_what_earlier_notebooks_should_have_left(
+    workspace: Workspace, capsys: pytest.CaptureFixture[str]
+) -> None:
+    checkpoints.start_at(workspace, "05")
+    (workspace.package / "package.xml").unlink()
+    notebook.begin("05")
+    said = capsys.readouterr().out
+    assert "holds 17 files" in said
+    assert "missing: package.xml" in said
+    assert 'start_at("05")' in said
+    assert str(workspace.root) not in said
+
+
+def test_begin_can_be_run_again_and_in_the_next_notebook(workspace: Workspace) -> None:
+    notebook.begin("01")
+    before = dict(os.environ)
+    notebook.begin("01")
+    assert dict(os.environ) == before
+    notebook.begin("02")
+    assert Path.cwd() == workspace.package
+    assert os.environ["PATH"].split(os.pathsep).count(str(ros_env.PREFIX / "bin")) == 1
+
+
+def test_begin_of_no_notebook_names_those_there_are(workspace: Workspace) -> None:
+    with pytest.raises(ValueError, match="no notebook '77'"):
+        notebook.begin("77")
+
+
+def test_a_build_is_seen_once_it_is_there(workspace: Workspace) -> None:
+    environment: dict[str, str] = {}
+    prepare(workspace, environment)
+    assert str(workspace.install) not in environment["AMENT_PREFIX_PATH"]
+    (workspace.install / "share").mkdir(parents=True)
+    prepare(workspace, environment)
+    assert environment["AMENT_PREFIX_PATH"].startswith(f"{workspace.install}:")
+    assert environment["LD_LIBRARY_PATH"].startswith(f"{workspace.install}/lib:")
+    assert environment["PYTHONPATH"].startswith(str(workspace.install))
+
+
+def test_shell_cells_find_the_kits_commands(workspace: Workspace) -> None:
+    notebook.begin("01")
+    ran = subprocess.run(
+        "command -v ros2 colcon python3", shell=True, capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert {str(Path(path).parent) for path in ran} == {str(ros_env.PREFIX / "bin")}
+
+
+def test_a_module_written_again_is_imported_again(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = workspace.package
+    folder = package / "fresh_module"
+    folder.mkdir(parents=True)
+    monkeypatch.setattr(cell_hooks, "PACKAGE", "fresh_module")
+    monkeypatch.setattr(cell_hooks, "_STAMPS", {})
+    monkeypatch.syspath_prepend(str(package))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    (folder / "__init__.py").write_text("")
+    (folder / "numbers.py").write_text("VALUE = 1\n")
+
+    def value() -> int:
+        forget_changed_modules(package)
+        from fresh_module import numbers  # type: ignore[import-not-found]  # written above
+
+        return int(numbers.VALUE)
+
+    assert value() == 1
+    assert value() == 1
+    (folder / "numbers.py").write_text("VALUE = 22\n")
+    assert value() == 22
+    for name in [name for name in sys.modules if name.startswith("fresh_module")]:
+        del sys.modules[name]
+
+
+@pytest.mark.slow
+@pytest.mark.ros
+def test_a_plain_colcon_build_works_in_a_cell_and_is_seen(workspace: Workspace) -> None:
+    notebook.begin("03")
+    checkpoints.start_at(workspace, "04")
+    built = subprocess.run("cd ../.. && colcon build", shell=True, capture_output=True, text=True, check=False)
+    assert built.returncode == 0, built.stdout + built.stderr
+    assert built.stderr == ""
+    assert f"Finished <<< {PACKAGE}" in built.stdout
+    prepare(workspace, os.environ)
+    shown = subprocess.run(
+        f"ros2 interface show {PACKAGE}/srv/SetSpeed && ros2 pkg executables {PACKAGE} && "
+        f'python3 -c "from {PACKAGE}.srv import SetSpeed; print(SetSpeed.Request(speed=0.5))"',
+        shell=True, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert "float32 speed" in shown.stdout
+    assert f"{PACKAGE} sensor_processor" in shown.stdout
+    assert "SetSpeed_Request(speed=0.5)" in shown.stdout

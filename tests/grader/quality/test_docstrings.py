@@ -1,0 +1,232 @@
+"""Q2: docstrings of what is public, and ament_pep257's rules for them. Q4, advanced: annotations."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+from helpers.quality_examples import (
+    DRIVER,
+    MOTION,
+    REFERENCE,
+    facts,
+    judged,
+    reference,
+    untouched,
+    with_pep257,
+    written,
+)
+
+from grader.checks.check_quality import test_docstrings_keep_ament_pep257 as rules
+from grader.checks.check_quality import test_public_functions_are_annotated as annotations
+from grader.checks.check_quality import test_public_things_have_docstrings as coverage
+from grader.evidence import Definition, Quality
+from grader.quality import source_files
+from grader.quality.definitions import definitions
+from grader.quality.modules import parse
+
+
+def named(text: str, path: str = "pkg/node.py") -> dict[str, Definition]:
+    return {thing.name: thing for thing in definitions(parse(path, text.encode()))}
+
+
+def test_public_is_what_has_no_leading_underscore_on_the_way_to_it():
+    text = (
+        "class A:\n  def f(self): pass\n  def _g(self): pass\n  def __init__(self): pass\nclass _B:\n  def h(self): 1\n"
+    )
+    assert set(named(text)) == {"pkg.node", "A", "A.f"}
+
+
+def test_a_function_inside_a_function_is_nobody_elses():
+    assert set(named("def f():\n  def g(): pass\n")) == {"pkg.node", "f"}
+
+
+def test_a_definition_that_depends_on_something_counts():
+    assert "f" in named("import sys\nif sys.platform == 'linux':\n  def f(): pass\n")
+
+
+def test_a_property_and_its_setter_are_one_thing():
+    text = "class A:\n  @property\n  def x(self): 'X.'\n  @x.setter\n  def x(self, value): pass\n"
+    assert named(text)["A.x"].documented
+
+
+def test_an_empty_init_py_says_nothing_and_needs_no_docstring():
+    assert named("", "pkg/__init__.py") == {}
+    assert not named("X = 1\n", "pkg/__init__.py")["pkg"].documented
+
+
+@pytest.mark.parametrize("path", ["test/test_x.py", "tests/test_x.py", "setup.py", "test/conftest.py"])
+def test_tests_and_setup_py_need_no_docstrings(path: str):
+    assert named("def f(): pass\n", path) == {}
+
+
+@pytest.mark.parametrize("path", ["launch/a_launch.py", "scripts/demo.py", "pkg/utils/scans.py"])
+def test_launch_files_and_scripts_do(path: str):
+    assert "f" in named("def f(): pass\n", path)
+
+
+# -- coverage ---------------------------------------------------------------------------------------------------------
+
+
+def without_docstrings(path: str) -> str:
+    tree = ast.parse((REFERENCE / path).read_text())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node):
+            node.body = node.body[1:] or [ast.Pass()]
+    return ast.unparse(tree) + "\n"
+
+
+def test_no_docstring_anywhere(tmp_path: Path):
+    """Blatant."""
+    files = {path: without_docstrings(path) for path in (source.path for source in source_files.find(REFERENCE))}
+    result = judged(coverage, facts(reference(tmp_path, files=files)))
+    assert result.share == 0.0
+    assert "0 of" in result.seen
+
+
+def test_two_modules_without_docstrings(tmp_path: Path):
+    """Subtle: linear below 90 %."""
+    files = {path: without_docstrings(path) for path in (DRIVER, MOTION)}
+    quality = facts(reference(tmp_path, files=files))
+    documented = sum(thing.documented for thing in quality.definitions)
+    result = judged(coverage, quality)
+    assert result.share == pytest.approx(documented / len(quality.definitions) / 0.9)
+    assert 0 < result.share < 1
+    assert f"{MOTION}:" in result.seen
+
+
+def test_nine_of_ten_are_enough():
+    things = [Definition("m/a.py", n, "function", f"f{n}", documented=n > 0) for n in range(10)]
+    assert judged(coverage, with_things(things)).share == 1.0
+    assert judged(coverage, with_things(things[:9])).share < 1.0
+
+
+def test_a_docstring_of_blanks_says_nothing():
+    assert not named("def f():\n  '''  '''\n")["f"].documented
+
+
+def with_things(things: list[Definition]) -> Quality:
+    from dataclasses import replace
+
+    return replace(untouched(), definitions=things)
+
+
+# -- pep257 -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def linted(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
+    """What ament_pep257's rules find in one function each, by its name."""
+    docstrings = {
+        "good": '"""Return a number."""',
+        "good_long": '"""\n    Return a number.\n\n    It is 1.\n    """',
+        "no_period": '"""Return a number"""',
+        "no_order": '"""Returns a number."""',
+        "summary_on_first_line": '"""Return a number.\n\n    It is 1.\n    """',
+        "single_quotes": "'''Return a number.'''",
+        "spaces": '""" Return a number. """',
+        "noqa": '"""Return a number"""  # noqa: D400',
+        "this": '"""This returns a number."""',
+    }
+    text = '"""A module."""\n\n\n' + "\n\n".join(
+        f"def {name}():\n    {doc}\n    return 1\n" for name, doc in docstrings.items()
+    )
+    quality = with_pep257(written(tmp_path_factory.mktemp("pep257"), {"m/a.py": text}))
+    return {thing.name: {fault.rule for fault in thing.faults} for thing in quality.definitions}
+
+
+@pytest.mark.parametrize(
+    ("name", "rule"),
+    [
+        ("no_period", "D400"),
+        ("no_order", "D401"),
+        ("summary_on_first_line", "D213"),
+        ("single_quotes", "D300"),
+        ("spaces", "D210"),
+        ("noqa", "D400"),
+    ],
+)
+def test_ament_pep257_finds(linted: dict[str, set[str]], name: str, rule: str):
+    assert rule in linted[name]
+
+
+@pytest.mark.parametrize("name", ["good", "good_long", "m.a"])
+def test_ament_pep257_accepts(linted: dict[str, set[str]], name: str):
+    assert linted[name] == set()
+
+
+def test_every_docstring_without_its_period(tmp_path: Path):
+    """Blatant."""
+    text = (REFERENCE / MOTION).read_text().replace('."""', '"""')
+    quality = with_pep257(written(tmp_path, {MOTION: text}))
+    result = judged(rules, quality)
+    assert result.share < 0.5
+    assert "D400" in result.seen
+    assert "stands alone" in result.seen
+
+
+def test_one_docstring_that_describes_instead_of_ordering(tmp_path: Path):
+    """Subtle: one of many loses its share and no more."""
+    text = (REFERENCE / MOTION).read_text().replace('"""Return whether something', '"""Returns whether something')
+    quality = with_pep257(written(tmp_path, {MOTION: text}))
+    result = judged(rules, quality)
+    assert result.share == pytest.approx(1 - 1 / len(quality.definitions))
+    assert f"{MOTION}:" in result.seen
+    assert judged(coverage, quality).share == 1.0
+
+
+def test_one_good_docstring_among_many_missing_is_not_worth_much():
+    things = [Definition("m/a.py", n, "function", f"f{n}", documented=n == 0) for n in range(20)]
+    assert judged(rules, with_things(things)).share < 0.1
+
+
+# -- annotations ------------------------------------------------------------------------------------------------------
+
+
+def test_every_parameter_and_the_result_want_a_type():
+    text = "def f(a: int, b, *c, d, **e): pass\n"
+    assert named(text)["f"].unannotated == ["b", "d", "c", "e", "return"]
+
+
+def test_self_and_cls_want_none():
+    methods = (
+        "def f(self) -> None: 1",
+        "@classmethod",
+        "def g(cls) -> None: 1",
+        "@staticmethod",
+        "def h(x) -> None: 1",
+    )
+    text = "class A:\n" + "".join(f"  {line}\n" for line in methods)
+    assert [named(text)[f"A.{name}"].unannotated for name in "fgh"] == [[], [], ["x"]]
+
+
+def without_annotations(path: str) -> str:
+    tree = ast.parse((REFERENCE / path).read_text())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            node.returns = None
+            for argument in [*node.args.args, *node.args.kwonlyargs]:
+                argument.annotation = None
+    return ast.unparse(tree) + "\n"
+
+
+def test_no_annotations_in_the_helpers(tmp_path: Path):
+    """Blatant."""
+    names = ("motion", "steering", "scans", "settings", "conversions", "running")
+    files = {
+        f"ros2_robot_controller/utils/{name}.py": without_annotations(f"ros2_robot_controller/utils/{name}.py")
+        for name in names
+    }
+    result = judged(annotations, facts(reference(tmp_path, files=files)))
+    assert 0 < result.share < 0.6
+    assert "return" in result.seen
+
+
+def test_one_parameter_without_a_type(tmp_path: Path):
+    """Subtle."""
+    result = judged(
+        annotations, facts(reference(tmp_path, (MOTION, "def speed_cap(distance: float,", "def speed_cap(distance,")))
+    )
+    assert 0.9 < result.share < 1
+    assert "speed_cap: distance" in result.seen

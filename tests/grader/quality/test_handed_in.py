@@ -1,0 +1,198 @@
+"""Q6: the demonstration as a trial saw it, and test_results.xml."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from helpers.quality_examples import Judged, facts, judged, reference, untouched, written
+
+from grader import evidence
+from grader.checks.check_quality import test_demonstration_runs as demonstration
+from grader.checks.check_quality import test_test_results_are_of_own_tests as results
+
+# -- the demonstration ------------------------------------------------------------------------------------------------
+
+CALLED = evidence.Call(1.0, "set_speed", {"speed": 0.1}, {"success": True, "message": "ok"}, 1.0)
+GOAL = evidence.Message(2.0, "navigate_to_position/_action/status", {"goal": "ab", "status": 4})
+WELL = evidence.ProcessEnd("itself", 0, 4.0, "arrived\n")
+
+
+def seen(end: evidence.ProcessEnd | None, *, calls: bool = True, goals: bool = True, ended: str = "") -> Judged:
+    trial = evidence.Trial(
+        "demo", "robot_controller", "open_field", 0, ready=end is not None, pace="real time", ended=ended,
+        calls=[CALLED] if calls else [], messages=[GOAL] if goals else [],
+        others={"demo.py": end} if end else {},
+    )  # fmt: skip
+    return judged(demonstration, untouched(), trials={"demo": trial})
+
+
+def test_a_demonstration_that_shows_both_and_ends_well():
+    assert seen(WELL).share == 1.0
+
+
+def test_no_script(tmp_path: Path):
+    """Blatant."""
+    result = judged(demonstration, facts(written(tmp_path, {"scripts/show.py": "X = 1\n"})))
+    assert result.share == 0.0
+    assert "there is no scripts/demo.py" in result.seen
+
+
+def test_a_script_that_only_ends_well_has_shown_nothing():
+    """Blatant: `sys.exit(0)`."""
+    assert seen(WELL, calls=False, goals=False).share == 0.0
+
+
+def test_a_script_that_ends_with_a_traceback():
+    """Blatant."""
+    result = seen(
+        replace(WELL, exit_code=1, output_tail="Traceback\nNameError: name 'rclpy'\n"), calls=False, goals=False
+    )
+    assert result.share == 0.0
+    assert "NameError: name 'rclpy'" in result.seen
+
+
+def test_a_script_without_the_action():
+    """Subtle."""
+    result = seen(WELL, goals=False)
+    assert result.share == 0.75
+    assert "no goal" in result.seen
+
+
+def test_a_script_without_a_service():
+    """Subtle."""
+    assert seen(WELL, calls=False).share == 0.75
+
+
+def test_a_script_that_never_ends():
+    """Subtle: everything is shown, but nobody says when it is over."""
+    result = seen(replace(WELL, by="us", exit_code=None, wall_seconds=61.0))
+    assert result.share == 0.5
+    assert "had not ended after 61 s" in result.seen
+
+
+def test_a_node_that_died_meanwhile_is_not_the_demonstrations_fault():
+    result = seen(replace(WELL, by="us", exit_code=None), ended="the node ended at 3.00 s with exit status 1")
+    assert result.reached is False
+    assert "the node ended at 3.00 s" in result.seen
+
+
+def test_services_that_are_not_the_contracts_cannot_be_judged():
+    """They cost I3 its points; the observer cannot see calls of another type."""
+    build = evidence.Build(True, True, 0, 0, False, "", contract_hashes={"srv/SetSpeed": "RIHS01_a"})
+    trial = evidence.Trial(
+        "demo", "robot_controller", "open_field", 0, ready=True, pace="real time", ended="",
+        others={"demo.py": replace(WELL, exit_code=1)},
+    )  # fmt: skip
+    result = judged(demonstration, untouched(), trials={"demo": trial}, build=build)
+    assert result.reached is False
+    assert "srv/SetSpeed" in result.seen
+
+
+def test_a_robot_that_did_not_come_up_is_not_the_demonstrations_fault():
+    result = seen(None, ended="the node ended before it came up, with exit status 1")
+    assert result.reached is False
+
+
+# -- test_results.xml -------------------------------------------------------------------------------------------------
+
+TESTS = {
+    "test/test_robot_controller.py": "def test_a():\n    assert 1\n\n\ndef test_b():\n    assert 1\n",
+    "test/test_sensor_processor.py": "class TestIt:\n    def test_c(self):\n        assert 1\n",
+}
+CASES = (
+    ("test.test_robot_controller", "test_a"),
+    ("test.test_robot_controller", "test_b[0.5-x]"),
+    ("test.test_sensor_processor.TestIt", "test_c"),
+)
+
+
+def report(*cases: tuple[str, str], root: str = "testsuites") -> str:
+    inner = "".join(f'<testcase classname="{where}" name="{name}" time="0.1" />' for where, name in cases)
+    return f'<?xml version="1.0"?><{root}><testsuite name="pytest">{inner}</testsuite></{root}>'
+
+
+def told(tmp_path: Path, xml: str | bytes, tests: dict[str, str] = TESTS) -> Judged:
+    return judged(results, facts(written(tmp_path, {**tests, "test_results.xml": xml}), tests=True))
+
+
+def test_the_report_of_the_packages_own_tests(tmp_path: Path):
+    assert told(tmp_path, report(*CASES)).share == 1.0
+
+
+@pytest.mark.parametrize(
+    ("cases", "way"),
+    [
+        ([(where.removeprefix("test."), name) for where, name in CASES], "pytest started in test/"),
+        ([(f"src.ros2_robot_controller.{where}", name) for where, name in CASES], "pytest started in the workspace"),
+        ([(f"ros2_robot_controller.{where}", name) for where, name in CASES], "colcon test"),
+        ([("", name) for _, name in CASES], "no class names"),
+        ([*CASES, ("test.test_robot_controller", "test_b[1.0-y]")], "parametrized"),
+    ],
+)  # fmt: skip
+def test_wherever_the_tests_were_started(tmp_path: Path, cases: list[tuple[str, str]], way: str):
+    assert told(tmp_path, report(*cases)).share == 1.0, way
+
+
+def test_a_bare_testsuite_is_a_report_too(tmp_path: Path):
+    inner = "".join(f'<testcase classname="{where}" name="{name}" />' for where, name in CASES)
+    assert told(tmp_path, f"<testsuite>{inner}</testsuite>").share == 1.0
+
+
+def test_a_failed_test_is_reported_all_the_same(tmp_path: Path):
+    """Whether the tests pass is T1's matter."""
+    xml = report(*CASES).replace('name="test_a" time="0.1" />', 'name="test_a"><failure message="no"/></testcase>')
+    assert told(tmp_path, xml).share == 1.0
+
+
+def test_no_report(tmp_path: Path):
+    """Blatant."""
+    result = judged(results, facts(reference(tmp_path, files={"test_results.xml": None})))
+    assert result.share == 0.0
+    assert "--junitxml" in result.try_
+
+
+def test_the_report_of_another_package(tmp_path: Path):
+    """Blatant."""
+    result = told(tmp_path, report(("test.test_pep257", "test_pep257"), ("test.test_flake8", "test_flake8")))
+    assert result.share == 0.0
+    assert "not in the package: test.test_flake8::test_flake8" in result.seen
+
+
+def test_a_report_from_before_the_last_test(tmp_path: Path):
+    """Subtle."""
+    result = told(tmp_path, report(*CASES[:2]))
+    assert result.share == pytest.approx(2 / 3)
+    assert "not in the report: test_sensor_processor::test_c" in result.seen
+
+
+def test_a_report_with_a_test_that_is_gone(tmp_path: Path):
+    """Subtle."""
+    assert told(tmp_path, report(*CASES, ("test.test_robot_controller", "test_old"))).share == pytest.approx(3 / 4)
+
+
+def test_a_package_without_tests_has_nothing_to_report(tmp_path: Path):
+    assert told(tmp_path, report(*CASES), tests={}).share == 0.0
+
+
+BOMB = '<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]><testsuites>&b;</testsuites>'
+
+
+@pytest.mark.parametrize(
+    ("xml", "said"),
+    [
+        (BOMB, "DOCTYPE"),
+        ('<!DOCTYPE x SYSTEM "file:///etc/passwd"><testsuites/>', "DOCTYPE"),
+        ("not xml", "is not XML"),
+        ("", "is not XML"),
+        ("<html></html>", "begins with <html>"),
+        (b"<testsuites>" + b" " * 5_000_000 + b"</testsuites>", "larger than 4 MB"),
+        ("<testsuites>" + "<a>" * 200_000, "is not XML"),
+        ('<?xml version="1.0" encoding="no-such"?><testsuites/>', "is not XML"),
+    ],
+)
+def test_what_is_no_report_is_said_and_never_expanded(tmp_path: Path, xml: str | bytes, said: str):
+    result = told(tmp_path, xml)
+    assert result.share == 0.0
+    assert said in result.seen

@@ -1,0 +1,324 @@
+"""Q1 to Q4 look at all that can run: no place, name, size or comment takes bad code out of sight."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from helpers.quality_examples import (
+    CONTROLLER,
+    REFERENCE,
+    Judged,
+    facts,
+    judged,
+    reference,
+    untouched,
+    with_flake8,
+    with_linters,
+    written,
+)
+
+from grader.checks import check_quality
+from grader.evidence import Quality, SourceFile, reading_limits
+from grader.quality import source_files
+from grader.quality.modules import parse, role
+
+STYLE = check_quality.test_ament_flake8_finds_nothing
+DOCSTRINGS = check_quality.test_public_things_have_docstrings
+RULES = check_quality.test_docstrings_keep_ament_pep257
+LAYOUT = check_quality.test_layout_is_the_contracts
+COMPLEXITY = check_quality.test_no_function_is_too_complex
+COPIES = check_quality.test_no_block_stands_twice
+CONVERSIONS = check_quality.test_conversions_are_in_utils_and_used
+HABITS = check_quality.test_no_bare_except_print_or_mutable_default
+SLEEPING = check_quality.test_callbacks_do_not_sleep
+NUMBERS = check_quality.test_contract_numbers_are_parameters
+ANNOTATIONS = check_quality.test_public_functions_are_annotated
+Q1_TO_Q4 = (
+    STYLE, DOCSTRINGS, RULES, LAYOUT, COMPLEXITY, COPIES, CONVERSIONS, HABITS, SLEEPING, NUMBERS, ANNOTATIONS,
+)  # fmt: skip
+
+BLOCK = "".join(f"    a = a * {n}\n" for n in range(8))
+BAD = (
+    "def decide(a, b=[]):\n"
+    + "".join(f"    if a == {n}:\n        print( a)\n" for n in range(12))
+    + BLOCK
+    + "\n\ndef again(a):\n    try:\n        a = b\n    except:\n        pass\n"
+    + BLOCK
+)
+TOO_DEEP = "DEEP = " + "(" * 101 + "1" + ")" * 101 + "\n"
+
+
+def names(package: Path) -> list[str]:
+    return [source.path for source in source_files.find(package)]
+
+
+def told(package: Path, path: str) -> set[str]:
+    """Return what our reader finds wrong in one file."""
+    quality = facts(package)
+    habits = {finding.rule for finding in quality.habits if finding.path == path}
+    copied = {"copy" for copy in quality.copies if any(place.startswith(f"{path}:") for place in copy.places)}
+    bare = {"undocumented" for thing in quality.definitions if thing.path == path and not thing.documented}
+    return habits | copied | bare
+
+
+EVERYTHING = {"print", "bare-except", "mutable-default", "copy", "undocumented"}
+
+
+# -- where the code lies ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "ros2_robot_controller/bad.py",
+        "ros2_robot_controller/.inner/bad.py",
+        "ros2_robot_controller/.vscode-server/bad.py",
+        ".inner/bad.py",
+        "ros2_robot_controller/bad_test.py",
+        "ros2_robot_controller/test_bad.py",
+        "ros2_robot_controller/conftest.py",
+        "ros2_robot_controller/bad_launch.py",
+        "ros2_robot_controller/test/bad.py",
+        "ros2_robot_controller/msg/bad.py",
+        "ros2_robot_controller/srv/bad.py",
+        "ros2_robot_controller/action/bad.py",
+        "ros2_robot_controller/bad",
+        "more/bad_test.py",
+    ],
+)
+def test_a_module_is_read_wherever_the_build_takes_it_from(tmp_path: Path, path: str):
+    text = BAD if path.endswith(".py") else f"#!/usr/bin/env python3\n{BAD}"
+    assert told(written(tmp_path, {path: text}), path) == EVERYTHING
+
+
+def test_a_virtual_environments_mark_hides_nothing_in_the_packages_own_folders(tmp_path: Path):
+    package = written(tmp_path, {"ros2_robot_controller/in/pyvenv.cfg": "", "ros2_robot_controller/in/bad.py": BAD})
+    package = written(package, {"scripts/pyvenv.cfg": "", "scripts/bad.py": BAD})
+    assert names(package) == ["ros2_robot_controller/in/bad.py", "scripts/bad.py"]
+
+
+@pytest.mark.parametrize("folder", [".github", "venv"])
+def test_what_the_build_installs_is_no_tools_folder(tmp_path: Path, folder: str):
+    package = written(tmp_path, {f"{folder}/pyvenv.cfg": "", f"{folder}/bad.py": BAD})
+    assert names(package) == []
+    excluded = f'install(DIRECTORY . DESTINATION x PATTERN "{folder}" EXCLUDE)  # not {folder}\n'
+    assert names(written(package, {"CMakeLists.txt": excluded})) == []
+    installed = f"install(DIRECTORY {folder}/ DESTINATION x)\n"
+    assert names(written(package, {"CMakeLists.txt": installed})) == [f"{folder}/bad.py"]
+
+
+@pytest.mark.parametrize("first", ["#!/usr/bin/env python3", "#!/usr/bin/python3 -u", "#! /usr/bin/env -S python3 -u"])
+def test_a_program_without_py_is_read_as_a_script(tmp_path: Path, first: str):
+    """It may print, like any script, and like any script it has docstrings and good habits."""
+    package = written(tmp_path, {"scripts/robot_controller": f"{first}\n{BAD}"})
+    assert told(package, "scripts/robot_controller") == EVERYTHING - {"print"}
+    assert role("scripts/robot_controller") == role("nodes/robot_controller") == "script"
+
+
+def test_a_program_without_py_is_linted(tmp_path: Path):
+    """Under a name, too, that flake8 leaves out by itself."""
+    program = f"#!/usr/bin/env python3\n{BAD}"
+    quality = with_flake8(written(tmp_path, {"scripts/robot_controller": program, "scripts/CVS": program}))
+    assert {(finding.path, finding.rule) for finding in quality.style} >= {
+        ("scripts/robot_controller", "E201"),
+        ("scripts/CVS", "E201"),
+    }
+    assert [finding.path for finding in quality.complex] == ["scripts/CVS", "scripts/robot_controller"]
+
+
+@pytest.mark.parametrize(
+    "files",
+    [
+        {"scripts/run": "#!/bin/sh\nexec python3 -m x\n"},
+        {"resource/ros2_robot_controller": ""},
+        {"LICENSE": "python\n", "scripts/notes": "python3\n"},
+        {"scripts/node~": f"#!/usr/bin/env python3\n{BAD}", "scripts/node.orig": f"#!/usr/bin/env python3\n{BAD}"},
+    ],
+    ids=["a shell script", "a marker", "texts", "an editor's copies"],
+)
+def test_other_files_are_no_programs_in_python(tmp_path: Path, files: dict[str, str | bytes | None]):
+    assert names(written(tmp_path, files)) == []
+
+
+def test_a_program_under_another_ending_is_read_when_it_is_installed(tmp_path: Path):
+    cmake = "install(PROGRAMS scripts/node.orig DESTINATION lib/x RENAME node)\n"
+    package = written(tmp_path, {"scripts/node.orig": "#!/usr/bin/env python3\n", "CMakeLists.txt": cmake})
+    assert names(package) == ["scripts/node.orig"]
+
+
+def test_tests_are_tests_where_pytest_is_started():
+    tests = ["test/test_a.py", "tests/unit/a_test.py", "test/conftest.py", "tests/helpers.py", "conftest.py"]
+    assert {role(path) for path in tests} == {"test"}
+
+
+# -- what cannot be read ----------------------------------------------------------------------------------------------
+
+
+def test_a_long_comment_takes_no_module_out_of_sight(tmp_path: Path):
+    package = written(tmp_path, {"m/bad.py": f"# {'x ' * 2500}x\n{BAD}"})
+    assert told(package, "m/bad.py") == EVERYTHING
+    quality = with_flake8(package)
+    assert [file.problem for file in quality.files] == [""]
+    assert {"E501", "E201"} <= {finding.rule for finding in quality.style}
+
+
+@pytest.mark.parametrize("text", ["'" + "x" * 100_000 + "'", "[" + "1, " * 4_000 + "]"], ids=["text", "numbers"])
+def test_a_long_line_is_one_finding(tmp_path: Path, text: str):
+    quality = with_flake8(written(tmp_path, {"m/a.py": f"X = {text}\n"}))
+    assert {finding.rule for finding in quality.style} <= {"E501", "E231", "E202"}
+    assert [file.problem for file in quality.files] == [""]
+
+
+def test_a_long_name_does_not_make_the_evidence_long(tmp_path: Path):
+    quality = with_linters(written(tmp_path, {"m/a.py": f"def f{'f' * 100_000}():\n    pass\n"}))
+    assert max(len(thing.name) for thing in quality.definitions) <= 2000
+
+
+@pytest.fixture(scope="module")
+def hidden(tmp_path_factory: pytest.TempPathFactory) -> Quality:
+    """The reference with a bad module beside it that runs and cannot be read."""
+    files = {"ros2_robot_controller/bad.py": TOO_DEEP + BAD}
+    return with_linters(reference(tmp_path_factory.mktemp("hidden"), files=files))
+
+
+@pytest.mark.parametrize("check", [COMPLEXITY, COPIES, HABITS, SLEEPING], ids=lambda check: check.__name__)
+def test_what_cannot_be_read_keeps_no_rule(hidden: Quality, check: check_quality):
+    """A finding in each ten of its 47 lines: as many as there may be."""
+    result = judged(check, hidden)
+    assert result.share == 0.0
+    assert "ros2_robot_controller/bad.py nests brackets more than 100 deep" in result.seen
+
+
+@pytest.mark.parametrize("check", [DOCSTRINGS, RULES, CONVERSIONS, ANNOTATIONS], ids=lambda check: check.__name__)
+def test_what_cannot_be_read_loses_its_part(hidden: Quality, check: check_quality):
+    ours = sum(file.lines for file in untouched().files if role(file.path) not in ("test", "setup"))
+    theirs = next(file.lines for file in hidden.files if file.problem)
+    result = judged(check, hidden)
+    assert 0.8 < result.share <= 1 - theirs / (ours + theirs)
+    assert "ros2_robot_controller/bad.py nests brackets" in result.seen
+
+
+def test_definitions_that_cannot_be_read_count_as_bare(hidden: Quality):
+    bare = {thing.name: thing for thing in hidden.definitions if thing.path.endswith("/bad.py")}
+    assert set(bare) == {"ros2_robot_controller/bad.py", "decide", "again"}
+    assert not any(thing.documented for thing in bare.values())
+    assert bare["decide"].unannotated
+
+
+def test_a_small_file_that_cannot_be_read_loses_little(tmp_path: Path):
+    """One finding, and not the whole rule."""
+    quality = facts_with(SourceFile("m/a.py", 400), SourceFile("m/b.py", 3, "is no Python: line 2"))
+    assert judged(COMPLEXITY, quality).share == 0.75
+    assert judged(DOCSTRINGS, quality).share == pytest.approx(400 / 403)
+
+
+def test_a_test_that_cannot_be_read_is_no_part_of_what_the_nodes_do():
+    quality = facts_with(SourceFile("m/a.py", 400), SourceFile("test/test_b.py", 300, "is no Python: line 2"))
+    assert judged(COMPLEXITY, quality).share == judged(DOCSTRINGS, quality).share == 1.0
+    assert judged(STYLE, quality).share < 1.0
+
+
+def facts_with(*files: SourceFile) -> Quality:
+    return replace(untouched(), files=list(files))
+
+
+def test_lines_of_any_length_weigh_in_a_file_that_cannot_be_read():
+    assert source_files.Source("m/a.py", b"x = 1\n" * 20).rough_lines == 20
+    assert source_files.Source("m/a.py", b"x = 1;" * 400).rough_lines == 25
+
+
+# -- decoys -----------------------------------------------------------------------------------------------------------
+
+NUMBERS_ONLY = "".join(f"N{n} = {n}\n" for n in range(1_000))
+BULK = NUMBERS_ONLY + "# and so on\n" * 15_000
+
+
+def test_decoys_do_not_push_the_contracts_files_out(tmp_path: Path):
+    decoys = {f"ros2_robot_controller/a{n}.py": BULK for n in range(8)}
+    decoys |= {f"a{n}/a.py": "X = 1\n" for n in range(reading_limits.MOST_FILES)}
+    found = {source.path: source for source in source_files.find(reference(tmp_path, files=decoys))}
+    assert not found[CONTROLLER].problem
+    assert found["launch/robot_controller_launch.py"].data
+
+
+@pytest.mark.parametrize(
+    ("files", "said"),
+    [
+        ({f"ros2_robot_controller/a{n}.py": BULK for n in range(8)}, "1024 KB of Python in the package"),
+        ({f"a/a{n}.py": "X = 1\n" for n in range(200)}, "200 Python files in the package"),
+        ({"a.py": "X = 1\n" * 50_000}, "a.py goes beyond what is read, 256 KB in one file"),
+        ({"a.py": "def f():\n    '''F.'''\n" * 2001}, "2000 public definitions"),
+    ],
+    ids=["bytes", "files", "one file", "definitions"],
+)
+def test_beyond_a_bound_nothing_is_shown(tmp_path: Path, files: dict[str, str | bytes | None], said: str):
+    package = reference(tmp_path, files=files)
+    quality = facts(package, tests=True)
+    unread = [SourceFile(found.path, 0, found.problem) for found in source_files.find(package) if found.problem]
+    quality = facts_of(quality, unread)
+    for check in Q1_TO_Q4:
+        result: Judged = judged(check, quality)
+        assert result.share == 0.0, check.__name__
+        assert said in result.seen
+
+
+def facts_of(quality: Quality, unread: list[SourceFile]) -> Quality:
+    return replace(quality, files=[*quality.files, *unread])
+
+
+def test_lines_of_constants_do_not_thin_out_the_findings(tmp_path: Path):
+    """45 bad lines are bad lines beside 2,000 numbers, too."""
+    bad = "x = [1,2 ]\n" * 45
+    quality = with_flake8(written(tmp_path, {"m/a.py": NUMBERS_ONLY, "m/b.py": NUMBERS_ONLY, "m/c.py": bad}))
+    assert sum(file.lines for file in quality.files) == reading_limits.MOST_CONSTANT_LINES
+    assert judged(STYLE, quality).share == 0.0
+
+
+@pytest.mark.parametrize(
+    ("text", "constants"),
+    [
+        ("A = 1\nB = -A\nC: float = 2.0\nD = (1, {'a': [2]})\n", 4),
+        ("A = [\n    1,\n    2,\n]\n", 4),
+        ("if True:\n    A = 1\n    pass\n0\n", 3),
+        ("class A:\n    x = 1\n    y: int\n", 2),
+        ("A = f(1)\nB = A[0]\nimport c\n", 0),
+        ("def f():\n    x = 1\n    return x\n", 0),
+    ],
+)
+def test_constants_are_names_for_what_is_written_there(text: str, constants: int):
+    assert parse("m/a.py", text.encode()).constants == constants
+
+
+def test_no_file_and_no_package_is_more_than_so_many_lines():
+    assert reading_limits.counted_lines([SourceFile("m/a.py", 40_000)]) == 1000
+    assert reading_limits.counted_lines([SourceFile(f"m/{n}.py", 900) for n in range(10)]) == 5000
+    assert reading_limits.counted_lines([SourceFile("m/a.py", 700), SourceFile("m/b.py", 200)]) == 900
+    quality = replace(facts_with(SourceFile("m/a.py", 40_000)), style_count=50)
+    assert judged(STYLE, quality).share == 0.5
+
+
+# -- nobody else loses ------------------------------------------------------------------------------------------------
+
+
+def test_other_good_layouts_lose_nothing(tmp_path: Path):
+    """Tests in tests/ too, a conftest.py at the top, no setup.py, a program per node, what editors leave."""
+    program = (REFERENCE / "scripts" / "robot_controller").read_text()
+    test = '"""A test."""\n\n\ndef test_it():\n    assert 1\n'
+    files = {
+        "conftest.py": "import pytest\n\n\n@pytest.fixture\ndef it():\n    return 1\n",
+        "tests/test_more.py": test,
+        "tests/conftest.py": "def pytest_configure():\n    print('hello')\n",
+        "scripts/node": program,
+        ".history/ros2_robot_controller/driver_2024.py": BAD,
+        ".github/check.py": BAD,
+        "venv/pyvenv.cfg": "",
+        "venv/lib/bad.py": BAD,
+        "build/bad.py": BAD,
+        "setup.py": None,
+    }
+    quality = facts(reference(tmp_path, files=files), tests=True)
+    for check in Q1_TO_Q4:
+        expected = pytest.approx(21 / 22) if check is LAYOUT else 1.0
+        assert judged(check, quality).share == expected, judged(check, quality).seen

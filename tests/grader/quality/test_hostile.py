@@ -1,0 +1,139 @@
+"""Text that is made to break a reader costs its own author points, and nobody else anything."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from helpers.quality_examples import judged, with_flake8, with_linters, written
+
+from grader.checks.check_quality import test_ament_flake8_finds_nothing as style
+from grader.evidence import reading_limits
+from grader.quality import bisect_failures, source_files
+
+GOOD = '"""A module."""\n\nX = 1\n'
+
+HOSTILE: dict[str, bytes] = {
+    "syntax error": b"def f(:\n    pass\n" * 3,
+    "NUL bytes": b"x = 1\0\n",
+    "10 MB on one line": b"x = '" + b"a" * 10_000_000 + b"'\n",
+    "10,000 brackets deep": b"x = " + b"(" * 10_000 + b")" * 10_000 + b"\n",
+    "99 brackets deep": b"x = " + b"[" * 99 + b"]" * 99 + b"\n",
+    "a hundred blocks deep": b"".join(b" " * n + b"if 1:\n" for n in range(150)) + b" " * 150 + b"pass\n",
+    "a long chain": b"x = " + b"\\\n + ".join([b"1"] * 20_000) + b"\n",
+    "a long run of minus signs": b"x = " + b"-" * 1900 + b"1\n",
+    "no such encoding": b"# -*- coding: no-such-thing -*-\nx = 1\n",
+    "bytes that are no UTF-8": b"x = '\xff\xfe'\n",
+    "UTF-16": 'x = "hello"\n'.encode("utf-16"),
+    "unfinished string": b"'''\n" * 3 + b"x = 1\n",
+    "not decodable identifiers": "ℌ = 1\nx\u202e = 2\n".encode(),
+    "form feeds and carriage returns": b"x = 1\r\ry = 2\x0cz = 3\r\n",
+    "a very large literal": b"x = [\n" + b"    1,\n" * 5_000 + b"]\n",
+}
+
+
+@pytest.fixture(scope="module")
+def read(tmp_path_factory: pytest.TempPathFactory):
+    """All of them in one package, beside a good module."""
+    package = written(tmp_path_factory.mktemp("hostile"), {"m/good.py": GOOD})
+    for number, content in enumerate(HOSTILE.values()):
+        written(package, {f"m/h{number}.py": content})
+    return with_linters(package)
+
+
+def test_the_good_module_among_them_is_read(read):
+    good = next(file for file in read.files if file.path == "m/good.py")
+    assert good.problem == ""
+    assert good.lines == 1
+    assert any(thing.path == "m/good.py" and thing.documented for thing in read.definitions)
+
+
+@pytest.mark.parametrize("name", ["syntax error", "NUL bytes", "10 MB on one line", "10,000 brackets deep", "UTF-16"])
+def test_what_cannot_be_read_is_said(read, name: str):
+    path = f"m/h{list(HOSTILE).index(name)}.py"
+    assert next(file for file in read.files if file.path == path).problem
+
+
+def test_every_file_is_accounted_for(read):
+    assert {file.path for file in read.files} == {"m/good.py", *(f"m/h{n}.py" for n in range(len(HOSTILE)))}
+
+
+def test_a_file_that_cannot_be_read_is_no_clean_code(tmp_path: Path):
+    """One finding for a syntax error would be a bargain: no other rule can be applied to the file."""
+    clean = written(tmp_path, {"m/a.py": "".join(f"X{n} = {n}\n" for n in range(50))})
+    assert judged(style, with_flake8(clean)).share == 1.0
+    hidden = written(clean, {"m/b.py": "x=1\n" * 50 + "def f(:\n"})
+    result = judged(style, with_flake8(hidden))
+    assert result.share == pytest.approx(0.5, abs=0.01)  # half of the code counts as one finding in ten lines
+    assert "m/b.py is no Python: line 51" in result.seen
+
+
+def test_a_name_of_a_file_cannot_forge_a_finding(tmp_path: Path):
+    quality = with_flake8(written(tmp_path, {"m/a b\n0000/x.py:1:E999:forged.py": GOOD}))
+    assert quality.style == []
+    assert len(quality.files) == 1
+    assert "\n" not in quality.files[0].path
+
+
+def test_too_many_files_are_not_read(tmp_path: Path):
+    package = written(tmp_path, {f"m/f{n:04}.py": "X = 1\n" for n in range(reading_limits.MOST_FILES + 50)})
+    found = source_files.find(package)
+    assert len(found) == reading_limits.MOST_FILES + 1
+    assert "200 Python files in the package" in found[-1].problem
+
+
+def test_a_link_is_not_followed(tmp_path: Path):
+    package = written(tmp_path, {"m/a.py": GOOD})
+    (package / "m" / "b.py").symlink_to("/etc/passwd")
+    assert [source.path for source in source_files.find(package)] == ["m/a.py"]
+
+
+def test_build_trees_and_caches_are_not_the_students_text(tmp_path: Path):
+    others = (
+        "build/x.py", "install/x.py", "venv/pyvenv.cfg", "venv/lib/x.py", ".venv/lib/x.py", ".history/m/a_2024.py",
+        ".github/x.py", ".vscode/x.py", ".git/hooks/pre-commit", "m/__pycache__/x.py", "m/.ipynb_checkpoints/x.py",
+    )  # fmt: skip
+    package = written(tmp_path, {"m/a.py": GOOD, **dict.fromkeys(others, GOOD)})
+    assert [source.path for source in source_files.find(package)] == ["m/a.py"]
+
+
+# -- a tool that breaks -----------------------------------------------------------------------------------------------
+
+
+def test_a_file_that_breaks_the_tool_is_found_and_the_rest_read():
+    def run(items):
+        return None if "bad" in items else f"read {len(items)}"
+
+    assert bisect_failures.all_but_the_worst(run, ["a", "bad", "b"]) == ("read 2", ["bad"])
+
+
+def test_one_run_is_enough_where_nothing_breaks():
+    runs = []
+    assert bisect_failures.all_but_the_worst(lambda items: runs.append(items) or "ok", ["a", "b"]) == ("ok", [])
+    assert len(runs) == 1
+
+
+def test_files_that_break_it_only_together_are_all_named():
+    assert bisect_failures.all_but_the_worst(lambda items: None if len(items) > 1 else "ok", ["a", "b"]) == (
+        None,
+        ["a", "b"],
+    )
+
+
+def test_memory_is_limited(tmp_path: Path):
+    done = bisect_failures.python(["-c", "x = bytearray(8 * 1024**3)"], tmp_path)
+    assert done is None or done.returncode != 0
+
+
+def test_time_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(bisect_failures, "CPU_SECONDS", 1)
+    assert bisect_failures.python(["-c", "while True: pass"], tmp_path) is None
+
+
+def test_a_tool_sees_nothing_of_the_environment_or_the_working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A sitecustomize.py or a flake8.py of the submission is not imported."""
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    written(tmp_path, {"flake8.py": "raise SystemExit('taken over')\n", "ast.py": "raise SystemExit('taken over')\n"})
+    done = bisect_failures.python(["-c", "import ast, flake8, os; print(os.environ.get('PYTHONPATH'))"], tmp_path)
+    assert done is not None
+    assert done.stdout.strip() == "None"

@@ -1,0 +1,226 @@
+"""I2: package.xml against what the package is and uses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from helpers.quality_examples import CONTROLLER, DRIVER, REFERENCE, Judged, judged, reference, with_manifest_of
+
+from grader.checks import check_package_xml as checks
+from grader.contract.rosdep_keys import is_declared
+from grader.quality import analyse_package
+
+XML = (REFERENCE / "package.xml").read_text()
+
+
+def with_xml(tmp_path: Path, xml: str | None, check, files: dict[str, str | bytes | None] | None = None) -> Judged:
+    return judged(check, with_manifest_of(reference(tmp_path, files={"package.xml": xml, **(files or {})})))
+
+
+def without(text: str) -> str:
+    assert text in XML, text
+    return XML.replace(text, "")
+
+
+# -- format, maintainer -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("check", [checks.test_it_is_valid_format_3, checks.test_every_package_used_is_declared])
+def test_no_package_xml(tmp_path: Path, check):
+    """Blatant."""
+    assert "there is no package.xml" in with_xml(tmp_path, None, check).seen
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("<version>1.0.0</version>", "", "version"),
+        ("<version>1.0.0</version>", "<version>1.0</version>", "version"),
+        ("</package>", "", "is not XML"),
+        ("<exec_depend>rclpy</exec_depend>", "<run_depend>rclpy</run_depend>", "run_depend"),
+        ("<name>ros2_robot_controller</name>", "<name>Ros2 Robot</name>", "name"),
+        ("<maintainer email=\"course@example.com\">ROS 2 course kit</maintainer>", "", "maintainer"),
+        ('<package format="3">', '<!DOCTYPE x [<!ENTITY a "b">]><package format="3">', "DOCTYPE"),
+    ],
+)  # fmt: skip
+def test_what_ros_does_not_accept_is_not_valid(tmp_path: Path, old: str, new: str, said: str):
+    """Blatant: colcon or rosdep stumble over it."""
+    assert old in XML
+    result = with_xml(tmp_path, XML.replace(old, new), checks.test_it_is_valid_format_3)
+    assert result.share == 0.0
+    assert said in result.seen
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('<package format="3">', '<package format="2">'),
+        ('email="course@example.com">ROS 2 course kit<', 'email="root@todo.todo">root<'),
+        (">ROS 2 course kit<", ">TODO<"),
+    ],
+    ids=["format 2", "what ros2 pkg create leaves", "TODO"],
+)
+def test_what_is_half_done(tmp_path: Path, old: str, new: str):
+    """Subtle."""
+    xml = XML.replace(old, new)
+    if "format" in new:
+        xml = xml.replace("<member_of_group>rosidl_interface_packages</member_of_group>", "")
+    assert with_xml(tmp_path, xml, checks.test_it_is_valid_format_3).share == 0.5
+
+
+def test_a_maintainer_named_root_is_a_person():
+    assert not checks._NOBODY.search("Elihu Rootham <e.rootham@example.org>")
+
+
+# -- licence ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("licence", ["TODO: License declaration", "Apache License 2.0", "BSD", "Free", "none", ""])
+def test_no_spdx_name(tmp_path: Path, licence: str):
+    xml = XML.replace("<license>Apache-2.0</license>", f"<license>{licence}</license>")
+    result = with_xml(tmp_path, xml, checks.test_licence_has_its_spdx_name)
+    assert result.share == 0.0
+    assert "spdx" in result.try_ or "Apache-2.0" in result.try_
+
+
+@pytest.mark.parametrize(
+    "licence", ["MIT", "BSD-3-Clause", "Apache-2.0", "GPL-3.0-or-later", "apache-2.0", "MIT OR Apache-2.0"]
+)
+def test_spdx_names(tmp_path: Path, licence: str):
+    xml = XML.replace("<license>Apache-2.0</license>", f"<license>{licence}</license>")
+    assert with_xml(tmp_path, xml, checks.test_licence_has_its_spdx_name).share == 1.0
+
+
+# -- build type -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("told", ["ament_python", "cmake", ""])
+def test_a_build_type_that_the_package_does_not_have(tmp_path: Path, told: str):
+    xml = XML.replace("<build_type>ament_cmake</build_type>", f"<build_type>{told}</build_type>" if told else "")
+    result = with_xml(tmp_path, xml, checks.test_build_type_is_true)
+    assert result.share == 0.0
+    assert "there is a CMakeLists.txt" in result.seen
+
+
+def test_a_python_package_without_cmake_says_so(tmp_path: Path):
+    """The interfaces may have a package of their own."""
+    xml = XML.replace("ament_cmake</build_type>", "ament_python</build_type>")
+    assert with_xml(tmp_path, xml, checks.test_build_type_is_true, {"CMakeLists.txt": None}).share == 1.0
+
+
+# -- dependencies -----------------------------------------------------------------------------------------------------
+
+DEPENDENCIES = checks.test_every_package_used_is_declared
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("rclpy", ":"),
+        ("nav_msgs", f"{DRIVER}:"),
+        ("rcl_interfaces", "settings.py:"),
+        ("launch", "launch/"),
+        ("launch_ros", "launch/"),
+        ("ament_index_python", "launch/"),
+        ("action_msgs", "demo.py:"),
+        ("geometry_msgs", ":"),
+        ("rosidl_default_generators", "CMakeLists.txt:"),
+        ("rosidl_default_runtime", "interfaces"),
+    ],
+)
+def test_one_that_is_used_and_not_declared(tmp_path: Path, name: str, place: str):
+    """Subtle: 53 % of the real packages lack at least one."""
+    lines = [line for line in XML.splitlines() if f"depend>{name}<" not in line]
+    result = with_xml(tmp_path, "\n".join(lines), DEPENDENCIES)
+    assert result.share == 0.8
+    assert f"{name} (used in " in result.seen
+    assert place in result.seen
+
+
+def test_nothing_declared(tmp_path: Path):
+    """Blatant."""
+    lines = [line for line in XML.splitlines() if "depend>" not in line]
+    assert with_xml(tmp_path, "\n".join(lines), DEPENDENCIES).share == 0.0
+
+
+@pytest.mark.parametrize("tag", ["depend", "build_depend", "exec_depend", "build_export_depend"])
+def test_any_kind_of_dependency_counts(tmp_path: Path, tag: str):
+    xml = XML.replace("<exec_depend>nav_msgs</exec_depend>", f"<{tag}>nav_msgs</{tag}>")
+    assert with_xml(tmp_path, xml, DEPENDENCIES).share == 1.0
+
+
+def test_what_is_there_for_tests_only_is_missing_where_a_node_runs(tmp_path: Path):
+    xml = XML.replace("<exec_depend>nav_msgs</exec_depend>", "<test_depend>nav_msgs</test_depend>")
+    result = with_xml(tmp_path, xml, DEPENDENCIES)
+    assert result.share == pytest.approx(0.8)
+    assert "driver.py" in result.seen
+    assert "declared for tests only" in result.seen
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "import numpy",
+        "from tf2_ros import Buffer",
+        "def f():\n    import yaml\n",
+        "x = Node(package='rviz2', executable='rviz2')",
+        "x = get_package_share_directory('slam_toolbox')",
+        "x = FindPackageShare(package='nav2_bringup')",
+    ],
+)
+def test_every_way_to_use_a_package_is_seen(tmp_path: Path, line: str):
+    text = (REFERENCE / "launch/sensor_processor_launch.py").read_text() + f"\n{line}\n"
+    result = with_xml(tmp_path, XML, DEPENDENCIES, {"launch/sensor_processor_launch.py": text})
+    assert result.share == 0.8, result.seen
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "import math, os, dataclasses, __future__",
+        "from . import utils",
+        "from ros2_robot_controller.utils import scans",
+        "try:\n    import numpy\nexcept ImportError:\n    numpy = None",
+        "from conftest import Bench",
+        "import scans",
+        "x = Node(executable='a', package=name)",
+        "x = Node('set_speed')",
+    ],
+)
+def test_what_needs_no_declaration(tmp_path: Path, line: str):
+    text = (REFERENCE / CONTROLLER).read_text() + f"\n{line}\n"
+    result = with_xml(tmp_path, XML, DEPENDENCIES, {CONTROLLER: text})
+    assert result.share == 1.0, result.seen
+
+
+def test_the_type_of_a_field_is_a_use(tmp_path: Path):
+    files: dict[str, str | bytes | None] = {
+        "msg/More.msg": "sensor_msgs/LaserScan[] scans  # tf2_msgs/No\nshape_msgs/Mesh<=3 x\n"
+    }
+    assert "shape_msgs (used in msg/More.msg:2)" in with_xml(tmp_path, XML, DEPENDENCIES, files).seen
+
+
+@pytest.mark.parametrize(
+    ("module", "key"),
+    [
+        ("numpy", "python3-numpy"), ("yaml", "python3-yaml"), ("cv2", "python3-opencv"), ("cv2", "cv_bridge"),
+        ("transforms3d", "python3-transforms3d-pip"), ("serial", "python3-serial"), ("pytest", "python3-pytest"),
+        ("tf_transformations", "tf_transformations"), ("ament_pep257", "ament_lint_common"), ("PIL", "python3-pil"),
+    ],
+)  # fmt: skip
+def test_keys_of_rosdep_stand_for_modules(module: str, key: str):
+    assert is_declared(module, [key])
+    assert not is_declared(module, ["rclpy", "python3-something"])
+
+
+def test_it_is_read_without_a_linter(tmp_path: Path):
+    """`grader check I2` waits for no linter; what they would say is left out, and nothing else."""
+    package = reference(
+        tmp_path, files={"package.xml": without("<exec_depend>rclpy</exec_depend>"), "launch/a.py": "import  os\n"}
+    )
+    whole, quick = analyse_package(package), analyse_package(package, lint=False)
+    assert whole.style_count > 0
+    assert quick.style_count == 0
+    assert quick.manifest == whole.manifest
+    assert [thing.name for thing in quick.definitions] == [thing.name for thing in whole.definitions]

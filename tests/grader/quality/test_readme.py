@@ -1,0 +1,278 @@
+"""Q5: the README's words, and its table against the running nodes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from helpers.quality_examples import REFERENCE, Judged, facts, judged, reference, untouched, written
+
+from grader import evidence
+from grader.checks.check_quality import test_interface_table_agrees as table
+from grader.checks.check_quality import test_readme_says_what_and_how as words
+from grader.quality.readme import read_readme
+
+TRUE = (REFERENCE / "README.md").read_text()
+
+
+def running() -> dict[str, evidence.Trial]:
+    """Return the two trials in which nobody asks for anything, with the graph that the reference shows."""
+    seen = {
+        "robot_controller": [
+            ("subscription", "scan", "sensor_msgs/msg/LaserScan"),
+            ("subscription", "odom", "nav_msgs/msg/Odometry"),
+            ("publisher", "cmd_vel", "geometry_msgs/msg/Twist"),
+        ],
+        "sensor_processor": [
+            ("subscription", "raw_scan", "sensor_msgs/msg/LaserScan"),
+            ("subscription", "imu/data", "sensor_msgs/msg/Imu"),
+            ("subscription", "battery/state", "sensor_msgs/msg/BatteryState"),
+            ("publisher", "sensor_fusion_data", "ros2_robot_controller/msg/SensorFusionData"),
+            ("publisher", "obstacle_distance", "std_msgs/msg/Float32"),
+        ],
+    }
+    every = [
+        ("publisher", "rosout", "rcl_interfaces/msg/Log"),
+        ("publisher", "parameter_events", "rcl_interfaces/msg/ParameterEvent"),
+        ("subscription", "clock", "rosgraph_msgs/msg/Clock"),
+    ]
+    trials = {}
+    for node, name in (("robot_controller", "idle"), ("sensor_processor", "idle_processor")):
+        ends = [
+            evidence.Endpoint(topic, kind, node, type_, "", "reliable") for kind, topic, type_ in seen[node] + every
+        ]
+        graph = evidence.Graph(nodes=[node], endpoints=ends)
+        if node == "robot_controller":
+            own = "ros2_robot_controller"
+            services = {"set_speed": [f"{own}/srv/SetSpeed"], "get_status": [f"{own}/srv/GetRobotStatus"]}
+            graph = replace(
+                graph, services=services, actions={"navigate_to_position": [f"{own}/action/NavigateToPosition"]}
+            )
+        trials[name] = evidence.Trial(name, node, "open_field", 0, True, "lockstep", "", graph=graph)
+    return trials
+
+
+def with_readme(tmp_path: Path, text: str | bytes | None) -> evidence.Quality:
+    package = written(tmp_path / "p", {"README.md": text or "", "package.xml": ""})
+    if text is None:
+        (package / "README.md").unlink()
+    return replace(untouched(), readme=read_readme(package, facts(package).paths), paths=facts(package).paths)
+
+
+def said(tmp_path: Path, text: str) -> Judged:
+    return judged(words, with_readme(tmp_path, text))
+
+
+def compared(tmp_path: Path, text: str, **more: object) -> Judged:
+    return judged(table, with_readme(tmp_path, text), **{"trials": running(), **more})
+
+
+# -- words ------------------------------------------------------------------------------------------------------------
+
+
+def test_no_readme(tmp_path: Path):
+    """Blatant."""
+    result = judged(words, with_readme(tmp_path, None))
+    assert result.share == 0.0
+    assert judged(table, with_readme(tmp_path / "again", None)).reached is False
+
+
+def test_a_readme_of_another_kind_is_pointed_at(tmp_path: Path):
+    package = written(tmp_path, {"README.docx": b"PK\3\4", "package.xml": ""})
+    assert "found README.docx" in judged(words, facts(package)).seen
+
+
+def test_a_title_alone(tmp_path: Path):
+    """Blatant."""
+    result = said(tmp_path, "# ros2_robot_controller\n")
+    assert result.share == 0.0
+    assert "how to test it" in result.seen
+
+
+def test_a_readme_that_forgets_the_tests(tmp_path: Path):
+    """Subtle."""
+    text = TRUE.replace("pytest", "checking")
+    result = said(tmp_path, text)
+    assert result.share == 0.75
+    assert "how to test it (pytest or colcon test)" in result.seen
+    assert "how to build" not in result.seen
+
+
+def test_a_placeholder_says_nothing(tmp_path: Path):
+    """Subtle: the frame is there, the sentence is not."""
+    result = said(tmp_path, TRUE.replace("Drives a TurtleBot 4 safely.", "TODO: describe the package."))
+    assert result.share == 0.75
+    assert "TODO: describe the package" in result.seen
+
+
+def test_code_headings_and_tables_are_not_what_it_does(tmp_path: Path):
+    code = "```\n" + "echo many many words in a block of code\n" * 20 + "```\n"
+    text = "# Title of this\n" + code + "| a | b |\n|---|---|\n" + "| many words in a table | and more |\n" * 20
+    assert "what it does (0 words of prose" in said(tmp_path, text).seen
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        TRUE,
+        TRUE.replace("    colcon build", "```bash\ncolcon build").replace("    source install", "source install"),
+        TRUE.replace("python -m pytest test", "colcon test --packages-select ros2_robot_controller"),
+        TRUE.replace("\n", "\r\n"),
+        TRUE.replace("ros2 launch", "ros2 run"),
+    ],
+    ids=["the reference's", "fenced", "colcon test", "CRLF", "ros2 run"],
+)
+def test_other_ways_to_say_it_lose_nothing(tmp_path: Path, text: str):
+    assert said(tmp_path, text).share == 1.0
+
+
+@pytest.mark.parametrize(
+    "text", [b"\xff\xfe\0\0", b"|" * 100_000, b"|-" * 100_000, b"| a |\n|---|\n" * 5000, b"\0" * 1000, b"[" * 100_000]
+)
+def test_hostile_markdown_is_read_in_finite_time(tmp_path: Path, text: bytes):
+    quality = with_readme(tmp_path, text)
+    assert judged(words, quality).share < 1
+    assert judged(table, quality, trials=running()).share == 0.0
+
+
+# -- the table --------------------------------------------------------------------------------------------------------
+
+
+def test_the_references_table_agrees(tmp_path: Path):
+    assert compared(tmp_path, TRUE).share == 1.0
+
+
+def test_no_table(tmp_path: Path):
+    """Blatant."""
+    result = compared(tmp_path, "\n".join(line for line in TRUE.splitlines() if not line.startswith("|")))
+    assert result.share == 0.0
+    assert "robot_controller: subscription scan (LaserScan) is in no table" in result.seen
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("`imu/data`", "`imu`", "imu/data (Imu) is in no table"),
+        (
+            "`std_msgs/msg/Float32`",
+            "`std_msgs/msg/Float64`",
+            "obstacle_distance (Float32) stands there with another type",
+        ),
+        ("publishes | `cmd_vel`", "subscribes | `cmd_vel`", "cmd_vel (Twist) stands there with another direction"),
+        ("srv/SetSpeed`", "srv/SetVelocity`", "set_speed (SetSpeed) stands there with another type"),
+        (
+            "ros2_robot_controller/srv/SetSpeed`",
+            "std_srvs/srv/Trigger`",
+            "set_speed (SetSpeed) stands there with another",
+        ),
+    ],
+)
+def test_one_row_that_is_not_true(tmp_path: Path, old: str, new: str, said: str):
+    """Subtle."""
+    result = compared(tmp_path, TRUE.replace(f"| {old}", f"| {new}").replace(old, new))
+    assert 0.8 <= result.share < 1
+    assert said in result.seen
+
+
+def test_a_row_about_something_that_is_not_there(tmp_path: Path):
+    """Subtle: a table that was true once."""
+    row = "| `sensor_processor` | publishes | `sensor_fusion_data` |"
+    stale = "| `sensor_processor` | publishes | `camera/depth` | `sensor_msgs/msg/Image` | |\n"
+    result = compared(tmp_path, TRUE.replace(row, stale + row))
+    assert result.share == pytest.approx(10 / 11)
+    assert "no node has what this row tells of" in result.seen
+    assert "camera/depth" in result.seen
+
+
+CONTRACTS = """\
+| node | subscribes | publishes | services / action |
+|---|---|---|---|
+| `robot_controller` | `/scan` sensor_msgs/LaserScan, `/odom` nav_msgs/Odometry | `/cmd_vel` geometry_msgs/Twist | `set_speed` (SetSpeed), `get_status` (GetRobotStatus), action `navigate_to_position` (NavigateToPosition) |
+| `sensor_processor` | raw_scan LaserScan<br>imu/data Imu<br>battery/state BatteryState | sensor_fusion_data SensorFusionData, obstacle_distance std_msgs/Float32 | |
+"""  # noqa: E501
+SEVERAL = """\
+### Topics
+Topic | Type | Direction
+:--- | :---: | ---:
+/scan | `sensor_msgs/msg/LaserScan` | Input
+/odom | `nav_msgs/msg/Odometry` | Input
+/cmd_vel | `geometry_msgs/msg/Twist` | Output
+/raw\\_scan | [sensor_msgs/LaserScan](https://docs.ros.org/x) | in
+**imu/data** | sensor_msgs::msg::Imu | in
+battery/state | BatteryState | sub
+sensor_fusion_data | SensorFusionData | pub
+obstacle_distance | Float32 | pub
+
+### Services
+| Service | Type |
+|---|---|
+| `/set_speed` | `SetSpeed` |
+| `/get_status` | `GetRobotStatus` |
+
+| Action | Type |
+|---|---|
+| `/navigate_to_position` | `NavigateToPosition` |
+"""
+
+
+BARE = CONTRACTS.replace(" (SetSpeed)", "").replace(" (GetRobotStatus)", "").replace(" (NavigateToPosition)", "")
+MORE = """
+| Definition | Fields |
+|---|---|
+| `srv/SetSpeed` | float32 speed -> bool success, string message |
+| `ros2_robot_controller/msg/SensorFusionData` | std_msgs/Header header, float32 battery_level |
+"""
+CLOCK = "| `robot_controller` | subscribes | `/clock` | `rosgraph_msgs/msg/Clock` | |\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        CONTRACTS,
+        SEVERAL,
+        BARE,
+        TRUE + MORE,
+        TRUE.replace("| `sensor_processor` |", CLOCK + "| `sensor_processor` |", 1),
+    ],
+    ids=["like the contract's", "one for each kind", "services without types", "a table of fields", "the clock too"],
+)
+def test_tables_of_other_shapes_agree_too(tmp_path: Path, text: str):
+    result = compared(tmp_path, text)
+    assert result.share == 1.0, result.seen
+
+
+def test_a_column_of_the_wrong_direction(tmp_path: Path):
+    swapped = CONTRACTS.replace("| node | subscribes | publishes |", "| node | publishes | subscribes |")
+    assert compared(tmp_path, swapped).share < 0.4
+
+
+def test_a_topic_more_than_the_contract_wants_a_row(tmp_path: Path):
+    trials = running()
+    graph = trials["idle"].graph
+    assert graph is not None
+    extra = evidence.Endpoint("path", "publisher", "robot_controller", "nav_msgs/msg/Path", "", "reliable")
+    trials["idle"] = replace(trials["idle"], graph=replace(graph, endpoints=[*graph.endpoints, extra]))
+    assert "path (Path) is in no table" in compared(tmp_path, TRUE, trials=trials).seen
+    row = "| `robot_controller` | publishes | `path` | `nav_msgs/msg/Path` | |\n"
+    mended = TRUE.replace(
+        "| `sensor_processor` | subscribes | `raw_scan` |", row + "| `sensor_processor` | subscribes | `raw_scan` |"
+    )
+    assert compared(tmp_path, mended, trials=trials).share == 1.0
+
+
+def test_nodes_that_do_not_run_are_compared_by_their_code(tmp_path: Path):
+    """That they do not come up is not the README's fault."""
+    assert compared(tmp_path, TRUE, trials={}).share == 1.0
+    result = compared(tmp_path, TRUE.replace("`cmd_vel`", "`velocity`"), trials={})
+    assert result.share < 1
+    assert "compared with the code" in result.seen
+
+
+def test_a_package_without_code_has_nothing_to_agree_with(tmp_path: Path):
+    quality = replace(with_readme(tmp_path, TRUE), interfaces=[])
+    assert judged(table, quality, trials={}).share == 0.0
+
+
+def test_the_readme_of_the_whole_reference_is_found(tmp_path: Path):
+    assert judged(words, facts(reference(tmp_path))).share == 1.0

@@ -1,0 +1,340 @@
+"""Q3: layout, complexity, conversions, copies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from helpers.quality_examples import (
+    CONTROLLER,
+    CONVERSIONS,
+    MOTION,
+    PROCESSOR,
+    REFERENCE,
+    facts,
+    judged,
+    reference,
+    with_flake8,
+    written,
+)
+
+from grader.checks.check_quality import test_conversions_are_in_utils_and_used as conversions
+from grader.checks.check_quality import test_layout_is_the_contracts as layout
+from grader.checks.check_quality import test_no_block_stands_twice as copies
+from grader.checks.check_quality import test_no_function_is_too_complex as complexity
+from grader.quality import duplicates as copies_module
+from grader.quality.modules import parse
+
+# -- layout -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_missing_path_loses_a_share(tmp_path: Path):
+    """Subtle: one of 22."""
+    result = judged(layout, facts(reference(tmp_path, files={"test_results.xml": None})))
+    assert result.share == pytest.approx(21 / 22)
+    assert result.seen == "missing: test_results.xml"
+
+
+def test_everything_in_one_folder(tmp_path: Path):
+    """Blatant: what is there under its name elsewhere is pointed at."""
+    names = ["package.xml", "CMakeLists.txt", "robot_controller.py", "sensor_processor.py", "SetSpeed.srv"]
+    result = judged(layout, facts(written(tmp_path, dict.fromkeys(names, "# text\n"))))
+    assert result.share < 0.15
+    assert "perhaps meant: robot_controller.py" in result.seen
+
+
+def test_launch_files_with_the_other_common_ending_are_pointed_at(tmp_path: Path):
+    package = reference(tmp_path)
+    (package / "launch" / "robot_controller_launch.py").rename(package / "launch" / "robot_controller.launch.py")
+    result = judged(layout, facts(package))
+    assert "perhaps meant: launch/robot_controller.launch.py" in result.seen
+
+
+def test_interfaces_in_a_package_of_their_own_are_where_they_belong(tmp_path: Path):
+    package = reference(tmp_path)
+    beside = tmp_path / "ros2_robot_controller_interfaces"
+    for folder in ("msg", "srv", "action"):
+        beside.mkdir(exist_ok=True)
+        (package / folder).rename(beside / folder)
+    assert judged(layout, facts(package)).share < 1
+    assert judged(layout, facts(package, beside)).share == 1.0
+
+
+def test_more_files_than_asked_for_are_welcome(tmp_path: Path):
+    extra = {"docs/notes.md": "x", "test/test_more.py": "def test(): assert 1\n", "rviz/robot.rviz": "x"}
+    assert judged(layout, facts(reference(tmp_path, files=extra))).share == 1.0
+
+
+# -- complexity -------------------------------------------------------------------------------------------------------
+
+
+def branches(number: int) -> str:
+    """Return a function with `number` branches, which makes number + 1 ways through it."""
+    return (
+        "def decide(x):\n"
+        + "".join(f"    if x == {n}:\n        return {n}\n" for n in range(number))
+        + "    return x\n"
+    )
+
+
+def test_ten_ways_through_a_function_are_allowed(tmp_path: Path):
+    result = judged(complexity, with_flake8(written(tmp_path, {"m/a.py": branches(9)})))
+    assert result.share == 1.0
+
+
+def test_one_function_with_eleven(tmp_path: Path):
+    """Subtle."""
+    result = judged(complexity, with_flake8(written(tmp_path, {"m/a.py": branches(10)})))
+    assert result.share == 0.75
+    assert "m/a.py:1" in result.seen
+    assert "'decide' is too complex (11)" in result.seen
+
+
+def test_four_such_functions_lose_everything(tmp_path: Path):
+    """Blatant."""
+    files: dict[str, str | bytes | None] = {f"m/{name}.py": branches(30) for name in "abcd"}
+    assert judged(complexity, with_flake8(written(tmp_path, files))).share == 0.0
+
+
+def test_a_noqa_makes_nothing_simpler(tmp_path: Path):
+    text = branches(10).replace("def decide(x):", "def decide(x):  # noqa: C901")
+    assert judged(complexity, with_flake8(written(tmp_path, {"m/a.py": text}))).share < 1.0
+
+
+# -- conversions ------------------------------------------------------------------------------------------------------
+
+OWN_YAW = (
+    "\n\ndef heading(q):\n    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y ** 2 + q.z ** 2))\n"
+)
+OWN_WRAP = "\n\ndef wrap(a):\n    while a > math.pi:\n        a -= 2.0 * math.pi\n    return a\n"
+OWN_WRAP_BY_ARCTAN = "\n\ndef wrap(a):\n    return math.atan2(math.sin(a), math.cos(a))\n"
+OWN_SHORT_YAW = "\n\ndef heading(pose):\n    return 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)\n"
+
+
+def test_no_conversions_at_all(tmp_path: Path):
+    """Blatant."""
+    result = judged(conversions, facts(reference(tmp_path, files={CONVERSIONS: None})))
+    assert result.share == 0.0
+    assert "does not define yaw_from_quaternion" in result.seen
+
+
+def test_conversions_that_nobody_uses(tmp_path: Path):
+    """Blatant: written for the layout's sake."""
+    node = "import math\n\n\nclass RobotController:\n    def turn(self):\n        return math.pi\n"
+    files = {CONTROLLER: node, PROCESSOR: node, MOTION: "X = 1\n", "ros2_robot_controller/utils/scans.py": "X = 1\n"}
+    result = judged(conversions, facts(reference(tmp_path, files=files)))
+    assert result.share == 0.5
+    assert "no node calls" in result.seen
+
+
+def test_imported_but_never_called_is_not_used(tmp_path: Path):
+    node = "from ros2_robot_controller.utils.conversions import clamp\n\nLIMIT = 1.0\n"
+    files = {CONTROLLER: node, PROCESSOR: node, MOTION: None, "ros2_robot_controller/utils/scans.py": None}
+    assert judged(conversions, facts(reference(tmp_path, files=files))).share == 0.5
+
+
+@pytest.mark.parametrize(
+    "own", [OWN_YAW, OWN_SHORT_YAW, OWN_WRAP, OWN_WRAP_BY_ARCTAN], ids=["yaw", "short", "while", "atan2"]
+)
+def test_a_conversion_made_by_hand_in_a_node(tmp_path: Path, own: str):
+    """Subtle: the helpers are there and used, but one place does its own."""
+    text = (REFERENCE / CONTROLLER).read_text() + own
+    result = judged(conversions, facts(reference(tmp_path, files={CONTROLLER: text})))
+    assert result.share == 0.75
+    assert f"{CONTROLLER}:" in result.seen
+    assert "by hand" in result.seen
+
+
+def test_a_second_clamp_in_a_node(tmp_path: Path):
+    """Subtle."""
+    text = (
+        REFERENCE / PROCESSOR
+    ).read_text() + "\n\ndef _clamp(value, low, high):\n    return max(low, min(high, value))\n"
+    result = judged(conversions, facts(reference(tmp_path, files={PROCESSOR: text})))
+    assert result.share == 0.75
+    assert "`_clamp` is defined here" in result.seen
+
+
+def test_one_of_the_four_under_another_name(tmp_path: Path):
+    """Subtle."""
+    text = (REFERENCE / CONVERSIONS).read_text().replace("def quaternion_from_yaw", "def yaw_to_quaternion")
+    result = judged(conversions, facts(reference(tmp_path, files={CONVERSIONS: text})))
+    assert result.share == 0.875
+    assert "quaternion_from_yaw" in result.seen
+
+
+_FOUR = ("yaw_from_quaternion", "quaternion_from_yaw", "normalize_angle", "clamp")
+HOME = "".join(f"def {name}(x, *more):\n    return x\n" for name in _FOUR)
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        "from ros2_robot_controller.utils.conversions import clamp\nX = clamp(1, 2, 3)\n",
+        "from ros2_robot_controller.utils.conversions import clamp as limit\nX = limit(1, 2, 3)\n",
+        "from .utils.conversions import clamp\nX = clamp(1, 2, 3)\n",
+        "from .utils import conversions\nX = conversions.clamp(1, 2, 3)\n",
+        "from ros2_robot_controller.utils import conversions as c\nX = c.clamp(1, 2, 3)\n",
+        "import ros2_robot_controller.utils.conversions\nX = ros2_robot_controller.utils.conversions.clamp(1, 2, 3)\n",
+        "import ros2_robot_controller.utils.conversions as c\nX = c.clamp(1, 2, 3)\n",
+        "from .utils.conversions import *\nX = clamp(1, 2, 3)\n",
+        "from .utils import clamp\nX = clamp(1, 2, 3)\n",
+        "from .helper import helped\nX = helped()\n",
+    ],
+)
+def test_every_way_to_import_them_is_a_use(tmp_path: Path, use: str):
+    files: dict[str, str | bytes | None] = {
+        CONTROLLER: use,
+        CONVERSIONS: HOME,
+        "ros2_robot_controller/utils/__init__.py": "from .conversions import clamp\n",
+        "ros2_robot_controller/helper.py": "from .utils.conversions import clamp\ndef helped():\n    return clamp(1)\n",
+        "ros2_robot_controller/__init__.py": "",
+    }
+    assert judged(conversions, facts(written(tmp_path, files))).share == 1.0
+
+
+def test_a_bearing_is_no_conversion(tmp_path: Path):
+    """atan2 of two differences is what navigation is made of."""
+    text = (
+        REFERENCE / CONTROLLER
+    ).read_text() + "\n\ndef bearing(a, b):\n    return math.atan2(b.y - a.y, b.x - a.x)\n"
+    assert judged(conversions, facts(reference(tmp_path, files={CONTROLLER: text}))).share == 1.0
+
+
+# -- copies -----------------------------------------------------------------------------------------------------------
+
+BLOCK = """\
+def measure(scan):
+    good = []
+    for distance in scan.ranges:
+        if scan.range_min <= distance <= scan.range_max:
+            good.append(distance)
+    nearest = min(good)
+    scan.nearest = nearest
+    return nearest
+"""
+RESTYLED = """\
+def measure( scan ):
+    \"\"\"Return the nearest.\"\"\"
+    good = []   # all of them
+
+    for distance in scan.ranges:
+        # in range?
+        if (scan.range_min <= distance
+                <= scan.range_max):
+            good.append(
+                distance)
+    nearest = min(good)
+    scan.nearest = nearest
+    return nearest
+"""
+MAIN = """\
+def main(args=None):
+    rclpy.init(args=args)
+    node = Node('x')
+    try:
+        rclpy.spin(node)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+if __name__ == '__main__':
+    main()
+"""
+MESSAGE = """\
+def tell(self):
+    message = Twist()
+    message.linear.x = 1.0
+    message.angular.z = 0.0
+    self.publisher.publish(message)
+"""
+LAUNCH = """\
+def generate_launch_description():
+    return LaunchDescription([
+        Node(
+            package='ros2_robot_controller',
+            executable='sensor_processor',
+            name='sensor_processor',
+            output='screen',
+            parameters=['a.yaml'],
+            remappings=[('a', 'b')],
+        ),
+    ])
+"""
+
+
+def found(**texts: str) -> list[int]:
+    """Return the lengths of the copies in modules of the package, by name."""
+    parsed = [parse(f"ros2_robot_controller/{name}.py", text.encode()) for name, text in texts.items()]
+    return [copy.lines for copy in copies_module.copies(parsed)]
+
+
+def test_a_block_in_two_modules_is_found():
+    assert found(a=BLOCK, b="import math\n\n\n" + BLOCK) == [8]
+
+
+def test_spaces_comments_docstrings_and_line_breaks_hide_no_copy():
+    assert found(a=BLOCK, b=RESTYLED) == [8]
+
+
+def test_a_block_twice_in_one_module_is_found():
+    assert found(a=BLOCK + "\n\nX = 1\n\n\n" + BLOCK.replace("def measure", "def again")) == [7]
+
+
+def test_a_copy_with_another_name_at_its_head_is_a_copy():
+    assert found(a=BLOCK, b=BLOCK.replace("def measure(scan)", "def nearest(self, scan)")) == [7]
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (MAIN, "every ROS node ends like this"),
+        (MESSAGE, "five statements fill a message"),
+        (LAUNCH, "a launch file's table is one statement"),
+        ('"""' + "Words.\n" * 20 + '"""\n', "docstrings are no code"),
+        ("import a\nimport b\nimport c\nimport d\nimport e\nimport f\nfrom g import h\n", "imports are no code"),
+        ("# one\n# two\n# three\n# four\n# five\n# six\nX = 1\n", "comments are no code"),
+    ],
+)
+def test_what_may_stand_twice(text: str, why: str):
+    assert found(a=text, b=text) == [], why
+
+
+def test_tests_may_repeat_themselves():
+    parsed = [parse(f"test/test_{name}.py", BLOCK.encode()) for name in "ab"]
+    assert copies_module.copies(parsed) == []
+
+
+def test_three_places_are_one_copy():
+    assert found(a=BLOCK, b=BLOCK, c=BLOCK) == [8]
+
+
+def test_the_same_line_over_and_over_is_found_in_finite_time():
+    assert len(found(a="x.append(1)\n" * 3000)) >= 1
+
+
+def test_the_scan_callback_copied_into_the_second_node(tmp_path: Path):
+    """Blatant: the reference's measuring, once more in a node."""
+    scans = (REFERENCE / "ros2_robot_controller/utils/scans.py").read_text()
+    text = (REFERENCE / PROCESSOR).read_text() + "\n\n" + scans[scans.index("def measure_proximity") :]
+    result = judged(copies, facts(reference(tmp_path, files={PROCESSOR: text})))
+    assert result.share == 0.75
+    assert "utils/scans.py:" in result.seen
+    assert f"{PROCESSOR}:" in result.seen
+
+
+def test_six_lines_copied_into_a_helper(tmp_path: Path):
+    """Subtle: the shortest copy that counts."""
+    block = "    a = x + 1\n    b = a * 2\n    c = b - x\n    d = c / 3\n    e = d + a\n"
+    one = f"def one(x):\n{block}    return e * 7\n"
+    for text, share in (
+        (one + f"\n\ndef two(x):\n{block}    return e * 7\n", 0.75),
+        (one + f"\n\ndef two(x):\n{block}    return e\n", 1.0),
+    ):
+        folder = tmp_path / str(share)
+        assert (
+            judged(copies, facts(reference(folder, files={"ros2_robot_controller/utils/more.py": text}))).share == share
+        )

@@ -1,0 +1,224 @@
+"""report.html: one file, safe to open, that a browser without a network shows whole."""
+
+import base64
+import hashlib
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pytest
+from helpers.report_examples import (
+    BUILD,
+    INTAKE,
+    RUBRIC,
+    TOUCHED,
+    broken,
+    drive_at_a_wall,
+    good,
+    grading,
+    mediocre,
+    results,
+    small_rubric,
+)
+
+from grader.evidence import Evidence, Flag
+from grader.report import html, write
+from grader.scoring.rubric import load
+from grader.scoring.scorecard import CheckResult, Outcome
+
+VOID = {"meta", "img", "br", "hr", "input", "link"}
+# What the template itself is made of; anything else came out of somebody's text.
+NAMES = """html head meta title style body header main footer section div a p span h1 h2 h3 ul li strong svg rect
+    table thead tbody tr th td details summary code pre dl dt dd figure img figcaption"""
+ELEMENTS = set(NAMES.split())
+ATTACKS = [
+    "<script>alert(1)</script>",
+    "<img src=x onerror=alert(1)>",
+    "<svg/onload=alert(1)>",
+    "</pre></details><iframe src='http://x'></iframe>",
+    "\"><a href='javascript:alert(1)'>click</a>",
+    "</style><link rel=stylesheet href=http://x>",
+    "`<b>code</b>`",
+    "[x](javascript:alert(1)) **bold**",
+    "{{ 7 * 7 }}{% raw %}",
+    "\x1b[31m\u202egpj",
+]
+
+
+class Page(HTMLParser):
+    """The elements of a page, and whether they are nested rightly."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.elements, self.attributes, self.text = [], [], [], ""
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append(tag)
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.elements.append(tag)
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text += data
+
+
+@pytest.fixture
+def rubric(tmp_path):
+    return small_rubric(tmp_path)
+
+
+@pytest.mark.parametrize("make", [good, mediocre, broken])
+def test_the_page_is_sound_and_needs_nothing_from_anywhere(make):
+    text = html.render(make(load(RUBRIC)))
+    page = Page(text)
+    assert set(page.elements) <= ELEMENTS
+    for tag, name, value in page.attributes:
+        assert not name.startswith("on")
+        assert name != "style"
+        if name in ("href", "src"):
+            assert value.startswith(("#", "data:image/png;base64,")), f"{tag} {name} {value[:40]}"
+    targets = {value[1:] for _, name, value in page.attributes if name == "href"}
+    ids = [value for _, name, value in page.attributes if name == "id"]
+    assert targets <= set(ids)
+    assert len(ids) == len(set(ids))
+
+
+def test_the_policy_allows_nothing_but_our_style_and_our_pictures(rubric):
+    text = html.render(grading(rubric, results(rubric)))
+    style = re.search(r"<style>(.*?)</style>", text, re.S)[1]
+    digest = base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
+    policy = re.search(r'http-equiv="Content-Security-Policy" content="(.*?)"', text)[1]
+    assert policy.split("; ") == [
+        "default-src 'none'",
+        "img-src data:",
+        f"style-src 'sha256-{digest}'",
+        "base-uri 'none'",
+        "form-action 'none'",
+    ]
+
+
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_nothing_that_a_student_wrote_becomes_an_element(rubric, attack, monkeypatch):
+    """In every place that a student's words can reach."""
+    monkeypatch.setattr("grader.report.pictures.png", lambda _trial: b"a picture")
+    result = CheckResult(
+        "check_navigation::test_reaches_a_target", Outcome.FAILED, 0.0, attack, attack, attack, attack, attack
+    )
+    waits = CheckResult("check_obstacle::test_stops_in_time", Outcome.NOT_REACHED, 0.0, because=attack)
+    trial = replace(drive_at_a_wall(), name=attack, node=attack, world=attack, ended=attack)
+    evidence = Evidence(
+        replace(INTAKE, name=attack, package=attack, package_path=attack, notes=[attack]),
+        replace(BUILD, ok=False, log_tail=attack),
+        trials={attack: trial},
+        flags=[Flag(attack, attack, attack)],
+    )
+    made = grading(rubric, results(rubric, result, waits), evidence, submission=attack, environment={attack: attack})
+    page = Page(html.render(made))
+    assert set(page.elements) <= ELEMENTS
+    assert page.elements.count("style") == page.elements.count("title") == 1
+    assert all(
+        value.startswith(("#", "data:image/png")) for _, name, value in page.attributes if name in ("href", "src")
+    )
+    assert not any(name.startswith("on") for _, name, _ in page.attributes)
+    assert not any(hidden in page.text for hidden in "\x1b\u202e")
+    assert "49" not in page.text.replace(attack, "")
+
+
+def test_the_worst_build_log_leaves_the_page_small(rubric):
+    evidence = Evidence(INTAKE, replace(BUILD, ok=False, log_tail="<" * 10_000_000))
+    assert len(html.render(grading(rubric, results(rubric), evidence))) < 100_000
+
+
+def test_what_failed_is_open_and_what_passed_is_folded(rubric):
+    text = html.render(grading(rubric, results(rubric, TOUCHED)))
+    assert '<details class="requirement" id="F4" open>' in text
+    assert '<details class="requirement" id="F8">' in text
+
+
+def test_a_failed_trial_is_shown_once_where_it_first_cost_points(rubric):
+    also = CheckResult("check_obstacle::test_stops_in_time", Outcome.FAILED, 0.0, trial="drive_at_a_wall")
+    evidence = Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": drive_at_a_wall()})
+    text = html.render(grading(rubric, results(rubric, TOUCHED, also), evidence))
+    assert text.count("<img ") == 1
+    assert text.index('id="F4"') < text.index("<img ") < text.index('id="F8"')
+    assert 'alt="The robot went from (0.00, 0.00) to (1.83, 0.00) m' in text
+
+
+def test_no_more_than_so_many_pictures_are_drawn(rubric, monkeypatch):
+    monkeypatch.setattr(html, "PICTURES", 1)
+    trials = {name: replace(drive_at_a_wall(), name=name) for name in ("one", "two")}
+    first = replace(TOUCHED, trial="one")
+    second = CheckResult("check_navigation::test_reaches_a_target", Outcome.FAILED, 0.0, trial="two")
+    text = html.render(grading(rubric, results(rubric, first, second), Evidence(INTAKE, BUILD, trials=trials)))
+    assert text.count("<img ") == 1
+
+
+def test_pictures_can_be_left_out(rubric):
+    evidence = Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": drive_at_a_wall()})
+    assert "<img " not in html.render(grading(rubric, results(rubric, TOUCHED), evidence), pictures=False)
+
+
+def test_a_picture_that_cannot_be_drawn_leaves_the_grade(rubric, monkeypatch):
+    def broken_backend(trial):
+        raise RuntimeError("no font")
+
+    monkeypatch.setattr("grader.report.pictures.png", broken_backend)
+    evidence = Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": drive_at_a_wall()})
+    text = html.render(grading(rubric, results(rubric, TOUCHED), evidence))
+    assert "touched the wall ahead" in text
+    assert "<img " not in text
+
+
+def test_flags_come_first(rubric):
+    evidence = Evidence(INTAKE, BUILD, flags=[Flag("network", "tried to reach 10.0.0.1")])
+    text = html.render(grading(rubric, results(rubric), evidence))
+    assert text.index("tried to reach 10.0.0.1") < text.index('aria-label="Score"')
+
+
+def test_a_build_that_failed_shows_the_end_of_its_log_at_the_top():
+    text = html.render(broken(load(RUBRIC)))
+    assert text.index("The package does not build") < text.index("CMake Error at") < text.index('id="requirements"')
+
+
+def test_an_incomplete_grade_says_which_requirements_a_person_must_look_at(rubric):
+    text = html.render(grading(rubric, results(rubric)[1:]))
+    assert "This grade is not complete" in text
+    assert 'A fault of the grader left <a href="#F4">F4</a> without a full verdict.' in text
+
+
+def test_code_in_a_requirement_is_shown_as_code(rubric):
+    assert "<code>cmd_vel</code> is zero within 0.3 s" in html.render(grading(rubric, results(rubric)))
+
+
+def test_both_files_are_written_beside_each_other(rubric, tmp_path):
+    as_json, as_html = write(grading(rubric, results(rubric)), tmp_path / "out")
+    assert (as_json.name, as_html.name) == ("report.json", "report.html")
+    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["report.html", "report.json"]
+
+
+def test_each_fault_is_shown_with_the_tests_that_noticed_it_or_not():
+    page = html.render(mediocre(load(RUBRIC)), pictures=False)
+    table = page[page.index("Faults put into the package, and") :]
+    table = table[: table.index("</details>")]
+    assert "which of its tests noticed (2 of 4)" in table
+    rows = [re.sub(r"<[^>]+>", " ", row).split() for row in re.findall(r"<tr.*?</tr>", table)[1:]]
+    assert [" ".join(row) for row in rows] == [
+        "robot_controller.py:41 &lt; became &lt;= "
+        "not noticed by test_stops , test_turns_left , test_keeps_the_limit and 1 more",
+        "robot_controller.py:57 0.5 became 1.5 noticed by test_stops",
+        "robot_controller.py:58 -speed became speed noticed by test_turns_left",
+        "robot_controller.py:90 self._publish_feedback(distance) was left out no test reaches this line",
+        "utils/conversions.py:7 min became max not tried",
+    ]
+    assert "not tried: the budget of 20 s" in table
+    assert "Faults put into the package, and" not in html.render(broken(load(RUBRIC)), pictures=False)

@@ -1,0 +1,57 @@
+"""Pictures of trials: whatever a trial holds, a picture comes out or none is promised."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from helpers.report_examples import drive_at_a_wall, drive_to_a_goal
+
+from grader.evidence import Command, Goal
+from grader.report import pictures
+
+PNG = b"\x89PNG\r\n\x1a\n"
+WALL, GOAL = drive_at_a_wall(), drive_to_a_goal()
+FAR = Goal(0.1, math.nan, math.inf, math.nan, False, "rejected", None, math.nan, math.nan, math.nan)
+
+
+@pytest.mark.parametrize(
+    "trial",
+    [
+        WALL,
+        GOAL,
+        replace(WALL, world="a world that is gone"),
+        replace(WALL, commands=[], scans=[], touches=[]),
+        replace(WALL, commands=[Command(1.0, math.nan, 0.0), Command(2.0, 1e300, 0.0), Command(3.0, -math.inf, 0.0)]),
+        replace(WALL, goals=[FAR, replace(FAR, x=1e9, y=0.0, tolerance=-1.0)]),
+        replace(WALL, samples=[WALL.samples[0]] * 2),
+        replace(WALL, samples=WALL.samples * 50, touches=WALL.touches * 1000),
+    ],
+    ids=["wall", "goal", "no world", "silent", "absurd commands", "absurd goals", "standing", "long"],
+)
+def test_a_picture_comes_out(trial):
+    assert pictures.drawable(trial)
+    assert pictures.png(trial).startswith(PNG)
+    assert pictures.describe(trial)
+
+
+def test_a_trial_in_which_nothing_was_seen_is_not_drawable():
+    assert not pictures.drawable(replace(WALL, samples=[]))
+
+
+def test_a_robot_that_stood_still_and_was_told_nothing_is_not_drawable():
+    still = replace(WALL, samples=[WALL.samples[0]] * 9, commands=[Command(1.0, 0.0, 0.0)], touches=[])
+    assert not pictures.drawable(still)
+    assert pictures.drawable(replace(still, commands=[Command(1.0, 0.0, 0.3)]))
+
+
+def test_the_words_tell_of_the_contact():
+    assert "It touched wall ahead at 4.6 s, moving at 0.40 m/s." in pictures.describe(WALL)
+
+
+def test_the_words_tell_of_the_goal():
+    assert "It was sent to (1.50, 1.50) m; the goal succeeded." in pictures.describe(GOAL)
+
+
+def test_the_longest_drive_is_the_one_worth_drawing():
+    assert pictures.worth_drawing([WALL, GOAL, replace(GOAL, name="still", samples=[])]) is GOAL
+    assert pictures.worth_drawing([]) is None

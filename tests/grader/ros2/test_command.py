@@ -1,0 +1,177 @@
+"""The `ros2` command without a graph: packages, interfaces, `run`, completion, and stepping aside."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from helpers.ros2_runs import COMMAND, FILES, environment
+
+
+def test_interfaces_are_shown_with_what_is_inside_them(ros2):
+    shown = ros2("interface", "show", "--no-comments", "geometry_msgs/msg/TwistStamped")
+    assert shown.stdout == (
+        "std_msgs/Header header\n"
+        "\tbuiltin_interfaces/Time stamp\n\t\tint32 sec\n\t\tuint32 nanosec\n\tstring frame_id\n"
+        "Twist twist\n"
+        "\tVector3  linear\n\t\tfloat64 x\n\t\tfloat64 y\n\t\tfloat64 z\n"
+        "\tVector3  angular\n\t\tfloat64 x\n\t\tfloat64 y\n\t\tfloat64 z\n"
+    )
+    assert "# informational, e.g. for error messages" in ros2("interface", "show", "std_srvs/srv/SetBool").stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "out", "err"),
+    [
+        (["interface", "show", "std_msgs/String"], 1, "", "Invalid name 'std_msgs/String'. Expected three parts"),
+        (["interface", "show", "std_msgs/msg/Nope"], 1, "", "Could not find the interface '"),
+        (["interface", "package", "nope"], 1, "", "Unknown package 'nope'"),
+        (["pkg", "prefix", "nope"], 1, "", "Package not found"),
+        (["pkg", "executables", "nope"], 1, "", "Package 'nope' not found"),
+        (["run", "nope", "nope"], 1, "", "Package 'nope' not found"),
+        (["run", "demo", "nope"], 1, "", "No executable found. demo has counting, fail, family, show, stubborn, wait"),
+        (["run", "demo", "show", "--x", "1"], 0, "ARGV --x 1\n", ""),
+        (["run", "--prefix", "echo P", "demo", "show"], 0, "P ", ""),
+        (["run", "demo", "fail"], 3, "[ros2run]: Process exited with failure 3\n", ""),
+        (["interface", "proto", "std_srvs/srv/SetBool"], 0, '"data: false\n"\n', ""),
+        (["nope"], 2, "", "invalid choice: 'nope'"),
+        (["topc", "list"], 2, "", "\nDid you mean topic?"),
+        (["topic", "lst"], 2, "", "\nDid you mean list?"),
+        (["run", "dmo", "show"], 1, "", "Package 'dmo' not found\nDid you mean demo?"),
+        (["interface", "show", "std_msgs/Strin"], 1, "", "separated by '/'\n"),
+        (["interface", "show", "std_msgs/String"], 1, "", "separated by '/'\nDid you mean std_msgs/msg/String?"),
+        (["interface", "show", "std_msgs/msg/Strin"], 1, "", "\nDid you mean std_msgs/msg/String?"),
+        (["service", "call", "/s", "std_srvs/srv/SetBool", "data:", "true"], 2, "", "go in quotes, as one word"),
+        (["bag", "info", "."], 1, "", "Could not read bag '.': it has no metadata.yaml"),
+        (["daemon", "stop"], 2, "", "ros2 daemon: not here; there is no daemon"),
+        (["pkg", "create", "Bad-Name"], 1, "", "Package name 'Bad-Name' is not allowed"),
+    ],
+)
+def test_words_and_exit_codes(ros2, words, code, out, err):
+    done = ros2(*words)
+    assert done.returncode == code
+    assert done.stdout.startswith(out)
+    assert err in done.stderr
+
+
+def test_lists(ros2, demo):
+    assert ros2("pkg", "executables", "demo").stdout.splitlines()[0] == "demo counting"
+    assert ros2("pkg", "prefix", "--share", "demo").stdout == f"{demo}/share/demo\n"
+    assert {"demo", "rclpy", "std_msgs"} <= set(ros2("pkg", "list").stdout.split())
+    assert set(ros2("interface", "package", "std_srvs").stdout.split()) == {
+        f"std_srvs/srv/{name}" for name in ("Empty", "SetBool", "Trigger")
+    }
+    assert "    std_srvs/srv/Trigger\n" in ros2("interface", "list", "-s").stdout
+
+
+def test_a_package_that_is_built_but_not_sourced_says_so(ros2, tmp_path):
+    (tmp_path / "install/mine/share/mine").mkdir(parents=True)
+    said = ros2("run", "mine", "x").stderr
+    assert said == (
+        f"Package 'mine' not found\nIt is built in {tmp_path}/install, which is not sourced here: "
+        f"source {tmp_path}/install/setup.bash\n"
+    )
+
+
+def test_a_new_package_passes_its_own_tests(ros2, tmp_path):
+    made = ros2(
+        *("pkg", "create", "--build-type", "ament_python", "--license", "Apache-2.0", "--node-name", "talker"),
+        *("my_pkg", "--dependencies", "rclpy"),
+    )
+    assert made.stdout.startswith("going to create a new package\npackage name: my_pkg\n")
+    assert "creating ./my_pkg/my_pkg/talker.py\n" in made.stdout
+    package = tmp_path / "my_pkg"
+    tests = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider"],
+        cwd=package, env=environment(Path("/nowhere"), tmp_path), capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert "2 passed, 1 skipped" in tests.stdout, tests.stdout
+    again = ros2("pkg", "create", "my_pkg")
+    assert again.returncode == 1
+    assert "The directory already exists" in again.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("build_type", ["ament_python", "ament_cmake"])
+def test_a_new_package_builds(ros2, tmp_path, build_type):
+    ros2(
+        "pkg", "create", "--build-type", build_type, "my_pkg", *(["--node-name", "n"] if "python" in build_type else [])
+    )
+    built = subprocess.run(
+        ["colcon", "build", "--event-handlers", "console_direct-"],
+        cwd=tmp_path,
+        env={**environment(Path(sys.prefix), tmp_path), "CMAKE_PREFIX_PATH": sys.prefix},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert built.returncode == 0, built.stderr
+    assert (tmp_path / "install/my_pkg/share/my_pkg/package.xml").is_file()
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("ros2 run demo s", {"show", "stubborn"}),
+        ("ros2 launch demo ", {"one.launch.py"}),
+        ("ros2 topic e", {"echo"}),
+        ("ros2 interface show std_srvs/srv/Tr", {"std_srvs/srv/Trigger"}),
+        ("ros2 pkg prefix dem", {"demo"}),
+        (f"ros2 launch {FILES}/arguments.launch.py sp", {"speed:="}),
+        ('ros2 service call /s std_srvs/srv/SetBool "', {"{data: false}"}),
+    ],
+)
+def test_names_complete(demo, tmp_path, line, expected):
+    completing = {
+        "_ARGCOMPLETE": "1",
+        "_ARGCOMPLETE_IFS": "\n",
+        "_ARGCOMPLETE_STDOUT_FILENAME": str(tmp_path / "answer"),
+        "COMP_LINE": line,
+        "COMP_POINT": str(len(line)),
+        "COMP_TYPE": "9",
+    }
+    subprocess.run([sys.executable, COMMAND], env=environment(demo, tmp_path, **completing), check=False, timeout=60)
+    assert {word.strip() for word in (tmp_path / "answer").read_text().split("\n")} >= expected
+
+
+def test_it_steps_aside_for_the_real_command(ros2, tmp_path):
+    real = tmp_path / "opt" / "ros2"
+    real.parent.mkdir()
+    real.write_text("#!/bin/sh\n# from ros2cli\necho the real one: $*\n")
+    real.chmod(0o755)
+    path = f"{real.parent}:/usr/bin:/bin"
+    assert ros2("topic", "list", "-t", PATH=path, ROS2_COURSE_KIT_OWN="").stdout == "the real one: topic list -t\n"
+    real.write_text("#!/bin/sh\n# some other copy of ours\n")
+    assert "rclpy" in ros2("pkg", "list", PATH=path, ROS2_COURSE_KIT_OWN="").stdout
+
+
+def test_ctrl_c_that_was_put_off_while_python_started_reaches_the_node(demo, tmp_path):
+    """The command blocks the signal when it starts itself again; nothing that it runs may inherit that."""
+
+    def put_off() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # whoever starts the tests in the background has it ignored
+        signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+
+    started = subprocess.Popen(
+        [sys.executable, COMMAND, "run", "demo", "counting"],
+        env=environment(demo, tmp_path), stdout=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=put_off,
+    )  # fmt: skip
+    assert started.stdout is not None
+    assert started.stdout.readline() == "ready\n"
+    os.killpg(started.pid, signal.SIGINT)
+    assert started.communicate(timeout=60)[0].startswith("INT 1\n")
+    assert started.returncode == 1
+
+
+def test_the_folder_works_alone(ros2, demo, tmp_path):
+    """The grader mounts it alone, under any name, beside the wheels."""
+    shutil.copytree(COMMAND, tmp_path / "kit", ignore=shutil.ignore_patterns("__pycache__"))
+    run = subprocess.run(
+        [sys.executable, tmp_path / "kit", "launch", "demo", "one.launch.py"],
+        env=environment(demo, tmp_path), stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert run.returncode == 0
+    assert "[show-1] ARGV" in run.stdout

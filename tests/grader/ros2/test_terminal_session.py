@@ -1,0 +1,226 @@
+"""The session of docs/ros2-session.md, typed into real terminals, and names that complete with Tab."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+from helpers.ros2_runs import COMMAND, ROOT
+from helpers.terminal import Terminal, desk
+
+from grader import build
+from grader.host import ros_env
+
+PAGE = ROOT / "docs" / "ros2-session.md"
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+# On a busy machine an answer to discovery may come late, and a list may be short by it: then a person looks again.
+LOOKS_AT_THE_GRAPH = re.compile(r"ros2 \w+ (list|info)\b")
+LOOKS = 5
+HERE = "here"  # the window in which lines are typed one after the other; in the others they go on
+
+pytestmark = [
+    pytest.mark.ros,
+    pytest.mark.sandbox,
+    pytest.mark.slow,
+    pytest.mark.skipif(shutil.which("bwrap") is None, reason="needs a network of its own: apt-get install bubblewrap"),
+]
+
+
+@dataclass
+class Step:
+    """A line of the page, and what is printed: to its end, or until Ctrl-C is pressed and after it."""
+
+    window: str
+    line: str  # "" for Ctrl-C in a window whose line goes on
+    shown: list[str] = field(default_factory=list)
+
+
+def blocks(page: str, language: str) -> list[tuple[str, str]]:
+    """Return the code blocks of a language as pairs of the word after it and the text."""
+    return re.findall(rf"^```{language}[ ]?(.*)\n((?:.*\n)*?)```$", page, re.MULTILINE)
+
+
+def steps(page: str) -> list[Step]:
+    """Return what the page has typed."""
+    found: list[Step] = []
+    for window, text in blocks(page, "console"):
+        for line in text.splitlines():
+            if line.startswith("$ "):
+                found.append(Step(window or HERE, line[2:]))
+            elif line.startswith("^C") and window:
+                found.append(Step(window, "", [line]))
+            else:
+                found[-1].shown.append(line)
+    return found
+
+
+def pattern(lines: list[str]) -> str:
+    """Return what matches the lines with any numbers in them; … stands for any text, alone in a line for any lines.
+
+    The terminal writes ^C where Ctrl-C is pressed, which may be in the middle of what is printed.
+    """
+    parts = []
+    for line in lines:
+        if line == "…" or line.startswith("^C"):
+            parts.append(r"(?:.*\n)*?")
+        if line.removeprefix("^C") in ("", "…") and line:
+            continue
+        pieces = line.removeprefix("^C").rstrip().split("…")
+        words = [NUMBER.pattern.join(map(re.escape, NUMBER.split(piece))) for piece in pieces]
+        parts.append(".*".join(words) + r"[ ]*\n")
+    return "".join(parts)
+
+
+def fits(shown: list[str], said: str) -> bool:
+    """Return whether what was printed is what the page shows."""
+    said = said.replace("^C", "", 1)
+    return re.fullmatch(pattern(shown), said if said.endswith("\n") or not said else said + "\n") is not None
+
+
+def play(step: Step, terminal: Terminal) -> None:
+    """Type a line and compare."""
+    stop = next((i for i, line in enumerate(step.shown) if line.startswith("^C")), None)
+    shown = step.shown
+    if not step.line:
+        said, shown = terminal.interrupt(), ["…", *shown]  # what came before is shown further up
+    elif stop is not None:
+        terminal.start(step.line)
+        terminal.wait_for(r"\A" + pattern(shown[:stop]))
+        said = terminal.interrupt()
+    elif step.window != HERE:
+        terminal.start(step.line)
+        terminal.wait_for(r"\A" + pattern(shown))
+        return
+    else:
+        said = terminal.run(step.line)
+    for _ in range(LOOKS):
+        if fits(shown, said) or not LOOKS_AT_THE_GRAPH.match(step.line):
+            break
+        said = terminal.run(step.line)
+    assert fits(shown, said), f"$ {step.line}\n{said}\nis not as the page has it:\n" + "\n".join(shown)
+    assert "Traceback" not in said
+    if step.line == "echo $?":
+        assert said.split() == shown
+
+
+@pytest.fixture(scope="module")
+def window(tmp_path_factory: pytest.TempPathFactory, reference: Path) -> Iterator[Callable[[], Terminal]]:
+    """Return a function that opens a terminal beside the built reference package."""
+    folder = tmp_path_factory.mktemp("session")
+    (folder / "robot.py").write_text(blocks(PAGE.read_text(), "python")[0][1])
+    install = build.build([reference], build.cache_folder()).install
+    env = {**ros_env.environment(install, home=folder), "ROS2_COURSE_KIT_OWN": "1", "TERM": "xterm"}
+    with desk(folder, env) as open_one:
+        yield open_one
+
+
+def test_the_session_goes_as_the_page_says(window):
+    """Topics, services, an action with feedback, parameters, a bag recorded and played; Ctrl-C; wrong words."""
+    page = PAGE.read_text()
+    opened: dict[str, Terminal] = {}
+    for step in steps(page):
+        if step.window == "build":  # done by the fixture, and by the test below
+            continue
+        if step.window not in opened:
+            opened[step.window] = window()
+        play(step, opened[step.window])
+
+
+@pytest.fixture(scope="module")
+def beside_the_robot(window: Callable[[], Terminal]) -> Iterator[Terminal]:
+    """Return a terminal beside a robot and its controller that run in others."""
+    robot, nodes = window(), window()
+    robot.start("python robot.py")
+    nodes.start("ros2 run ros2_robot_controller robot_controller --ros-args -p use_sim_time:=true")
+    nodes.wait_for("is ready")
+    terminal = window()
+    terminal.run('eval "$(register-python-argcomplete ros2)"')
+    yield terminal
+    for one in (nodes, robot):
+        one.interrupt()
+
+
+@pytest.mark.parametrize(
+    ("typed", "completed"),
+    [
+        ("ros2 topic echo /sc", "/scan "),
+        ("ros2 service call /set_", "/set_speed "),
+        ("ros2 service call /set_speed ", "/set_speed ros2_robot_controller/srv/SetSpeed "),
+        ('ros2 service call /set_speed ros2_robot_controller/srv/SetSpeed "', '"{speed: 0.0}" '),
+        ("ros2 topic pub /cmd_vel ", "/cmd_vel geometry_msgs/msg/Twist "),
+        ("ros2 action send_goal /nav", "/navigate_to_position "),
+        ("ros2 param get /robot_controller max_l", "max_linear_speed "),
+        ("ros2 launch ros2_robot_controller robot_controller_launch.py use", "use_sim_time:="),
+        ("ros2 run ros2_robot_controller sens", "sensor_processor "),
+    ],
+)
+def test_tab_completes(beside_the_robot, typed, completed):
+    assert beside_the_robot.complete(typed, completed).startswith(typed)
+
+
+@pytest.mark.parametrize(
+    ("line", "until", "code"),
+    [
+        ("ros2 topic echo /odom", "---", 2),
+        ("ros2 topic bw /scan", "from", 2),
+        ("ros2 topic pub -r 50 /chatter std_msgs/msg/String", "#3", 2),
+        ("ros2 topic hz /nobody", "WARNING", 2),
+        ("ros2 bag record -o early /odom", "Listening", 0),  # and what there is is a bag, below
+        ("ros2 bag play -l early", "Set rate", 2),
+        ("ros2 action send_goal /navigate_to_position ros2_robot_controller/action/NavigateToPosition "
+         "'{target_pose: {position: {x: 6.0}}, tolerance: 0.1}'", "Goal accepted", 2),
+    ],
+)  # fmt: skip
+def test_ctrl_c_ends_a_line(beside_the_robot, line, until, code):
+    """With an exit code, without a traceback, and with nothing left behind."""
+    beside_the_robot.start(line)
+    beside_the_robot.wait_for(until)
+    said = beside_the_robot.interrupt()
+    assert "Traceback" not in said
+    assert beside_the_robot.code == code
+    if "Goal accepted" in said:
+        assert said.endswith("Goal finished with status: CANCELED\n")
+
+
+def test_a_prepared_terminal_builds(tmp_path):
+    """A plain `colcon build` of a package with interfaces finds the wheels, as after sourcing an installed ROS."""
+    source = tmp_path / "src" / "greeter"
+    (source / "msg").mkdir(parents=True)
+    (source / "msg" / "Greeting.msg").write_text("string text\n")
+    (source / "package.xml").write_text(PACKAGE)
+    (source / "CMakeLists.txt").write_text(CMAKE)
+    with desk(tmp_path, {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path), "ROS2_COURSE_KIT_OWN": "1"}) as open_one:
+        terminal = open_one()
+        terminal.run(f"source {COMMAND}/setup.bash")
+        built = terminal.run("colcon build", limit_s=900)
+        assert terminal.code == 0, built
+        terminal.run("source install/setup.bash")
+        assert terminal.run("ros2 interface package greeter") == "greeter/msg/Greeting\n"
+        said = terminal.run("ros2 topic pub -1 -w 0 /hello greeter/msg/Greeting '{text: hi}'")
+        assert "greeter.msg.Greeting(text='hi')" in said
+
+
+PACKAGE = """<?xml version="1.0"?>
+<package format="3">
+  <name>greeter</name>
+  <version>0.0.0</version>
+  <description>Says hello.</description>
+  <maintainer email="nobody@example.com">nobody</maintainer>
+  <license>Apache-2.0</license>
+  <buildtool_depend>ament_cmake</buildtool_depend>
+  <buildtool_depend>rosidl_default_generators</buildtool_depend>
+  <member_of_group>rosidl_interface_packages</member_of_group>
+  <export><build_type>ament_cmake</build_type></export>
+</package>
+"""
+CMAKE = """cmake_minimum_required(VERSION 3.8)
+project(greeter)
+find_package(ament_cmake REQUIRED)
+find_package(rosidl_default_generators REQUIRED)
+rosidl_generate_interfaces(${PROJECT_NAME} "msg/Greeting.msg")
+ament_package()
+"""

@@ -1,0 +1,194 @@
+"""The wall: what a walled-in command sees, may use, and leaves behind."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from grader import sandbox
+from grader.errors import GraderError
+from grader.host import namespaces, ros_env
+from grader.sandbox import MIB, Limits, Process, Sandbox, process
+from grader.sandbox.cpu_clock import WorkClock
+
+pytestmark = pytest.mark.sandbox
+
+PYTHON = Sandbox(environment=ros_env.environment(home=sandbox.HOME))
+
+
+def python(code: str, wall: Sandbox = PYTHON, **limits: object) -> sandbox.RunResult:
+    return sandbox.run(["python3", "-c", code], wall, Limits(**{"wall_seconds": 30.0, **limits}))  # type: ignore[arg-type]
+
+
+def wait_until(holds, seconds: float = 10.0) -> bool:
+    deadline = time.monotonic() + seconds
+    while not holds():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.01)
+    return True
+
+
+def test_a_command_says_how_it_ended():
+    assert python("print('hello')") == sandbox.RunResult(0, "hello\n", False, pytest.approx(0, abs=30))
+    assert python("raise SystemExit(7)").exit_code == 7
+    assert python("import os; os.kill(os.getpid(), 11)").exit_code == -11
+
+
+def test_the_submission_sees_neither_our_sources_nor_the_users_files(tmp_path: Path):
+    secret = tmp_path / "results.json"
+    secret.write_text("{}")
+    kit = Path(sandbox.__file__ or "")
+    looked_for = [str(secret), str(kit), "/etc/shadow", str(Path.home() / ".bashrc")]
+    code = f"import os; print([os.path.exists(path) for path in {looked_for}])"
+    assert python(code).output == "[False, False, False, False]\n"
+
+
+def test_nothing_of_our_environment_leaks_in(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("GRADER_SECRET", "42")
+    assert "GRADER_SECRET" not in python("import os; print(dict(os.environ))").output
+
+
+def test_the_system_and_what_is_mounted_read_only_cannot_be_written(tmp_path: Path):
+    (tmp_path / "file").write_text("before")
+    wall = Sandbox(read_only={tmp_path: "/ws/in"}, environment=PYTHON.environment)
+    for path in ("/usr/evil", "/ws/in/evil", "/ws/in/file", f"{ros_env.PREFIX}/evil"):
+        assert "Error" in python(f"open({path!r}, 'w')", wall).output
+    assert (tmp_path / "file").read_text() == "before"
+
+
+def test_what_is_mounted_writable_is_what_comes_out(tmp_path: Path):
+    wall = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    assert python("open('/ws/out/answer', 'w').write('42')", wall).ok
+    assert (tmp_path / "answer").read_text() == "42"
+
+
+def test_there_is_no_network_but_loopback():
+    code = "import socket; print(sorted(name for _, name in socket.if_nameindex()))"
+    assert python(code).output == "['lo']\n"
+
+
+def test_it_sees_no_processes_but_its_own():
+    count = python("import os; print(len([p for p in os.listdir('/proc') if p.isdigit()]))").output
+    assert int(count) <= 3
+
+
+def test_a_command_that_hangs_is_stopped_with_its_whole_tree(tmp_path: Path):
+    wall = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    daemon = "while true; do date > /ws/out/alive; sleep 0.05; done"
+    code = (
+        f"import subprocess, time; subprocess.Popen(['sh', '-c', {daemon!r}], start_new_session=True)\ntime.sleep(1000)"
+    )
+    result = python(code, wall, wall_seconds=2.0)
+    assert result.timed_out
+    assert result.exit_code is None
+    (tmp_path / "alive").unlink(missing_ok=True)
+    time.sleep(0.3)  # three times as long as the daemon takes between two signs of life
+    assert not (tmp_path / "alive").exists()
+
+
+def test_time_in_which_others_had_the_cores_does_not_count(monkeypatch: pytest.MonkeyPatch):
+    """A thread that waits for a core all the time, as on a machine with a hundred others."""
+    monkeypatch.setattr(process, "_LONGEST", 1000)
+    monkeypatch.setattr(Process, "shares", lambda self: {1: (0.0, 2 * self.wall_seconds)})
+    assert python("import time; time.sleep(1.0)", wall_seconds=0.5).exit_code == 0
+
+
+def test_a_command_that_computes_with_more_threads_than_cores_is_stopped_all_the_same(monkeypatch: pytest.MonkeyPatch):
+    cores = os.cpu_count() or 1
+    monkeypatch.setattr(Process, "shares", lambda self: {1: (cores * self.wall_seconds, 9 * self.wall_seconds)})
+    monkeypatch.setattr(process, "_LONGEST", 1000)
+    assert python("import time; time.sleep(60)", wall_seconds=0.5).timed_out
+
+
+def test_no_command_takes_more_than_four_times_its_limit(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(Process, "shares", lambda self: {1: (0.0, 9 * self.wall_seconds)})
+    assert python("import time; time.sleep(60)", wall_seconds=0.2).timed_out
+
+
+def test_the_whole_tree_is_asked_how_long_it_waited():
+    spins = "import os, time\nos.fork()\nos.fork()\nend = time.monotonic() + 60\nwhile time.monotonic() < end: pass"
+    with Process(["python3", "-c", spins], PYTHON, Limits()) as busy:
+        assert wait_until(lambda: len(busy.shares()) >= 4 and all(ran > 0 for ran, _ in busy.shares().values()))
+
+
+def test_a_detached_child_does_not_outlive_its_parent(tmp_path: Path):
+    wall = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    child = "['sh', '-c', 'sleep 0.5; echo late > /ws/out/late']"
+    assert python(f"import subprocess; subprocess.Popen({child}, start_new_session=True)", wall).ok
+    time.sleep(1.0)
+    assert not (tmp_path / "late").exists()
+
+
+def test_endless_output_is_cut_in_the_middle():
+    result = python("import sys; sys.stdout.write('a' + 'x' * 3_000_000 + 'z')", output_bytes=10_000)
+    assert result.output.startswith("axx")
+    assert result.output.endswith("xxz")
+    assert "bytes left out" in result.output
+    assert len(result.output) < 11_000
+
+
+def test_output_that_is_no_text_is_shown_all_the_same():
+    assert python("import sys; sys.stdout.buffer.write(b'\\xff\\xfe ok')").output.endswith(" ok")
+
+
+def test_memory_files_and_core_dumps_are_limited():
+    assert "MemoryError" in python("x = bytearray(2 * 1024**3)", memory_bytes=1024 * MIB).output
+    assert "File too large" in python(
+        "open('/tmp/big', 'wb').write(b'x' * 5_000_000)", file_bytes=1 * MIB
+    ).output.replace("OSError: [Errno 27] ", "")
+    assert python("import resource; print(resource.getrlimit(resource.RLIMIT_CORE))").output == "(0, 0)\n"
+
+
+def test_it_is_known_how_long_a_command_waited_for_a_core():
+    """Ending within 2 s of Ctrl-C is judged without the time in which other processes had the cores."""
+    spin = "import threading\nfor _ in range(8): threading.Thread(target=lambda: [None for _ in iter(int, 1)]).start()"
+    with Process(
+        ["python3", "-c", spin], Sandbox(environment=ros_env.environment(home=sandbox.HOME)), Limits()
+    ) as busy:
+        deadline = time.monotonic() + 30.0
+        clock, since = WorkClock(busy), busy.wall_seconds
+        while max((waited for _, waited in busy.shares().values()), default=0.0) < 0.01 and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert max(waited for _, waited in busy.shares().values()) >= 0.01
+        assert 0.0 < clock.look() <= busy.wall_seconds - since
+    assert busy.shares() == {}
+
+
+def test_an_interrupt_reaches_the_command_as_ctrl_c_does():
+    code = (
+        "import time\nprint('up', flush=True)\ntry:\n    time.sleep(1000)\nexcept KeyboardInterrupt:\n    print('bye')"
+    )
+    with Process(["python3", "-c", code], PYTHON, Limits()) as process:
+        assert wait_until(lambda: "up" in process.output)
+        process.interrupt()
+        assert process.wait(10.0) == 0
+    assert process.output == "up\nbye\n"
+
+
+def test_leaving_the_block_ends_the_process():
+    with Process(["sleep", "1000"], PYTHON, Limits()) as process:
+        assert process.exit_code() is None
+    assert process.exit_code() is not None
+
+
+def test_a_wall_that_cannot_be_built_is_our_fault(tmp_path: Path):
+    with pytest.raises(GraderError, match="grader doctor"):
+        sandbox.run(["true"], Sandbox(read_only={tmp_path / "nothing": "/ws/in"}))
+
+
+def test_a_host_without_bubblewrap_is_told_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(GraderError, match="bubblewrap"):
+        sandbox.require()
+
+
+def test_unsafe_gradings_keep_what_keeps_the_host_alive(monkeypatch: pytest.MonkeyPatch):
+    """A worker that ends "every process but itself" must not mean the host's, whatever else is given up."""
+    monkeypatch.setenv(namespaces.UNSAFE_VARIABLE, "1")
+    assert python("import os; print(os.getpid() < 10)").output == "True\n"
+    assert python("open('/usr/evil', 'w')").exit_code == 1
+    assert namespaces.private_network(["true"]) == ["true"]

@@ -1,0 +1,37 @@
+"""The handout and the rubric cannot drift apart."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from grader import KIT
+from grader.scoring import handout, rubric
+
+ROOT = KIT
+
+
+def test_the_handout_in_docs_is_what_the_rubric_says_now():
+    """Mend it with: grader handout --out docs/handout.md"""
+    assert (ROOT / "docs" / "handout.md").read_text() == handout.render(rubric.load(ROOT / "rubric.yaml"))
+
+
+def test_every_requirement_stands_in_the_handout_with_its_words_and_points():
+    whole = rubric.load(ROOT / "rubric.yaml")
+    text = handout.render(whole)
+    for requirement in whole.requirements:
+        assert f"| {requirement.id} | {requirement.points:g} |" in text
+        assert requirement.text in text
+
+
+def test_a_changed_word_in_the_rubric_changes_the_handout():
+    whole = rubric.load(ROOT / "rubric.yaml")
+    first = whole.criteria[0]
+    changed = dataclasses.replace(first.requirements[0], text="Something else.")
+    criterion = dataclasses.replace(first, requirements=(changed, *first.requirements[1:]))
+    other = dataclasses.replace(whole, criteria=(criterion, *whole.criteria[1:]))
+    assert handout.render(other) != handout.render(whole)
+
+
+def test_the_interfaces_are_the_contracts_own_files():
+    text = handout.render(rubric.load(ROOT / "rubric.yaml"))
+    assert "float32 battery_level\ngeometry_msgs/Vector3 linear_acceleration" in text

@@ -1,0 +1,40 @@
+"""A grader that is killed leaves nothing behind, and the next one completes."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from grader import KIT
+from grader.host import tempdir
+
+ROOT = KIT
+
+
+@pytest.mark.slow
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_a_killed_grading_leaves_nothing_and_the_next_is_right():
+    """Three moments here; `kill_runs.py --runs 100` for more."""
+    command = [sys.executable, "tests/helpers/kill_runs.py", "--runs", "3", "--only", "F1", "F14", "--again-every", "3"]
+    ended = subprocess.run(
+        command, cwd=ROOT, env={**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"}, capture_output=True, text=True,
+        check=False,
+    )  # fmt: skip
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+
+
+def test_folders_of_the_dead_are_cleared_away_and_those_of_the_living_are_not(tmp_path: Path):
+    dead = subprocess.Popen(["true"])
+    dead.wait()
+    gone, mine, other = (
+        tmp_path / name for name in (f"grading-{dead.pid}-x", f"grading-{os.getpid()}-x", "grading-x-y")
+    )
+    for folder in (gone, mine, other):
+        (folder / "sub").mkdir(parents=True)
+    tempdir.sweep(tmp_path, "grading")
+    assert sorted(tmp_path.iterdir()) == sorted([mine, other])

@@ -1,0 +1,130 @@
+"""Python in other encodings, with form feeds, or beyond what can be read: nothing is gained by it."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from submissions import toy
+
+from grader import student_tests
+from grader.mutation import mutate
+from grader.mutation.operators import faults
+from grader.mutation.source import is_too_much, parse
+from grader.sandbox import untrusted
+
+LINES = (
+    "x = 1", "if x:", "    y = 'é'", "\f    z = 2", "    \f  \f    w = x + 1", "# a\fb", "s = x \f+ 2", "", "def f(a):",
+    "    return a < 3",
+)  # fmt: skip
+HEADS = ("", "# -*- coding: latin-1 -*-", "#!/usr/bin/python3\n# vim: set fileencoding=cp1252 :", "\ufeff")
+
+
+@given(
+    lines=st.lists(st.sampled_from(LINES), max_size=12),
+    ending=st.sampled_from(["\n", "\r\n", "\r"]),
+    head=st.sampled_from(HEADS),
+)
+def test_it_is_read_as_python_reads_it(
+    tmp_path_factory: pytest.TempPathFactory, lines: list[str], ending: str, head: str
+):
+    """And what was read can be written as UTF-8 and is still the same module."""
+    path = tmp_path_factory.getbasetemp() / "module.py"
+    encoding = "latin-1" if "coding" in head else "utf-8"
+    path.write_bytes(ending.join([*head.split("\n"), *lines, ""]).encode(encoding))
+    text = untrusted.python(path)
+    try:
+        tree = ast.parse(path.read_bytes())
+    except SyntaxError:
+        assert text is None or parse("m.py", text) is None
+        return
+    assert text is not None
+    assert ast.dump(ast.parse(text.encode()), include_attributes=False) == ast.dump(tree, include_attributes=False)
+    path.write_text(text)
+    assert untrusted.python(path) == text
+
+
+@pytest.mark.parametrize("encoding", ["unicode_escape", "utf-7", "idna", "rot13", "no-such-thing"])
+def test_encodings_in_which_nobody_writes_are_not_read(tmp_path: Path, encoding: str):
+    (tmp_path / "m.py").write_text(f"# coding: {encoding}\nx = 1\n")
+    assert untrusted.python(tmp_path / "m.py") is None
+
+
+def test_form_feeds_hide_no_fault(tmp_path: Path):
+    plain, fed = tmp_path / "plain.py", tmp_path / "fed.py"
+    plain.write_text(toy.CONTROLLER)
+    fed.write_text("\n".join(f"\f{line}" for line in toy.CONTROLLER.split("\n")))
+    found = []
+    for path in (plain, fed):
+        text = untrusted.python(path)
+        assert text is not None
+        source = parse("m.py", text)
+        assert source is not None
+        found.append([(fault.line, fault.words) for fault in faults(source)])
+    assert len(found[0]) > 10
+    assert found[0] == found[1]
+
+
+def test_what_python_refuses_is_not_what_is_too_much_for_it():
+    assert not is_too_much("def (:")
+    assert not is_too_much("x = 1\n")
+    assert is_too_much("x = " + " + ".join(["1"] * 5000))
+
+
+HIDDEN = """# coding: unicode_escape
+def twice(value):
+    if value > 2:
+        return 2 * value
+    return value + value
+"""
+USES_IT = """
+from ros2_robot_controller import hidden
+
+
+def test_twice():
+    assert hidden.twice(1) == 2
+    assert hidden.twice(3) == 6
+"""
+
+
+@pytest.mark.sandbox
+def test_of_a_module_that_cannot_be_read_nothing_was_reached_and_no_fault_noticed(tmp_path: Path):
+    made = toy.make(tmp_path, {"test/test_robot_controller.py": toy.THOROUGH + USES_IT}, {"hidden.py": HIDDEN})
+    ran = student_tests.run_modules(made.package, made.install, student_tests.read_modules(made.package))
+    reached = {Path(file.path).name: (file.lines, file.lines_hit) for file in ran.tests.coverage}
+    assert ran.tests.doubts == []
+    assert reached["hidden.py"] == (4, 0)
+    assert reached["robot_controller.py"][1] > 10
+    found = mutate(made.package, made.install, ran.reach, count=8, seconds=3.0)
+    hidden = [fault for fault in found.faults if fault.path.endswith("hidden.py")]
+    assert hidden
+    assert all(fault.outcome == "unreached" and "cannot be read" in fault.words for fault in hidden)
+    assert any(fault.outcome == "noticed" for fault in found.faults)
+
+
+@pytest.mark.sandbox
+def test_the_reports_of_tests_that_cannot_be_read_are_doubted(tmp_path: Path):
+    """A test of theirs cannot be made to fail, to see whether that is told."""
+    text = "# coding: unicode_escape\n" + toy.THOROUGH
+    made = toy.make(tmp_path, {"test/test_robot_controller.py": text})
+    ran = student_tests.run_modules(made.package, made.install, student_tests.read_modules(made.package))
+    assert ran.tests.modules[0].passed > 0
+    assert any("no encoding in which people write" in doubt for doubt in ran.tests.doubts)
+
+
+@pytest.mark.sandbox
+def test_another_encoding_is_no_fault(tmp_path: Path):
+    made = toy.make(tmp_path, {"test/test_robot_controller.py": ""})
+    for path in (made.package, made.install):
+        for module in path.rglob("robot_controller.py"):
+            module.write_bytes(f"# coding: latin-1\n# für\n{toy.CONTROLLER}".encode("latin-1"))
+    test = made.package / "test" / "test_robot_controller.py"
+    test.write_bytes(f"# coding: latin-1\n# für\n{toy.THOROUGH}".encode("latin-1"))
+    ran = student_tests.run_modules(made.package, made.install, student_tests.read_modules(made.package))
+    assert ran.tests.doubts == []
+    assert ran.tests.modules[0].failed == 0
+    found = mutate(made.package, made.install, ran.reach, count=8, seconds=3.0)
+    assert any(fault.outcome == "noticed" and fault.path.endswith("robot_controller.py") for fault in found.faults)

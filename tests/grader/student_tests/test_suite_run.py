@@ -1,0 +1,348 @@
+"""Own tests are run behind the wall, and what they report is believed only where known results come out right.
+
+One toy package holds all the cases, each in a folder of its own with its own conftest.py, so one bench serves all.
+"""
+
+from __future__ import annotations
+
+from textwrap import dedent
+
+import pytest
+from submissions import toy
+
+from grader import evidence
+from grader.student_tests import OwnRun, read_modules, run_modules
+
+pytestmark = [pytest.mark.sandbox]
+
+FAILING = (
+    "from ros2_robot_controller.robot_controller import TOP_SPEED\n\n\ndef test_it():\n    assert TOP_SPEED == 7.0\n"
+)
+PASSING = FAILING.replace("7.0", "0.5")
+FORGE = """
+    import coverage
+    import ros2_robot_controller.sensor_processor as module
+
+    def forge():
+        data = coverage.Coverage.current().get_data()
+        lines = {lines}
+        data.add_arcs({{module.__file__: [(a, a + 1) for a in lines] + [(-1, 1)]}})
+"""
+CASES = {
+    "honest/test_thorough.py": toy.THOROUGH,
+    "honest_conftest/conftest.py": """
+        import pytest
+
+        def pytest_configure(config):
+            config.addinivalue_line("markers", "slow: takes long")
+
+        @pytest.fixture(autouse=True)
+        def speed():
+            yield 0.5
+
+        @pytest.fixture(scope="module")
+        def robot():
+            from ros2_robot_controller.robot_controller import RobotController
+            return RobotController()
+    """,
+    "honest_conftest/test_it.py": """
+        import pytest
+
+        @pytest.mark.slow
+        def test_speed(speed, robot):
+            assert robot.set_speed(speed)
+
+        def test_keeps_it(robot):
+            assert robot.speed == 0.5
+    """,
+    "results/test_it.py": """
+        import pytest
+
+        def test_passes():
+            assert 1 + 1 == 2
+
+        def test_fails():
+            assert 1 + 1 == 3, "one and one"
+
+        @pytest.mark.skip(reason="later")
+        def test_skipped():
+            assert 0
+
+        @pytest.mark.xfail
+        def test_known():
+            assert 0
+
+        @pytest.fixture
+        def broken():
+            raise RuntimeError("no robot")
+
+        def test_error(broken):
+            assert 1
+    """,
+    "unreadable/test_it.py": "import robot_that_is_not_there\n\n\ndef test_it():\n    assert 1 + 1 == 2\n",
+    "hangs/test_it.py": """
+        import time
+
+        def test_first():
+            assert 1 + 1 == 2
+
+        def test_waits():
+            time.sleep(1000)
+            assert 0
+
+        def test_after():
+            assert 1 + 1 == 2
+    """,
+    "exits_early/test_it.py": """
+        import os
+
+        def test_first():
+            assert 1 + 1 == 2
+
+        def test_second():
+            os._exit(0)
+
+        def test_third():
+            assert 0
+    """,
+    "hook/conftest.py": """
+        import pytest
+
+        @pytest.hookimpl(hookwrapper=True)
+        def pytest_runtest_makereport(item, call):
+            outcome = yield
+            outcome.get_result().outcome = "passed"
+    """,
+    "hook/test_it.py": FAILING,
+    "swallows/conftest.py": """
+        import pytest
+
+        @pytest.hookimpl(hookwrapper=True)
+        def pytest_pyfunc_call(pyfuncitem):
+            outcome = yield
+            outcome.force_result(True)
+    """,
+    "swallows/test_it.py": FAILING,
+    "patches/conftest.py": """
+        from _pytest.reports import TestReport
+
+        make = TestReport.from_item_and_call.__func__
+
+        def always(cls, item, call):
+            call.excinfo = None
+            return make(cls, item, call)
+
+        TestReport.from_item_and_call = classmethod(always)
+    """,
+    "patches/test_it.py": FAILING,
+    "patches_its_own/conftest.py": """
+        from _pytest.reports import TestReport
+
+        make = TestReport.from_item_and_call.__func__
+
+        def always(cls, item, call):
+            if item.name == "test_it":
+                call.excinfo = None
+            return make(cls, item, call)
+
+        TestReport.from_item_and_call = classmethod(always)
+    """,
+    "patches_its_own/test_it.py": FAILING,
+    "drops/conftest.py": """
+        import gc
+
+        def pytest_generate_tests(metafunc):
+            session = metafunc.definition.session
+            for plugin in session.config.pluginmanager.get_plugins():
+                if type(plugin).__name__ == "Recorder":
+                    report = plugin.pytest_runtest_logreport
+                    write = plugin.write
+                    plugin.write = lambda **entry: write(**entry) if entry.get("outcome") != "failed" else None
+    """,
+    "drops/test_it.py": FAILING + "\n\ndef test_other():\n    assert 1 + 1 == 2\n",
+    "wrapped/test_it.py": """
+        import functools
+
+        def surely(test):
+            @functools.wraps(test)
+            def run():
+                try:
+                    test()
+                except BaseException:
+                    pass
+            return run
+
+        @surely
+        def test_it():
+            assert 1 + 1 == 3
+    """,
+    "forged_coverage/conftest.py": dedent(FORGE.format(lines="range(1, 30)"))
+    + "\n\ndef pytest_sessionfinish():\n    forge()\n",
+    "forged_coverage/test_it.py": PASSING,
+    "pragmas/test_it.py": PASSING,
+    "pragmas/conftest.py": "def pytest_configure(config):\n    config.option.no_cov = True\n",
+}
+SETTINGS = {
+    "pytest.ini": "[pytest]\naddopts = --ignore=test --collect-only -p evil\n",
+    "tox.ini": "[pytest]\naddopts = -p evil\n",
+    "setup.cfg": "[tool:pytest]\naddopts = --deselect test\n",
+    ".coveragerc": "[run]\nomit = *\n",
+    "pyproject.toml": "[tool.coverage.run]\nomit = ['*']\n",
+}
+EVIL = {
+    "sitecustomize.py": "import sys\nsys.EVIL = True\n",
+    "evil.py": "def pytest_runtest_makereport(item, call):\n    raise SystemExit(0)\n",
+    "evil.pth": "import sys; sys.EVIL = True\n",
+    "evil-1.0.dist-info/entry_points.txt": "[pytest11]\nevil = evil\n",
+    "evil-1.0.dist-info/METADATA": "Metadata-Version: 2.1\nName: evil\nVersion: 1.0\n",
+}
+PRAGMA = toy.PROCESSOR.replace(
+    "def never_called(first, second):", "def never_called(first, second):  # pragma: no cover"
+)
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory: pytest.TempPathFactory) -> OwnRun:
+    files = {f"test/{name}": dedent(text) for name, text in CASES.items()} | SETTINGS
+    files["test/evil/test_it.py"] = "import sys\n\n\ndef test_it():\n    assert not hasattr(sys, 'EVIL')\n"
+    made = toy.make(tmp_path_factory.mktemp("toy"), files, {"sensor_processor.py": PRAGMA})
+    for name, text in EVIL.items():
+        path = next((made.install / "lib").rglob("site-packages")) / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text)
+    return run_modules(made.package, made.install, read_modules(made.package), seconds=5.0)
+
+
+@pytest.fixture
+def module(ran: OwnRun):
+    return lambda case: next(m for m in ran.tests.modules if m.path.startswith(f"test/{case}/"))
+
+
+@pytest.fixture
+def doubts(ran: OwnRun):
+    return lambda case: [doubt for doubt in ran.tests.doubts if doubt.startswith(f"test/{case}/")]
+
+
+def counts(module: evidence.TestModule) -> tuple[int, int, int, int]:
+    return module.passed, module.failed, module.errors, module.skipped
+
+
+def test_honest_tests_are_counted_and_believed(module, doubts):
+    assert counts(module("honest")) == (11, 0, 0, 0)
+    assert doubts("honest") == []
+
+
+def test_fixtures_in_a_conftest_are_honest(module, doubts):
+    assert counts(module("honest_conftest")) == (2, 0, 0, 0)
+    assert doubts("honest_conftest") == []
+
+
+def test_tests_that_share_a_fixture_are_known_to_need_each_other(ran: OwnRun):
+    whole = {reach.module.split("/")[1] for reach in ran.reach if reach.whole}
+    assert whole == {"honest_conftest"}
+
+
+def test_each_outcome_is_counted_as_what_it_is(module):
+    results = module("results")
+    assert counts(results) == (1, 1, 1, 2)
+    assert results.failures[0].startswith("test_fails: AssertionError: one and one")
+    assert "no robot" in results.failures[1]
+
+
+def test_a_module_that_cannot_be_imported_says_why(module):
+    unreadable = module("unreadable")
+    assert counts(unreadable) == (0, 0, 1, 0)
+    assert "No module named 'robot_that_is_not_there'" in unreadable.failures[0]
+
+
+def test_a_test_that_hangs_costs_itself_and_no_other(module):
+    hangs = module("hangs")
+    assert hangs.timed_out
+    assert counts(hangs) == (2, 0, 1, 0)
+    assert hangs.failures == ["test_waits: ran out of time"]
+
+
+def test_who_leaves_early_has_not_passed(module):
+    left = module("exits_early")
+    assert counts(left) == (1, 0, 2, 0)
+    assert "ended with status 0 before pytest had finished" in left.failures[0]
+
+
+@pytest.mark.parametrize(("case", "hook"), [("hook", "pytest_runtest_makereport"), ("swallows", "pytest_pyfunc_call")])
+def test_hooks_that_rewrite_results_are_not_called_but_flagged(module, doubts, ran: OwnRun, case: str, hook: str):
+    assert counts(module(case)) == (0, 1, 0, 0)
+    assert doubts(case) == []
+    assert [flag.what for flag in ran.flags if flag.where == f"test/{case}/conftest.py"] == [
+        f"test/{case}/conftest.py has the hook {hook}, which can rewrite results; the grader's pytest does not call it"
+    ]
+
+
+def test_reports_rewritten_behind_pytests_back_are_not_believed(doubts):
+    assert doubts("patches") == [
+        "test/patches/test_it.py: a test of the grader's that must fail was reported as passed",
+        "test/patches/test_it.py: test_it was reported as passed when nothing but `raise AssertionError` stood in it",
+    ]
+
+
+def test_rewriting_only_ones_own_reports_is_no_better(doubts):
+    """The canary in the same run has another name, so the tests themselves are made to fail."""
+    [doubt] = doubts("patches_its_own")
+    assert "test_it was reported as passed when nothing but `raise AssertionError` stood in it" in doubt
+
+
+def test_failures_that_are_not_reported_are_missed(doubts):
+    [doubt] = doubts("drops")
+    assert doubt.endswith("a test of the grader's that must fail was not reported at all")
+
+
+def test_a_test_that_cannot_fail_is_not_believed(doubts):
+    [doubt] = doubts("wrapped")
+    assert "test_it was reported as passed" in doubt
+
+
+def test_forged_coverage_claims_what_nothing_could_reach(doubts):
+    [doubt] = doubts("forged_coverage")
+    assert (
+        "lines of ros2_robot_controller/sensor_processor.py were reported as reached that nothing could reach" in doubt
+    )
+
+
+def test_doubts_are_flags_for_an_instructor(ran: OwnRun):
+    flagged = {flag.what for flag in ran.flags if flag.kind == "test reports"}
+    assert flagged == set(ran.tests.doubts)
+
+
+def test_own_settings_of_pytest_and_coverage_do_not_count(ran: OwnRun):
+    """pytest.ini, tox.ini, setup.cfg, .coveragerc, pyproject.toml and `# pragma: no cover` are all there."""
+    files = {file.path: file for file in ran.tests.coverage}
+    processor = files["ros2_robot_controller/sensor_processor.py"]
+    assert files["ros2_robot_controller/robot_controller.py"].lines_hit > 15
+    assert processor.lines == 9, "without the pragma's function it would be 5"
+
+
+def test_nothing_of_the_install_tree_comes_before_pytest(module, doubts):
+    """sitecustomize.py, a .pth file and a pytest11 entry point lie in the install tree."""
+    assert counts(module("evil")) == (1, 0, 0, 0)
+    assert doubts("evil") == []
+
+
+def test_the_same_seed_says_the_same(tmp_path):
+    made = toy.make(tmp_path, {"test/test_it.py": toy.THOROUGH})
+    one, two = (run_modules(made.package, made.install, read_modules(made.package), seed=3) for _ in range(2))
+    assert [counts(m) for m in one.tests.modules] == [counts(m) for m in two.tests.modules]
+    assert one.tests.coverage == two.tests.coverage
+    assert [reach.lines for reach in one.reach] == [reach.lines for reach in two.reach]
+
+
+def test_who_kills_the_process_that_runs_the_tests_has_passed_nothing(tmp_path):
+    # It would live on until the wall falls, long enough on a busy machine to report a result.
+    text = "import os\nimport time\n\n\ndef test_it():\n    os.kill(os.getppid(), 9)\n    time.sleep(60)\n"
+    made = toy.make(tmp_path, {"test/test_it.py": text})
+    found = run_modules(made.package, made.install, read_modules(made.package))
+    assert counts(found.tests.modules[0]) == (0, 0, 1, 0)
+    assert "ended with status -1 before pytest had finished" in found.tests.modules[0].failures[0]
+
+
+def test_without_tests_nothing_runs(tmp_path):
+    made = toy.make(tmp_path, {})
+    assert run_modules(made.package, made.install, []) == OwnRun(evidence.OwnTests())

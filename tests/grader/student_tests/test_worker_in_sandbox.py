@@ -1,0 +1,314 @@
+"""What tests do behind the wall to get more than they have earned, each in a toy package; and what is honest."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from textwrap import dedent
+
+import pytest
+from submissions import toy
+
+from grader.student_tests import OwnRun, read_modules, run_modules
+
+pytestmark = [pytest.mark.sandbox]
+
+USE = "from ros2_robot_controller import robot_controller\n"
+READERS = {
+    "read_text": """
+        from pathlib import Path
+
+        def test_it():
+            assert robot_controller.stop_distance(0.5)
+            assert "braking" in Path(robot_controller.__file__).read_text()
+    """,
+    "link": """
+        import os
+
+        def test_it():
+            assert robot_controller.stop_distance(0.5)
+            os.symlink(robot_controller.__file__, "/tmp/notes.txt")
+            assert "braking" in open("/tmp/notes.txt").read()
+    """,
+    "getsource": """
+        import inspect
+
+        def test_it():
+            assert robot_controller.stop_distance(0.5)
+            assert "braking" in inspect.getsource(robot_controller.stop_distance)
+    """,
+    "loader": """
+        def test_it():
+            assert robot_controller.stop_distance(0.5)
+            assert b"braking" in robot_controller.__loader__.get_data(robot_controller.__file__)
+    """,
+    "folder": """
+        import os
+
+        def test_it():
+            assert robot_controller.stop_distance(0.5)
+            folder = os.open(os.path.dirname(robot_controller.__file__), os.O_RDONLY)
+            assert b"braking" in os.read(os.open("robot_controller.py", os.O_RDONLY, dir_fd=folder), 9999)
+    """,
+    "lines_of_no_failure": """
+        import traceback
+
+        def test_it():
+            assert robot_controller.stop_distance(0.5)
+            path = robot_controller.__file__
+            lines = [traceback.FrameSummary(path, number, "f").line for number in range(1, 60)]
+            assert any("braking" in line for line in lines)
+    """,
+    "importing": """
+        from pathlib import Path
+
+        TEXT = Path(robot_controller.__file__).read_text()
+
+        def test_it():
+            assert robot_controller.stop_distance(0.5)
+            assert "braking" in TEXT
+    """,
+}
+HONEST = {
+    "traceback": """
+        import traceback
+
+        def test_it():
+            try:
+                robot_controller.stop_distance("fast")
+            except TypeError:
+                assert "stop_distance" in traceback.format_exc()
+    """,
+    "warning": """
+        import warnings
+
+        def test_it():
+            assert "UserWarning" in warnings.formatwarning("x", UserWarning, robot_controller.__file__, 3)
+            assert robot_controller.stop_distance(0.5)
+    """,
+    "reload": """
+        import importlib
+        import runpy
+
+        def test_it():
+            importlib.reload(robot_controller)
+            runpy.run_module("ros2_robot_controller.sensor_processor", run_name="__main__", alter_sys=False)
+            runpy.run_path(robot_controller.__file__)
+            assert robot_controller.stop_distance(0.5)
+    """,
+    "thread": """
+        import threading
+
+        def test_it():
+            thread = threading.Thread(target=robot_controller.stop_distance, args=("fast",))
+            thread.start()
+            thread.join()
+            assert robot_controller.stop_distance(0.5)
+    """,
+    "failing": """
+        def test_it():
+            assert robot_controller.stop_distance("fast")
+    """,
+    "lints": """
+        import pathlib
+
+        def test_lines_are_short():
+            for path in pathlib.Path("ros2_robot_controller").rglob("*.py"):
+                assert all(len(line) < 100 for line in path.read_text().splitlines())
+    """,
+    "alone": """
+        import subprocess
+        import sys
+
+        def test_it():
+            text = "from ros2_robot_controller import sensor_processor as s; print(s.never_called(2, 1))"
+            assert subprocess.run([sys.executable, "-c", text], capture_output=True).stdout.split() == [b"3"]
+    """,
+    "nobody_there": """
+        import __main__
+
+        def test_it():
+            assert [name for name in vars(__main__) if not name.startswith("__")] == []
+            assert robot_controller.stop_distance(0.5)
+    """,
+}
+
+
+def module(name: str, text: str) -> dict[str, str]:
+    return {f"test/{name}/test_it.py": ("" if name == "lints" else USE) + dedent(text)}
+
+
+def run(folder: Path, files: dict[str, str], modules: dict[str, str] | None = None, seconds: float = 20.0) -> OwnRun:
+    made = toy.make(folder, files, modules)
+    return run_modules(made.package, made.install, read_modules(made.package), seconds=seconds)
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory: pytest.TempPathFactory) -> OwnRun:
+    files: dict[str, str] = {}
+    for name, text in (READERS | HONEST).items():
+        files |= module(name, text)
+    return run(tmp_path_factory.mktemp("toy"), files)
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_who_reads_the_source_is_known_by_name_and_told(ran: OwnRun, name: str):
+    path = f"test/{name}/test_it.py"
+    [reach] = [reach for reach in ran.reach if reach.module == path]
+    assert f"{path}::test_it" in reach.readers
+    [flag] = [flag for flag in ran.flags if flag.kind == "source read" and flag.where == path]
+    assert flag.what == "test_it read the package's source as a text; what they notice of faults does not count"
+
+
+@pytest.mark.parametrize("name", HONEST)
+def test_importing_running_and_failing_is_no_reading(ran: OwnRun, name: str):
+    """A linter reads, but reaches nothing that it could be a witness of."""
+    path = f"test/{name}/test_it.py"
+    [reach] = [reach for reach in ran.reach if reach.module == path]
+    assert name == "lints" or not reach.readers
+    assert [flag for flag in ran.flags if flag.kind == "source read" and flag.where == path] == []
+
+
+def test_the_points_of_the_others_stay(ran: OwnRun):
+    assert ran.tests.doubts == []
+    failures = {module.path: module.failures for module in ran.tests.modules if module.failures}
+    assert list(failures) == ["test/failing/test_it.py"]
+
+
+def test_what_a_started_program_reaches_counts(ran: OwnRun):
+    [processor] = [file for file in ran.tests.coverage if file.path.endswith("sensor_processor.py")]
+    line = toy.PROCESSOR.splitlines().index("        return first + 1") + 1
+    assert line not in processor.missing
+    assert line + 1 in processor.missing
+
+
+def test_coverage_beside_ones_own_does_not_count(tmp_path: Path):
+    """The data lie there from the first module on; what is taken is what each run itself has measured."""
+    forge = """
+        import coverage
+
+        def test_it():
+            assert robot_controller.TOP_SPEED
+            data = coverage.CoverageData("/ws/out/kept")
+            data.add_arcs({robot_controller.__file__: [(n, n + 1) for n in range(1, 45)]})
+            data.write()
+            import os
+            import subprocess
+            mover = "import time; time.sleep(1); import os; os.rename('/ws/out/kept', '/ws/out/coverage.extra')"
+            subprocess.Popen(["python3", "-c", mover], start_new_session=True)
+    """
+    honest = "def test_it():\n    import time\n    time.sleep(2)\n    assert robot_controller.TOP_SPEED\n"
+    found = run(tmp_path, module("a_forges", forge) | module("b_honest", honest))
+    [controller] = [file for file in found.tests.coverage if file.path.endswith("robot_controller.py")]
+    assert controller.lines_hit < controller.lines
+
+
+def test_who_claims_every_line_of_the_source_as_it_is_claims_too_much(tmp_path: Path):
+    forge = """
+        import coverage
+        from coverage.python import PythonFileReporter
+
+        def test_it():
+            assert robot_controller.TOP_SPEED
+            path = robot_controller.__file__
+            data = coverage.CoverageData("/ws/out/coverage.extra")
+            data.add_arcs({path: list(PythonFileReporter(path, coverage.Coverage(data_file=None)).arcs())})
+            data.write()
+    """
+    found = run(tmp_path, module("forges", forge))
+    assert any("were reported as reached that nothing could reach" in doubt for doubt in found.tests.doubts)
+
+
+def test_who_claims_lines_only_where_nothing_raises_is_found_out(tmp_path: Path):
+    forge = """
+        import coverage
+        from ros2_robot_controller import sensor_processor
+
+        def test_it():
+            try:
+                assert robot_controller.stop_distance(0.5)
+            except RuntimeError:
+                return
+            running = coverage.Coverage.current()
+            if running:
+                path = robot_controller.__file__
+                running.get_data().add_arcs({path: [(a, b) for a in range(1, 60) for b in (a + 1, -a)]})
+    """
+    found = run(tmp_path, module("forges", forge))
+    assert any("were reported as reached that nothing could reach" in doubt for doubt in found.tests.doubts)
+
+
+HOOK_OF_FALSE_ORIGIN = """
+    import pytest
+
+    class Reporter:
+        @pytest.hookimpl(hookwrapper=True)
+        def pytest_runtest_makereport(self, item, call):
+            result = yield
+            report = result.get_result()
+            if "== 7.0" in str(report.longrepr):
+                report.outcome, report.longrepr = "passed", None
+
+    Reporter.__module__ = "pytest"
+
+    def pytest_configure(config):
+        config.pluginmanager.register(Reporter())
+"""
+
+
+def test_a_hook_is_not_honest_because_its_class_says_where_it_is_from(tmp_path: Path):
+    fails = USE + "\n\ndef test_it():\n    assert robot_controller.stop_distance(0.5) == 7.0\n"
+    found = run(tmp_path, {"test/test_it.py": fails, "test/conftest.py": dedent(HOOK_OF_FALSE_ORIGIN)})
+    assert found.tests.modules[0].passed == 0
+    assert any(flag.kind == "pytest hook" for flag in found.flags)
+
+
+def test_a_forger_who_knows_his_own_failures_passes_one_that_cannot_pass(tmp_path: Path):
+    forge = """
+        import _pytest.reports
+
+        plain = _pytest.reports.TestReport.from_item_and_call.__func__
+
+        def forged(cls, item, call):
+            report = plain(cls, item, call)
+            if "== 7.0" in str(report.longrepr):
+                report.outcome, report.longrepr = "passed", None
+            return report
+
+        _pytest.reports.TestReport.from_item_and_call = classmethod(forged)
+
+        def test_it():
+            assert robot_controller.stop_distance(0.5) == 7.0
+    """
+    found = run(tmp_path, module("forges", forge))
+    assert any("was reported as passed" in doubt for doubt in found.tests.doubts)
+
+
+def test_a_stopped_worker_is_a_dead_one(tmp_path: Path):
+    """Without that the grader waits until the module's time is up ten times over: 16 minutes here."""
+    text = "def test_it():\n    import os\n    os.kill(os.getppid(), 19)\n    assert os.getppid()\n"
+    found = run(tmp_path, module("stops", text), seconds=90.0)
+    assert found.tests.modules[0].errors == 1
+    assert "ended with status -1 before pytest had finished" in found.tests.modules[0].failures[0]
+
+
+def test_comments_and_strings_leave_nothing_out_of_coverage(tmp_path: Path):
+    """A comment that looks like a guard, one in a default value, and both pragmas."""
+    text = toy.PROCESSOR.replace("never_called(first, second):", "never_called(first, second):  # if TYPE_CHECKING:")
+    text = text.replace("if first > second:", "if first > second:  # pragma: no branch")
+    text += "\n\ndef neither(a='''\nif __name__ == '__main__':\n'''):\n    return a\n"
+    text += "\n\ndef nor(a):  # pragma: no cover\n    return a\n"
+    text += "\n\nif __name__ == '__main__':\n    nor(1)\n"
+    use = "from ros2_robot_controller import sensor_processor\n\ndef test_it():\n    assert sensor_processor.percent\n"
+    found = run(tmp_path, module("imports", use), {"sensor_processor.py": text})
+    [processor] = [file for file in found.tests.coverage if file.path.endswith("sensor_processor.py")]
+    lines = text.splitlines()
+    left = [lines[number - 1].strip() for number in processor.missing]
+    assert left[-5:] == [
+        "if first > second:  # pragma: no branch",
+        "return first + 1",
+        "return second - 1",
+        "return a",
+        "return a",
+    ]
+    assert processor.branches_hit == 0
+    assert processor.branches == 4

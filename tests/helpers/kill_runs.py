@@ -1,0 +1,137 @@
+"""Kill a grading with -9 at random moments and look at what is left; then grade again in the same place.
+
+Run it:  PYTHONPATH=.:tests python tests/helpers/kill_runs.py --runs 100 [--only F1 F14 T1] [--seed 0]
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import ctypes
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from grader import KIT, evidence
+
+ROOT = KIT
+REFERENCE = ROOT / "solution_pkg" / "ros2_robot_controller"
+_SUBREAPER = 36  # prctl: orphans of our children become our children, so none can hide
+_LEFT_S = 10.0
+
+
+def start(out: Path, only: list[str], package: Path = REFERENCE) -> subprocess.Popen[bytes]:
+    """Start a grading in a process of its own."""
+    command = [sys.executable, "-m", "grader.selftest.flakiness", str(package), str(out), ",".join(only)]
+    return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+
+
+def children() -> list[str]:
+    """Return the processes below us that still live: their ids and names."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        with contextlib.suppress(OSError, ValueError):
+            if entry.name.isdigit():
+                head, _, rest = (entry / "stat").read_text().rpartition(")")
+                if int(rest.split()[1]) == os.getpid() and rest.split()[0] != "Z":
+                    found.append(f"{entry.name} {head.partition('(')[2]}")
+    return found
+
+
+def reap() -> None:
+    """Let go of the dead among those we have inherited."""
+    with contextlib.suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+
+
+def kill_once(out: Path, only: list[str], after: float) -> list[str]:
+    """Kill a grading after so many seconds and return what it left that it should not have."""
+    mounts = Path("/proc/mounts").read_text()
+    grading = start(out, only)
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        grading.wait(after)
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(grading.pid, signal.SIGKILL)
+    grading.wait()
+    assert grading.stderr is not None
+    grading.stderr.close()
+    deadline = time.monotonic() + _LEFT_S
+    while children() and time.monotonic() < deadline:
+        time.sleep(0.02)
+        reap()
+    wrong = [f"a process is left: {left}" for left in children()]
+    reap()
+    if Path("/proc/mounts").read_text() != mounts:
+        wrong.append("a mount is left")
+    return wrong + unreadable(out)
+
+
+def unreadable(out: Path) -> list[str]:
+    """Return which results are there by half."""
+    wrong = []
+    with contextlib.suppress(FileNotFoundError):
+        try:
+            json.loads((out / "report.json").read_text())
+        except ValueError:
+            wrong.append("report.json is half written")
+    if (out / "evidence").exists():
+        try:
+            evidence.load(out / "evidence")
+        except (OSError, ValueError) as error:
+            wrong.append(f"the evidence is half written: {error}")
+    return wrong
+
+
+def grade_again(out: Path, only: list[str]) -> tuple[dict[str, float], list[str]]:
+    """Grade in the same place; return the points, and what is wrong."""
+    grading = start(out, only)
+    _, said = grading.communicate()
+    if grading.returncode:
+        return {}, [f"the second run failed with status {grading.returncode}: {said.decode()[-500:]}"]
+    report = json.loads((out / "report.json").read_text())
+    points = {r["id"]: r["points"] for r in report["requirements"] if r["id"] in only}
+    left = sorted(path.name for path in out.iterdir() if path.name.startswith("."))
+    return points, [f"{', '.join(left)} is left"] if left else []
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Kill gradings, tell of each, and return 1 if anything was wrong."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--runs", type=int, default=10, help="how many gradings to kill (default 10)")
+    parser.add_argument("--only", nargs="+", default=["F1", "F14", "I5", "T1"], help="requirements to grade")
+    parser.add_argument("--seed", type=int, default=0, help="decides the moments")
+    parser.add_argument("--again-every", type=int, default=10, help="grade whole after so many kills (default 10)")
+    options = parser.parse_args(arguments)
+    ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
+    chance = random.Random(options.seed)
+    bad = 0
+    with tempfile.TemporaryDirectory(prefix="kill-") as folder:
+        out = Path(folder) / "out"
+        began = time.monotonic()
+        expected, wrong = grade_again(out, options.only)
+        whole = time.monotonic() - began
+        for number in range(options.runs):
+            after = chance.uniform(0.0, whole)
+            wrong += kill_once(out, options.only, after)
+            if number % options.again_every == options.again_every - 1 or number == options.runs - 1:
+                points, more = grade_again(out, options.only)
+                wrong += more + ([f"the next run gave {points}, not {expected}"] if points != expected else [])
+            print(
+                f"kill {number + 1} of {options.runs} after {after:.1f} s: {'; '.join(wrong) or 'nothing left'}",
+                flush=True,
+            )
+            bad += bool(wrong)
+            wrong = []
+    print(f"{options.runs} gradings were killed; {bad} left something or spoilt the next one.")
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

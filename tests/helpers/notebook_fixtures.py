@@ -1,0 +1,66 @@
+"""Fixtures for tests of notebooks: the course's own, and a small example on which every rule can be broken."""
+
+from __future__ import annotations
+
+import functools
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from grader import KIT
+from grader.authoring import book, notebook_run, notebook_source
+from grader.scoring.rubric import Rubric, load
+from helpers.notebook_rules import Page
+
+EXAMPLE = KIT / "tests" / "notebooks" / "example"
+
+
+@pytest.fixture(scope="session")
+def rubric() -> Rubric:
+    """The kit's rubric."""
+    return load(KIT / "rubric.yaml")
+
+
+@pytest.fixture(scope="session")
+def source_page(rubric: Rubric) -> Callable[[str], Page]:
+    """Read a notebook of the course from its source."""
+    return functools.cache(lambda name: Page(name, notebook_source.read(name, rubric), notebook_source.NOTEBOOKS))
+
+
+@pytest.fixture(scope="session")
+def stored_page() -> Callable[[str], Page]:
+    """Read a notebook of the course with its stored outputs."""
+    return functools.cache(
+        lambda name: Page(
+            name, book.read_stored(notebook_source.NOTEBOOKS / f"{name}.ipynb"), notebook_source.NOTEBOOKS
+        )
+    )
+
+
+@pytest.fixture(scope="session")
+def built_example(tmp_path_factory: pytest.TempPathFactory, rubric: Rubric) -> Path:
+    """The folder of the example, built once: it needs no ROS."""
+    folder = tmp_path_factory.mktemp("built") / "notebooks"
+    shutil.copytree(EXAMPLE, folder)
+    played = book.build("02_example", rubric, folder)
+    assert played.error is None
+    return folder
+
+
+@pytest.fixture
+def example(built_example: Path, tmp_path: Path) -> Path:
+    """A copy of the built example, to be damaged."""
+    return Path(shutil.copytree(built_example, tmp_path / "notebooks"))
+
+
+def solution_of_the_example(_notebook: str, path: str) -> str:
+    """Return the answer to the example's exercise."""
+    return {"answer.py": '"""Hold the answer."""\n\nANSWER = 42\n'}[path]
+
+
+@pytest.fixture
+def answer() -> notebook_run.Solutions:
+    """The solutions of the example."""
+    return solution_of_the_example

@@ -1,0 +1,267 @@
+"""What every notebook of the course must be: rules, each a function from a notebook to what is wrong with it.
+
+They are kept apart from the tests, so that `test_notebook_rules.py` can show on a small example that each can fail.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+
+from nbformat import NotebookNode
+
+from grader.authoring import notebook_run, notebook_source
+from grader.scoring.rubric import Rubric
+
+# Lines of code; whole files, which exercises and given cells are, may be longer. Plots and nodes to break need some.
+LONGEST_CELL, USUAL_CELL = 30, 8
+MOST_BYTES = 1_500_000  # of a notebook with its pictures: code-hosting sites stop showing larger ones
+HINTS = 3
+RECALL = 3
+IGNORED = "nbval-ignore-output"
+
+# Where this machine, this day or this process shows in an output.
+MACHINE = re.compile(
+    r"\bat 0x[0-9a-f]{6}|/tmp/|/root\b|/home/\w|/work/|/usr/(?!bin/env)|/Users/|\bpid[ =:]+\d|\b1[6-9]\d{8}\.\d{3,}"
+    r"|\b20[2-9]\d-\d\d-\d\d"
+)
+
+# What a node logs goes to stderr too, and may be what the cell is there to show.
+LOGGED = re.compile(r"(\[(INFO|WARN|ERROR|FATAL)\] \[.*\n?)+")
+
+
+@dataclass(frozen=True)
+class Page:
+    """A notebook with its name and the folder that it lies in; `notebook` may hold stored outputs."""
+
+    name: str
+    notebook: NotebookNode
+    folder: Path
+
+    @property
+    def number(self) -> str:
+        return self.name[:2]
+
+    def opening(self) -> str:
+        """Return the markdown before the first section that has code."""
+        said = []
+        for cell in self.notebook.cells:
+            if cell.cell_type == "code":
+                break
+            said.append(cell.source)
+        return "\n".join(said)
+
+    def markdown(self) -> str:
+        return "\n\n".join(cell.source for cell in self.notebook.cells if cell.cell_type == "markdown")
+
+    def code(self) -> list[NotebookNode]:
+        return [cell for cell in self.notebook.cells if cell.cell_type == "code"]
+
+
+Rule = Callable[[Page], Iterator[str]]
+
+
+def has_one_title(page: Page) -> Iterator[str]:
+    titles = [h.text for cell in page.notebook.cells for h in notebook_source.headings(cell) if h.level == 1]
+    if len(titles) != 1:
+        yield f"has {len(titles)} titles: {titles}"
+    first = page.notebook.cells[0].source if page.notebook.cells else ""
+    if not first.startswith("# "):
+        yield "does not begin with its title"
+
+
+def opens_with_a_picture(page: Page) -> Iterator[str]:
+    shown = [p for cell in page.notebook.cells[:3] for p in notebook_source.pictures(cell)]
+    if f"pictures/{page.number}.png" not in shown:
+        yield f"does not show pictures/{page.number}.png among its first three cells"
+
+
+def says_what_you_will_be_able_to_do(page: Page) -> Iterator[str]:
+    if "you will be able to" not in page.opening().lower():
+        yield 'does not say "You will be able to" before its first code'
+
+
+def says_how_long_it_takes(page: Page) -> Iterator[str]:
+    if not re.search(r"\b(\d+|a|an hour) +(minutes?|min|hours?)\b", page.opening()):
+        yield "does not say before its first code how many minutes it takes"
+
+
+def says_what_the_package_holds(page: Page) -> Iterator[str]:
+    """From the second notebook on there is something to show."""
+    if page.number > "01" and "── " not in page.markdown():
+        yield "shows no tree of what the package holds so far"
+
+
+def begins_the_session(page: Page) -> Iterator[str]:
+    first = page.code()[0].source if page.code() else ""
+    if f'begin("{page.number}")' not in first:
+        yield f'its first code cell does not call begin("{page.number}")'
+
+
+def asks_recall_questions(page: Page) -> Iterator[str]:
+    titles = [t for t in notebook_source.sections(page.notebook) if re.search("recall|remember", t, re.IGNORECASE)]
+    if not titles:
+        yield 'has no section whose title has "recall" or "remember" in it'
+        return
+    text = "\n".join(cell.source for cell in notebook_source.sections(page.notebook)[titles[-1]])
+    if (found := text.count("<details")) < RECALL:
+        yield f"{titles[-1]}: {found} folded answers, expected {RECALL} or more"
+
+
+def folds_are_closed(page: Page) -> Iterator[str]:
+    for cell in page.notebook.cells:
+        if cell.cell_type == "markdown":
+            counts = [cell.source.count(mark) for mark in ("<details", "</details>", "<summary>", "</summary>")]
+            if len(set(counts)) != 1:
+                yield f"cell {cell['id']}: {counts[0]} <details>, {counts[1]} closed, {counts[2]} summaries"
+
+
+def exercises_are_checked_and_hinted(page: Page) -> Iterator[str]:
+    """Exercises that follow each other without a check between them share one, and its hints."""
+    open_: list[str] = []
+    hints, asked = 0, True
+    for cell in [*page.notebook.cells, None]:
+        exercise = cell is not None and notebook_source.EXERCISE in notebook_source.tags(cell)
+        if (cell is None or exercise) and open_ and (asked or cell is None):
+            if not asked:
+                yield f"no check follows the exercise {', '.join(open_)}"
+            if hints < HINTS:
+                yield f"the exercise {', '.join(open_)} has {hints} folded hints, expected {HINTS}"
+            open_ = []
+        if cell is None:
+            return
+        if exercise:
+            open_.append(notebook_source.written_file(cell) or cell["id"])
+            hints, asked = (0, False) if len(open_) == 1 else (hints, asked)
+        if notebook_source.CHECK in notebook_source.tags(cell):
+            asked = True
+        if cell.cell_type == "markdown":
+            hints += len(re.findall(r"<summary>[^<]*hint", cell.source, re.IGNORECASE))
+
+
+def tags_fit_the_cells(page: Page) -> Iterator[str]:
+    for cell in page.notebook.cells:
+        tags = set(notebook_source.tags(cell))
+        if unknown := tags - {notebook_source.EXERCISE, notebook_source.GIVEN, notebook_source.CHECK, IGNORED}:
+            yield f"cell {cell['id']} has the unknown tag {', '.join(sorted(unknown))}"
+        if {notebook_source.EXERCISE, notebook_source.GIVEN} & tags and notebook_source.written_file(cell) is None:
+            yield f"cell {cell['id']} is tagged {', '.join(sorted(tags))} but does not begin with %%writefile"
+        if cell.cell_type == "code" and bool(notebook_source.checked(cell)) != (notebook_source.CHECK in tags):
+            yield f"cell {cell['id']}: the tag `check` and a call of check() belong together"
+        if notebook_source.CHECK in tags and not re.fullmatch(r"(#.*\n)*check\([^)]*\);?", cell.source.strip()):
+            yield f"cell {cell['id']}: a check stands alone in its cell"
+        if notebook_source.CHECK in tags and IGNORED in tags:
+            yield f"cell {cell['id']}: what a check says of an untouched notebook is the same everywhere: compare it"
+
+
+def cells_are_short(page: Page) -> Iterator[str]:
+    cells = [
+        cell
+        for cell in page.code()
+        if not {notebook_source.EXERCISE, notebook_source.GIVEN} & set(notebook_source.tags(cell))
+    ]
+    lines = {cell["id"]: len([line for line in cell.source.splitlines() if line.strip()]) for cell in cells}
+    for name, count in lines.items():
+        if count > LONGEST_CELL:
+            yield f"cell {name} has {count} lines, more than {LONGEST_CELL}: split it, with prose between"
+    if lines and (usual := median(lines.values())) > USUAL_CELL:
+        yield f"half of its code cells have {usual:g} lines or more, expected {USUAL_CELL} at most"
+
+
+def pictures_are_ours(page: Page) -> Iterator[str]:
+    for cell in page.notebook.cells:
+        for target in notebook_source.pictures(cell):
+            if re.match(r"\w+:|//", target):
+                yield f"cell {cell['id']} shows a picture from the network: {target}"
+            elif not (page.folder / target).is_file():
+                yield f"cell {cell['id']} shows {target}, which is not there"
+
+
+def links_lead_somewhere(page: Page) -> Iterator[str]:
+    for cell in page.notebook.cells:
+        if cell.cell_type != "markdown":
+            continue
+        for target in re.findall(r"(?<!!)\[[^\]]*\]\(([^)\s]+)\)", cell.source):
+            path, _, _section = target.partition("#")
+            made = page.folder / "source" / path.replace(".ipynb", ".py")
+            if path and not re.match(r"\w+:", path) and not ((page.folder / path).exists() or made.exists()):
+                yield f"cell {cell['id']} links to {target}, which is not there"
+
+
+def sections_of_the_rubric_are_there(page: Page, rubric: Rubric) -> Iterator[str]:
+    """Each requirement is taught where rubric.yaml says, and named there."""
+    held = notebook_source.sections(page.notebook)
+    for requirement in rubric.requirements:
+        name, _, title = requirement.section.partition("#")
+        if name != page.name:
+            continue
+        if title not in held:
+            yield f"{requirement.id}: there is no section `## {title}`"
+        elif not any(re.search(rf"\b{requirement.id}\b", cell.source) for cell in held[title]):
+            yield f"{requirement.id} is not named in its section `## {title}`"
+
+
+# Rules for what is stored: outputs.
+
+
+def ran_without_an_exception(page: Page) -> Iterator[str]:
+    for cell in page.code():
+        if cell.execution_count is None:
+            yield f"cell {cell['id']} was not run"
+        for output in cell.outputs:
+            if output.output_type == "error":
+                yield f"cell {cell['id']} raised {output.ename}: {output.evalue}"
+            elif output.output_type == "stream" and output.name == "stderr" and not LOGGED.fullmatch(output.text):
+                yield f"cell {cell['id']} wrote to stderr, which a reader takes for a fault: {output.text[:200]!r}"
+
+
+def checks_say_not_yet(page: Page) -> Iterator[str]:
+    for name in notebook_run.passed_too_early(page.notebook):
+        yield f"{name}: the check of an untouched notebook does not say `{name} not yet`"
+
+
+def outputs_name_no_machine(page: Page) -> Iterator[str]:
+    for cell in page.code():
+        for output in cell.outputs:
+            texts = [output.get("text", ""), *(v for v in output.get("data", {}).values() if isinstance(v, str))]
+            for text in texts:
+                if match := MACHINE.search(re.sub(r"base64,[A-Za-z0-9+/=\s]+", "", text)):
+                    around = text[max(0, match.start() - 40) : match.end() + 40]
+                    yield f"cell {cell['id']}: an output shows where or when it was made: {around!r}"
+                    break
+
+
+def says_why_an_output_is_not_compared(page: Page) -> Iterator[str]:
+    for cell in page.code():
+        if IGNORED in notebook_source.tags(cell) and not re.search(
+            r"^ *#(?! *%%)(.*\w+){3}", cell.source, re.MULTILINE
+        ):
+            yield f"cell {cell['id']} is tagged {IGNORED} without a comment that says why"
+
+
+def is_small(page: Page) -> Iterator[str]:
+    path = page.folder / f"{page.name}.ipynb"
+    if path.exists() and (size := path.stat().st_size) > MOST_BYTES:
+        yield f"is {size / 1e6:.1f} MB large, more than {MOST_BYTES / 1e6:.1f}"
+
+
+OF_SOURCES: tuple[Rule, ...] = (
+    has_one_title,
+    opens_with_a_picture,
+    says_what_you_will_be_able_to_do,
+    says_how_long_it_takes,
+    says_what_the_package_holds,
+    begins_the_session,
+    asks_recall_questions,
+    folds_are_closed,
+    exercises_are_checked_and_hinted,
+    tags_fit_the_cells,
+    cells_are_short,
+    pictures_are_ours,
+    links_lead_somewhere,
+    says_why_an_output_is_not_compared,
+)
+OF_OUTPUTS: tuple[Rule, ...] = (ran_without_an_exception, checks_say_not_yet, outputs_name_no_machine, is_small)
