@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 from grader import KIT
 from grader.errors import EXIT_GRADED, EXIT_NOT_GRADED, EXIT_OUR_FAULT, EXIT_USAGE, GraderError, SubmissionError
 from grader.host import namespaces, shortage
-from grader.intake.names import printable
+from grader.sanitize import printable
+from grader.settings import MUTATION_BUDGET_S
 
 if TYPE_CHECKING:
     from grader.scoring.rubric import Rubric
@@ -35,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if options.debug:
             raise
-        if said := shortage.words(error):
+        if said := shortage.explain(error):
             print(f"grader: {said}", file=sys.stderr)
             return EXIT_OUR_FAULT
         words = f"grader: a fault of the kit: {type(error).__name__}: {error}. No points are lost by it. "
@@ -66,8 +67,9 @@ def _parser() -> argparse.ArgumentParser:
     grade.add_argument("--seed", type=int, default=0, help="decides speeds, places and noise of the trials (default 0)")
     grade.add_argument("--build-timeout", type=_seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
     grade.add_argument(
-        "--fault-seconds",
+        "--mutation-budget",
         type=_seconds,
+        default=MUTATION_BUDGET_S,
         metavar="S",
         help="for faults put into the package, to see whether its tests notice (default 20 s of a quiet machine)",
     )
@@ -142,7 +144,7 @@ def _seconds(text: str) -> float:
 
 def _grade(options: argparse.Namespace) -> int:
     # Imported here: `grader --help` and `grader doctor` answer at once, and on hosts that lack half of this.
-    from grader import build, mutation, pipeline, report
+    from grader import build, pipeline, report
     from grader.report import console
     from grader.scoring import rubric
 
@@ -154,7 +156,7 @@ def _grade(options: argparse.Namespace) -> int:
         cache=options.cache or build.cache_folder(),
         seed=options.seed,
         build_seconds=options.build_timeout,
-        fault_seconds=options.fault_seconds or mutation.SECONDS,
+        mutation_budget_s=options.mutation_budget,
         progress=progress.say,
     )
     grading = pipeline.grade(options.submission, options.out, settings, write=report.write)

@@ -8,8 +8,6 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import Any, TypeVar
 
-from grader.scoring.rubric import Criterion, Requirement
-
 T = TypeVar("T")
 
 # A report is read by people: what is longer than this is a log, or an attack on the reader's browser.
@@ -32,6 +30,14 @@ _SEVERAL_LINES = frozenset(
 _TAILS = frozenset({"log_tail", "output_tail"})
 
 
+def printable(text: str, most: int = 200) -> str:
+    """Return `text` with everything escaped that is not plainly visible: control characters, bidi marks, surrogates."""
+    shown = "".join(
+        char if char.isprintable() else char.encode("unicode_escape").decode("ascii") for char in text[: most + 1]
+    )
+    return shown if len(shown) <= most else shown[: most - 1] + "…"
+
+
 def one_line(text: str, limit: int = NAME_LIMIT) -> str:
     """Return `text` on one line of at most about `limit` characters, everything invisible spelt out."""
     return _visible(_cut(text, limit))
@@ -46,27 +52,29 @@ def lines(text: str, limit: int = TEXT_LIMIT, *, tail: bool = False) -> str:
     return "\n".join(_visible(_cut(line, LINE_LIMIT).expandtabs(4)) for line in kept)
 
 
-def shown(fact: T) -> T:
-    """Return a dataclass, list, tuple or mapping with every string in it made fit to be shown, except the rubric's own.
+def shown(fact: T, trusted: tuple[type, ...] = ()) -> T:
+    """Return a dataclass, list, tuple or mapping with every string in it made fit to be shown.
+
+    Values of the types in `trusted`, such as the rubric's own, stay as they are.
 
     Once is enough: a text that was cut says so, and would be cut again.
     """
-    result: Any = _shown(fact, "")
+    result: Any = _shown(fact, "", (Enum, *trusted))
     return result  # type: ignore[no-any-return]  # the same type as went in, which mypy cannot follow
 
 
-def _shown(fact: Any, name: str) -> Any:
-    if isinstance(fact, Enum | Criterion | Requirement):
+def _shown(fact: Any, name: str, trusted: tuple[type, ...]) -> Any:
+    if isinstance(fact, trusted):
         return fact
     if isinstance(fact, str):
         return lines(fact, tail=name in _TAILS) if name in _SEVERAL_LINES else one_line(fact)
     if dataclasses.is_dataclass(fact) and not isinstance(fact, type):
-        fields = {f.name: _shown(getattr(fact, f.name), f.name) for f in dataclasses.fields(fact) if f.init}
+        fields = {f.name: _shown(getattr(fact, f.name), f.name, trusted) for f in dataclasses.fields(fact) if f.init}
         return dataclasses.replace(fact, **fields)
     if isinstance(fact, Mapping):
-        return {_shown(key, ""): _shown(value, name) for key, value in fact.items()}
+        return {_shown(key, "", trusted): _shown(value, name, trusted) for key, value in fact.items()}
     if isinstance(fact, list | tuple):
-        return type(fact)(_shown(item, name) for item in fact)
+        return type(fact)(_shown(item, name, trusted) for item in fact)
     return fact
 
 

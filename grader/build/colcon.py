@@ -1,4 +1,4 @@
-"""`colcon build` inside the wall, cached by content: what goes in decides the key, so the same input builds once.
+"""`colcon build` inside the box, cached by content: what goes in decides the key, so the same input builds once.
 
 Generating and compiling the interfaces is nearly all of a build, and most submissions share them. So a build tree is
 kept for each content of everything that CMake reads, and a submission that differs in Python, launch files or
@@ -23,7 +23,7 @@ from grader.contract.spec import CONTRACT, INTERFACES, PACKAGE
 from grader.errors import GraderError
 from grader.host import ros_env, shortage, tempdir
 
-# The same paths in every wall: the compiler cache recognises the generated code of a class of submissions by them.
+# The same paths in every box: the compiler cache recognises the generated code of a class of submissions by them.
 _SOURCE, _BUILD, _INSTALL, _CCACHE = "/ws/src", "/ws/build", "/ws/install", "/ws/ccache"
 
 
@@ -82,13 +82,13 @@ def build(
     without which nothing counts as built.
 
     Raises:
-        GraderError: no wall, no disk or no compiler. A package that does not compile is a fact, not an error.
+        GraderError: no box, no disk or no compiler. A package that does not compile is a fact, not an error.
     """
     folder = cache / "builds" / key(packages)
     try:
         return _cached_or_built(packages, folder, cache / "ccache", seconds, trusted, main)
     except OSError as error:
-        said = shortage.words(error) or f"Cannot write the build to {folder.parent}: {error}. Choose another --cache."
+        said = shortage.explain(error) or f"Cannot write the build to {folder.parent}: {error}. Choose another --cache."
         raise GraderError(said) from error
 
 
@@ -170,7 +170,7 @@ def _colcon(work: Path, ccache: Path, seconds: float, trusted: bool) -> sandbox.
         environment |= {"CCACHE_DIR": _CCACHE, "CCACHE_NOHASHDIR": "1", "CCACHE_BASEDIR": "/ws", "CCACHE_NOSTATS": "1"}
         environment |= {} if trusted else {"CCACHE_READONLY": "1", "CCACHE_TEMPDIR": "/tmp"}
         launchers = [f"-DCMAKE_{language}_COMPILER_LAUNCHER=ccache" for language in ("C", "CXX")]
-    wall = sandbox.Sandbox(
+    box = sandbox.Sandbox(
         read_only={work / "src": _SOURCE, ros_env.CMAKE_HOOK: "/ws/wheel_prefix.cmake"}
         | ({} if trusted else {ccache: _CCACHE}),
         writable={work / "build": _BUILD, work / "install": _INSTALL} | ({ccache: _CCACHE} if trusted else {}),
@@ -183,7 +183,7 @@ def _colcon(work: Path, ccache: Path, seconds: float, trusted: bool) -> sandbox.
         "--cmake-args", "-G", "Ninja", "-DCMAKE_PROJECT_INCLUDE=/ws/wheel_prefix.cmake", "-DBUILD_TESTING=OFF",
         *launchers,
     ]  # fmt: skip
-    return sandbox.run(command, wall, sandbox.Limits(wall_seconds=seconds))
+    return sandbox.run(command, box, sandbox.Limits(wall_seconds=seconds))
 
 
 def _facts(result: sandbox.RunResult, install: Path, package: str) -> evidence.Build:
@@ -215,7 +215,7 @@ def _checked(facts: evidence.Build, work: Path, removed: list[evidence.Flag], ca
     installed = {f"{name}.{name.partition('/')[0]}": text for name, text in facts.interface_texts.items()}
     # A definition that CMake generates stands nowhere in the source; then the one that it installed counts.
     texts = {**installed, **handed_in}
-    computed = type_hashes.of(texts, package, cache) if facts.ok else {}
+    computed = type_hashes.compute(texts, package, cache) if facts.ok else {}
     hashes, flags = {}, []
     for name in INTERFACES:
         found = installed_hash(share, name)

@@ -19,7 +19,7 @@ from typing import Any
 from grader.contract.spec import INTERFACES, INTERFACES_PACKAGE, PACKAGE
 from grader.evidence import Flag
 from grader.host import ros_env
-from grader.intake.names import printable
+from grader.sanitize import printable
 
 _HARMLESS_GROUPS = ("console_scripts", "gui_scripts")
 

@@ -23,7 +23,7 @@ _MOST = 200
 _SUFFIXES = (".msg", ".srv", ".action")
 
 
-def of(texts: Mapping[str, str], package: str, cache: Path) -> dict[str, str]:
+def compute(texts: Mapping[str, str], package: str, cache: Path) -> dict[str, str]:
     """Return the RIHS01 hash for each of `texts`, which are named "srv/SetSpeed.srv" and the like.
 
     The result's names are "srv/SetSpeed". A definition that ROS's tools cannot read has none. `package` is the name of
@@ -42,13 +42,13 @@ def of(texts: Mapping[str, str], package: str, cache: Path) -> dict[str, str]:
         room = Path(scratch)
         (room / "out").mkdir()
         (room / "texts.json").write_text(json.dumps({"package": package, "texts": dict(texts)}))
-        wall = sandbox.Sandbox(
+        box = sandbox.Sandbox(
             read_only={Path(__file__): "/ws/type_hashes.py", room / "texts.json": "/ws/texts.json"},
             writable={room / "out": "/ws/out"},
             environment=ros_env.environment(home=sandbox.HOME),
         )
         command = ["python3", "/ws/type_hashes.py", "/ws/texts.json", "/ws/out/hashes.json"]
-        result = sandbox.run(command, wall, sandbox.Limits(wall_seconds=60.0))
+        result = sandbox.run(command, box, sandbox.Limits(wall_seconds=60.0))
         try:
             found = {str(k): str(v) for k, v in json.loads((room / "out" / "hashes.json").read_text()).items()}
         except (OSError, ValueError):
@@ -76,7 +76,7 @@ def texts_in(folder: Path) -> dict[str, str]:
     return found
 
 
-# What follows runs behind the wall.
+# What follows runs behind the box.
 
 
 def main() -> None:

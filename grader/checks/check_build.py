@@ -4,8 +4,8 @@ import itertools
 import re
 
 from grader.checks.judge import Judge
+from grader.contract.spec import NODES
 
-_EXECUTABLES = ("robot_controller", "sensor_processor")
 _SHARED = (
     "launch/robot_controller_launch.py",
     "launch/sensor_processor_launch.py",
@@ -31,10 +31,10 @@ def test_executables_are_installed(judge: Judge) -> None:
     """Both executables are installed where `ros2 run` looks: lib/<package>/."""
     judge.built()
     found = judge.evidence.build.executables
-    missing = [name for name in _EXECUTABLES if name not in found]
+    missing = [name for name in NODES if name not in found]
     if missing:
         seen = f"missing: {', '.join(missing)}; found: {', '.join(found) or 'nothing'}"
-        share = 1 - len(missing) / len(_EXECUTABLES)
+        share = 1 - len(missing) / len(NODES)
         judge.share(share, seen, "install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME}), with the executable bit set")
 
 

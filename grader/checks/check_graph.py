@@ -1,9 +1,9 @@
 """I4: what the running graph shows."""
 
 from grader.checks.judge import Judge, near_miss
+from grader.contract.spec import PACKAGE
 from grader.evidence import Graph
 
-_PACKAGE = "ros2_robot_controller"
 _CONTROLLER = {
     "scan": ("subscription", "sensor_msgs/msg/LaserScan"),
     "odom": ("subscription", "nav_msgs/msg/Odometry"),
@@ -13,7 +13,7 @@ _PROCESSOR = {
     "raw_scan": ("subscription", "sensor_msgs/msg/LaserScan"),
     "imu/data": ("subscription", "sensor_msgs/msg/Imu"),
     "battery/state": ("subscription", "sensor_msgs/msg/BatteryState"),
-    "sensor_fusion_data": ("publisher", f"{_PACKAGE}/msg/SensorFusionData"),
+    "sensor_fusion_data": ("publisher", f"{PACKAGE}/msg/SensorFusionData"),
     "obstacle_distance": ("publisher", "std_msgs/msg/Float32"),
 }
 _OFFERED = {
@@ -71,7 +71,7 @@ def _wrong_topics(graph: Graph, wanted: dict[str, tuple[str, str]]) -> list[str]
 
 
 def _same_type(found: str, wanted: str) -> bool:
-    if wanted.startswith(_PACKAGE):
+    if wanted.startswith(PACKAGE):
         return found.rpartition("/")[2] == wanted.rpartition("/")[2]
     return found == wanted
 

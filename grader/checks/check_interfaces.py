@@ -1,8 +1,7 @@
 """I3: the four interfaces, and that the nodes use them."""
 
 from grader.checks.judge import Judge, near_miss, short_types
-
-_PACKAGE = "ros2_robot_controller"
+from grader.contract.spec import PACKAGE
 
 
 def test_type_hashes_are_the_contracts(judge: Judge) -> None:
@@ -27,15 +26,15 @@ def test_nodes_use_the_contracts_types(judge: Judge) -> None:
         ("set_speed", "srv/SetSpeed"), ("get_status", "srv/GetRobotStatus"),
         ("navigate_to_position", "action/NavigateToPosition"),
     ):  # fmt: skip
-        if f"{_PACKAGE}/{kind}" not in offered.get(name, []):
+        if f"{PACKAGE}/{kind}" not in offered.get(name, []):
             wrong.append(f"expected {name} ({kind.partition('/')[2]}){near_miss(controller, name)}")
     processor = judge.graph("idle_processor")
     types = {e.type for e in processor.endpoints if e.topic == "sensor_fusion_data" and e.kind == "publisher"}
-    if f"{_PACKAGE}/msg/SensorFusionData" not in types:
+    if f"{PACKAGE}/msg/SensorFusionData" not in types:
         found = f"found type {short_types(sorted(types))}" if types else "no such publisher"
         wrong.append(f"expected sensor_fusion_data (SensorFusionData); {found}")
     if wrong:
-        judge.share(1 - len(wrong) / 4, "; ".join(wrong), f"import the types from {_PACKAGE}.srv, .action and .msg")
+        judge.share(1 - len(wrong) / 4, "; ".join(wrong), f"import the types from {PACKAGE}.srv, .action and .msg")
 
 
 def _difference(found: str | None, wanted: str) -> str:

@@ -1,14 +1,14 @@
 """T3: faults put into the package's own source, and whether its own tests notice."""
 
 from grader.checks.judge import Judge, NotReached
-from grader.evidence import Fault, Mutation, short_name
+from grader.evidence import Mutant, Mutation, short_name
 
 # One line of points from 10 to 75 %, cut in the middle: the core points come first, the advanced ones on top of them.
 _NONE, _MIDDLE, _FULL = 10.0, 42.5, 75.0
 _LISTED = 8
 
 
-def test_faults_are_noticed(judge: Judge) -> None:
+def test_mutants_are_noticed(judge: Judge) -> None:
     """Faults put into the package's source are noticed by its own tests: none at 10 %, these points at 42.5 %."""
     _share(judge, _NONE, _MIDDLE)
 
@@ -20,7 +20,7 @@ def test_most_faults_are_noticed(judge: Judge) -> None:
 
 def _share(judge: Judge, none: float, full: float) -> None:
     mutation = _mutation(judge)
-    judged = [fault for fault in mutation.faults if fault.outcome != "not tried"]
+    judged = [fault for fault in mutation.mutants if fault.outcome != "not tried"]
     noticed = [fault for fault in judged if fault.outcome == "noticed"]
     if not judged:
         raise NotReached("there is nothing in the package's source to put a fault into")
@@ -57,7 +57,7 @@ def _mutation(judge: Judge) -> Mutation:
 
 
 def _conviction(mutation: Mutation) -> str:
-    failed = next((decoy for decoy in mutation.decoys if decoy.failed), None)
+    failed = next((decoy for decoy in mutation.equivalent_mutants if decoy.failed), None)
     change = f" ({failed.path}:{failed.line}, {failed.words})" if failed else ""
     names = ", ".join(short_name(name) for name in mutation.convicted[:3])
     return (
@@ -75,7 +75,7 @@ def _notes(mutation: Mutation) -> str:
     return "".join(f"; {note}" for note in notes)
 
 
-def _unnoticed(faults: list[Fault]) -> list[str]:
+def _unnoticed(faults: list[Mutant]) -> list[str]:
     """Return a line for each fault that no test noticed: where, what, and the tests that let it pass."""
     missed = sorted((f for f in faults if f.outcome == "unnoticed"), key=lambda fault: (fault.path, fault.line))
     unreached = sorted((f for f in faults if f.outcome == "unreached"), key=lambda fault: (fault.path, fault.line))
@@ -86,7 +86,7 @@ def _unnoticed(faults: list[Fault]) -> list[str]:
     return lines + ([f"and {left} more"] if left else [])
 
 
-def _passed(fault: Fault) -> str:
+def _passed(fault: Mutant) -> str:
     names = [short_name(name) for name in fault.tried]
     shown = ", ".join(names[:2])
     return (

@@ -5,20 +5,20 @@ import math
 from grader.checks.findings import MOST_SHOWN, listing, place, some
 from grader.checks.interface_table import agreement
 from grader.checks.judge import Judge, NotReached
+from grader.contract.layout import JUDGED, role
+from grader.contract.spec import PACKAGE
 from grader.evidence import Build, Definition, Finding, Quality, SourceFile, Trial, reading_limits
-from grader.quality.modules import JUDGED, role
 
-_PACKAGE = "ros2_robot_controller"
 _LAYOUT = (
     "CMakeLists.txt",
     "package.xml",
     "setup.py",
     "setup.cfg",
-    f"{_PACKAGE}/__init__.py",
-    f"{_PACKAGE}/robot_controller.py",
-    f"{_PACKAGE}/sensor_processor.py",
-    f"{_PACKAGE}/utils/__init__.py",
-    f"{_PACKAGE}/utils/conversions.py",
+    f"{PACKAGE}/__init__.py",
+    f"{PACKAGE}/robot_controller.py",
+    f"{PACKAGE}/sensor_processor.py",
+    f"{PACKAGE}/utils/__init__.py",
+    f"{PACKAGE}/utils/conversions.py",
     "msg/SensorFusionData.msg",
     "srv/SetSpeed.srv",
     "srv/GetRobotStatus.srv",
@@ -78,12 +78,12 @@ def test_docstrings_keep_ament_pep257(judge: Judge) -> None:
     """ament_pep257's rules hold for the docstrings of public modules, classes and functions."""
     things = _public(judge)
     documented = [thing for thing in things if thing.documented]
-    clean = [thing for thing in documented if not thing.faults]
+    clean = [thing for thing in documented if not thing.violations]
     # A single docstring without a fault is not worth the marks of a package full of them.
     wanted = max(len(documented), 0.9 * len(things))
     unread = _unread(judge)
     if len(clean) < wanted or unread:
-        faults = [fault for thing in documented for fault in thing.faults]
+        faults = [fault for thing in documented for fault in thing.violations]
         seen = f"{len(clean)} of {len(things)} have a docstring that keeps every rule"
         seen = "\n".join([seen, *([listing(faults)] if faults else []), *_said(unread)])
         share = min(len(clean) / wanted, 1 - _part(judge, unread))
@@ -130,7 +130,7 @@ def test_conversions_are_in_utils_and_used(judge: Judge) -> None:
         words += _said(unread)
         share -= _part(judge, unread)
     if words:
-        judge.share(share, "\n".join(words), f"import them: from {_PACKAGE}.utils.conversions import normalize_angle")
+        judge.share(share, "\n".join(words), f"import them: from {PACKAGE}.utils.conversions import normalize_angle")
 
 
 def test_no_block_stands_twice(judge: Judge) -> None:

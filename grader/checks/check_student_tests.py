@@ -1,18 +1,17 @@
 """T1 and T2: the package's own tests, and what they reach."""
 
 from grader.checks.judge import Judge, NotReached
-from grader.evidence import OwnTests, TestModule
-
-_NODES = ("robot_controller", "sensor_processor")
+from grader.contract.spec import NODES
+from grader.evidence import StudentTests, TestModule
 
 
 def test_both_nodes_have_tests(judge: Judge) -> None:
     """Tests exist for both nodes."""
     modules = _own(judge)
-    missing = [node for node in _NODES if not any(node in module.subjects and module.asserting for module in modules)]
+    missing = [node for node in NODES if not any(node in module.subjects and module.asserting for module in modules)]
     if missing:
         looked = ", ".join(_describe(module) for module in modules) or _nothing(judge)
-        share = 1 - len(missing) / len(_NODES)
+        share = 1 - len(missing) / len(NODES)
         seen = f"no test that asserts something uses {' or '.join(missing)}; found {looked}"
         judge.share(share, seen, "write test/test_<node>.py for each")
 
@@ -72,7 +71,7 @@ def _believed(judge: Judge) -> None:
     judge.expect(not doubts, seen, "leave pytest's reports and coverage's data alone; a test that fails is a help")
 
 
-def _tests(judge: Judge) -> OwnTests:
+def _tests(judge: Judge) -> StudentTests:
     judge.built()
     if judge.evidence.tests is None:
         raise RuntimeError("the package's own tests were not run")

@@ -26,7 +26,7 @@ def ask_conversions(install: Path, seed: int) -> list[FunctionAnswer]:
     with tempdir.folder("conversions") as room:
         (room / "out").mkdir()
         (room / "questions.json").write_text(json.dumps(asked))
-        wall = sandbox.Sandbox(
+        box = sandbox.Sandbox(
             read_only={
                 install: str(build.INSTALL), _PROBE: "/ws/probe.py", room / "questions.json": "/ws/questions.json",
             },
@@ -34,7 +34,7 @@ def ask_conversions(install: Path, seed: int) -> list[FunctionAnswer]:
             environment=ros_env.environment(build.INSTALL, home=sandbox.HOME),
         )  # fmt: skip
         command = ["python3", "/ws/probe.py", "/ws/questions.json", "/ws/out/answers.json"]
-        result = sandbox.run(command, wall, sandbox.Limits(wall_seconds=30.0))
+        result = sandbox.run(command, box, sandbox.Limits(wall_seconds=30.0))
         answers = _read(room / "out" / "answers.json")
     last = result.output.strip().splitlines()[-1:] or [f"ended with status {result.exit_code}"]
     return [_answer(q, answers[i] if i < len(answers) else {"problem": last[0][:200]}) for i, q in enumerate(asked)]

@@ -4,11 +4,11 @@ On disk a grading's evidence is one folder:
 
     submission.json     Intake: what was handed in, which package was chosen
     build.json          Build: how the build went and what it installed
-    tests.json          OwnTests: the package's own tests and their coverage
+    tests.json          StudentTests: the package's own tests and their coverage
     mutation.json       Mutation: faults put into the package, and which tests noticed
     quality.json        Quality: what the package's text shows, read and never run
     trials/NAME.json    Trial: one run of one node in a world
-    flags.json          list of Flag: attempts at tampering and other oddities
+    flags.json          list of Flag: attempts at tampering and other integrity_flags
     conversions.json    list of FunctionAnswer: what utils/conversions.py returned
     origin.json         what made it: seed, versions and hashes, so that an appeal is a re-run
 
@@ -31,7 +31,7 @@ from grader.evidence.quality import (
     TestReport,
 )
 from grader.evidence.store import from_json, load, save, to_json
-from grader.evidence.tests import Decoy, Fault, FileCoverage, Mutation, OwnTests, TestModule, short_name
+from grader.evidence.tests import EquivalentMutant, FileCoverage, Mutant, Mutation, StudentTests, TestModule, short_name
 from grader.evidence.trial import (
     Call,
     Command,
@@ -54,11 +54,10 @@ __all__ = [
     "Command",
     "Conversions",
     "Copy",
-    "Decoy",
     "Definition",
     "Endpoint",
+    "EquivalentMutant",
     "Evidence",
-    "Fault",
     "FileCoverage",
     "Finding",
     "Flag",
@@ -68,8 +67,8 @@ __all__ = [
     "Intake",
     "Manifest",
     "Message",
+    "Mutant",
     "Mutation",
-    "OwnTests",
     "ParameterAnswer",
     "ParameterUse",
     "ProcessEnd",
@@ -78,6 +77,7 @@ __all__ = [
     "Sample",
     "ScanSummary",
     "SourceFile",
+    "StudentTests",
     "Table",
     "TestModule",
     "TestReport",

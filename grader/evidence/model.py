@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from grader.evidence.quality import Quality
-from grader.evidence.tests import Mutation, OwnTests
+from grader.evidence.tests import Mutation, StudentTests
 from grader.evidence.trial import Trial
 
 
@@ -54,6 +54,11 @@ class Build:
     flags: list[Flag] = field(default_factory=list)
     """What the build left behind that an instructor should look at."""
 
+    @classmethod
+    def not_tried(cls) -> Build:
+        """Return the facts of a build that nothing needed."""
+        return cls(ok=False, cached=False, wall_seconds=0.0, exit_code=None, timed_out=False, log_tail="")
+
 
 @dataclass(frozen=True)
 class FunctionAnswer:
@@ -71,7 +76,7 @@ class Evidence:
 
     intake: Intake
     build: Build
-    tests: OwnTests | None = None
+    tests: StudentTests | None = None
     trials: dict[str, Trial] = field(default_factory=dict)
     flags: list[Flag] = field(default_factory=list)
     conversions: list[FunctionAnswer] = field(default_factory=list)

@@ -34,7 +34,7 @@ class Definition:
     name: str
     documented: bool
     unannotated: list[str] = field(default_factory=list)
-    faults: list[Finding] = field(default_factory=list)
+    violations: list[Finding] = field(default_factory=list)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import cattrs
 
 from grader.evidence.model import Build, Evidence, Flag, FunctionAnswer, Intake
 from grader.evidence.quality import Quality
-from grader.evidence.tests import Mutation, OwnTests
+from grader.evidence.tests import Mutation, StudentTests
 from grader.evidence.trial import Trial
 
 T = TypeVar("T")
@@ -111,7 +111,7 @@ def load(folder: Path) -> Evidence:
     return Evidence(
         intake=_read(folder / "submission.json", Intake),
         build=_read(folder / "build.json", Build),
-        tests=_read(tests, OwnTests) if tests.exists() else None,
+        tests=_read(tests, StudentTests) if tests.exists() else None,
         mutation=_read(mutation, Mutation) if mutation.exists() else None,
         quality=_read(quality, Quality) if quality.exists() else None,
         trials={trial.name: trial for trial in trials},

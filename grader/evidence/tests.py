@@ -40,7 +40,7 @@ class FileCoverage:
 
 
 @dataclass(frozen=True)
-class OwnTests:
+class StudentTests:
     """The package's own tests: the modules, and what they cover of the package."""
 
     modules: list[TestModule] = field(default_factory=list)
@@ -51,7 +51,7 @@ class OwnTests:
 
 
 @dataclass(frozen=True)
-class Fault:
+class Mutant:
     """One fault put into the package's source. `outcome` is "noticed", "unnoticed", "unreached" or "not tried"."""
 
     path: str
@@ -75,7 +75,7 @@ def short_name(test: str) -> str:
 
 
 @dataclass(frozen=True)
-class Decoy:
+class EquivalentMutant:
     """One change that keeps the behaviour, and the tests that failed all the same."""
 
     path: str
@@ -91,8 +91,8 @@ class Mutation:
 
     seed: int
     possible: int
-    faults: list[Fault] = field(default_factory=list)
-    decoys: list[Decoy] = field(default_factory=list)
+    mutants: list[Mutant] = field(default_factory=list)
+    equivalent_mutants: list[EquivalentMutant] = field(default_factory=list)
     set_aside: list[str] = field(default_factory=list)
     """Tests whose results did not repeat; what they noticed does not count."""
     convicted: list[str] = field(default_factory=list)

@@ -37,54 +37,54 @@ class State(Enum):
 
 
 @dataclass(frozen=True)
-class Finding:
-    """One thing that was looked at. `mend` is the command that puts it right, empty when it is."""
+class Diagnosis:
+    """One thing that was looked at. `fix` is the command that puts it right, empty when it is."""
 
     name: str
     state: State
     found: str
-    mend: str = ""
+    fix: str = ""
 
 
-def examine(host: Host | None = None) -> list[Finding]:
+def examine(host: Host | None = None) -> list[Diagnosis]:
     """Return what was found on `host`, by default this machine. Takes about three seconds."""
     seen = host or Host()
     with ThreadPoolExecutor(max_workers=2) as pool:
         lists = pool.map(lambda look: look(seen), _LOOKS)
-        return [finding for found in lists for finding in found]
+        return [diagnosis for found in lists for diagnosis in found]
 
 
-def defences(host: Host | None = None) -> list[Finding]:
+def defences(host: Host | None = None) -> list[Diagnosis]:
     """Return what was found of the walls around submissions alone."""
     seen = host or Host()
     return [*_walls(seen), *_cgroups(seen)]
 
 
-def exit_status(findings: list[Finding]) -> int:
+def exit_status(diagnoses: list[Diagnosis]) -> int:
     """Return 0 when everything that grading needs is there, else 3."""
-    return 3 if any(finding.state is State.BAD for finding in findings) else 0
+    return 3 if any(diagnosis.state is State.BAD for diagnosis in diagnoses) else 0
 
 
-def render(findings: list[Finding]) -> str:
-    """Return the findings as text for a console, one line each and one more where something is to be done."""
-    width = max((len(finding.name) for finding in findings), default=0)
+def render(diagnoses: list[Diagnosis]) -> str:
+    """Return the diagnoses as text for a console, one line each and one more where something is to be done."""
+    width = max((len(diagnosis.name) for diagnosis in diagnoses), default=0)
     lines = []
-    for finding in findings:
-        lines.append(f"{finding.state.value:<5} {finding.name:<{width}}  {finding.found}")
-        if finding.mend:
-            lines.append(f"{'':<5} {'':<{width}}  mend: {finding.mend}")
-    bad = [finding.name for finding in findings if finding.state is State.BAD]
+    for diagnosis in diagnoses:
+        lines.append(f"{diagnosis.state.value:<5} {diagnosis.name:<{width}}  {diagnosis.found}")
+        if diagnosis.fix:
+            lines.append(f"{'':<5} {'':<{width}}  fix: {diagnosis.fix}")
+    bad = [diagnosis.name for diagnosis in diagnoses if diagnosis.state is State.BAD]
     lines.append(f"This machine cannot grade yet: {', '.join(bad)}." if bad else "This machine can grade.")
     return "\n".join(lines)
 
 
-def _python(_host: Host) -> list[Finding]:
+def _python(_host: Host) -> list[Diagnosis]:
     version = sys.version.split()[0]
     if OLDEST <= sys.version_info[:2] <= NEWEST and sys.implementation.name == "cpython":
-        return [Finding("Python", State.OK, version)]
+        return [Diagnosis("Python", State.OK, version)]
     wanted = f"CPython {'.'.join(map(str, OLDEST))} to {'.'.join(map(str, NEWEST))}"
     return [
-        Finding(
+        Diagnosis(
             "Python",
             State.BAD,
             f"{sys.implementation.name} {version}; the ROS 2 wheels are for {wanted}",
@@ -93,18 +93,18 @@ def _python(_host: Host) -> list[Finding]:
     ]
 
 
-def _compilers(host: Host) -> list[Finding]:
-    mend = install_line(host, ["compiler"])
+def _compilers(host: Host) -> list[Diagnosis]:
+    fix = install_line(host, ["compiler"])
     return [
-        _compiles(host, "C compiler", ("cc", "gcc", "clang"), "c", mend),
-        _compiles(host, "C++ compiler", ("c++", "g++", "clang++"), "c++", mend),
+        _compiles(host, "C compiler", ("cc", "gcc", "clang"), "c", fix),
+        _compiles(host, "C++ compiler", ("c++", "g++", "clang++"), "c++", fix),
     ]
 
 
-def _compiles(host: Host, name: str, tools: tuple[str, ...], language: str, mend: str) -> Finding:
+def _compiles(host: Host, name: str, tools: tuple[str, ...], language: str, fix: str) -> Diagnosis:
     tool = next((tool for tool in tools if host.which(tool)), None)
     if tool is None:
-        return Finding(name, State.BAD, "not found", mend)
+        return Diagnosis(name, State.BAD, "not found", fix)
     source = (
         "#include <stdio.h>\nint main(void) { return 0; }\n"
         if language == "c"
@@ -113,42 +113,42 @@ def _compiles(host: Host, name: str, tools: tuple[str, ...], language: str, mend
     with tempfile.TemporaryDirectory() as folder:
         ran = host.run([tool, "-x", language, "-", "-o", f"{folder}/it"], 20, text=source)
     if not ran.ok:
-        return Finding(name, State.BAD, f"{tool} does not compile a one-line program: {_last_line(ran.output)}", mend)
-    return Finding(name, State.OK, f"{tool} compiles")
+        return Diagnosis(name, State.BAD, f"{tool} does not compile a one-line program: {_last_line(ran.output)}", fix)
+    return Diagnosis(name, State.OK, f"{tool} compiles")
 
 
-def _build_tools(host: Host) -> list[Finding]:
-    findings = []
+def _build_tools(host: Host) -> list[Diagnosis]:
+    diagnoses = []
     for tool in ("make", "prlimit", "cmake", "ninja"):
         beside = str(Path(sys.executable).with_name(tool))
         path = beside if host.exists(beside) else host.which(tool)
         package = {"make": "make", "prlimit": "util-linux"}.get(tool)
-        mend = install_line(host, [package]) if package else _pip("install -r requirements.txt")
-        findings.append(Finding(tool, State.OK, path) if path else Finding(tool, State.BAD, "not found", mend))
-    return findings
+        fix = install_line(host, [package]) if package else _pip("install -r requirements.txt")
+        diagnoses.append(Diagnosis(tool, State.OK, path) if path else Diagnosis(tool, State.BAD, "not found", fix))
+    return diagnoses
 
 
-def _headers(host: Host) -> list[Finding]:
+def _headers(host: Host) -> list[Diagnosis]:
     path = f"{sysconfig.get_path('include')}/Python.h"
     if host.exists(path):
-        return [Finding("Python headers", State.OK, path)]
+        return [Diagnosis("Python headers", State.OK, path)]
     python = f"python{sys.version_info[0]}.{sys.version_info[1]}"
-    return [Finding("Python headers", State.BAD, f"{path} is not there", install_line(host, ["headers"], python))]
+    return [Diagnosis("Python headers", State.BAD, f"{path} is not there", install_line(host, ["headers"], python))]
 
 
-def _wheels(host: Host) -> list[Finding]:
+def _wheels(host: Host) -> list[Diagnosis]:
     pins = host.read(str(KIT / "requirements.txt"))
     installed = _installed()
-    mend = _pip("install -r requirements.txt")
+    fix = _pip("install -r requirements.txt")
     if not any(name.startswith("ros-jazzy-") for name in installed):
-        return [Finding("ROS 2 wheels", State.BAD, "not installed", AGAIN)]
+        return [Diagnosis("ROS 2 wheels", State.BAD, "not installed", AGAIN)]
     odd = mismatches(installed, pins or "")
     if odd:
         more = f" and {len(odd) - 3} more" if len(odd) > 3 else ""
-        return [Finding("ROS 2 wheels", State.BAD, "; ".join(odd[:3]) + more, mend)]
+        return [Diagnosis("ROS 2 wheels", State.BAD, "; ".join(odd[:3]) + more, fix)]
     count = sum(1 for name in installed if name.startswith("ros-jazzy-"))
     against = "the lock and each other" if pins else "each other"
-    return [Finding("ROS 2 wheels", State.OK, f"{count} ros-jazzy packages, matching {against}")]
+    return [Diagnosis("ROS 2 wheels", State.OK, f"{count} ros-jazzy packages, matching {against}")]
 
 
 @dataclass(frozen=True)
@@ -200,25 +200,25 @@ def _canonical(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-def _rclpy(host: Host) -> list[Finding]:
+def _rclpy(host: Host) -> list[Diagnosis]:
     with tempfile.TemporaryDirectory() as home:
         environment = ros_env.environment(home=Path(home))
         ran = host.run([sys.executable, "-c", "import rclpy, std_msgs.msg; print('fine')"], 20, environment)
     if ran.output.endswith("fine"):
-        return [Finding("import rclpy", State.OK, "works in a clean process")]
-    return [Finding("import rclpy", State.BAD, _last_line(ran.output), AGAIN)]
+        return [Diagnosis("import rclpy", State.OK, "works in a clean process")]
+    return [Diagnosis("import rclpy", State.BAD, _last_line(ran.output), AGAIN)]
 
 
-def _launch(_host: Host) -> list[Finding]:
+def _launch(_host: Host) -> list[Diagnosis]:
     """A package named launch on the Python index has nothing to do with ROS, and hides what stands in for it."""
     try:
         files = importlib.metadata.files("launch") or []
     except importlib.metadata.PackageNotFoundError:
-        return [Finding("launch", State.OK, "no foreign package of that name")]
+        return [Diagnosis("launch", State.OK, "no foreign package of that name")]
     if any(str(file) == "launch/launch_description.py" for file in files):
-        return [Finding("launch", State.OK, "the one of ROS 2")]
+        return [Diagnosis("launch", State.OK, "the one of ROS 2")]
     found = "a package that only shares its name with ROS 2's launch is installed"
-    return [Finding("launch", State.BAD, found, _pip("uninstall -y launch"))]
+    return [Diagnosis("launch", State.BAD, found, _pip("uninstall -y launch"))]
 
 
 # What the sandbox asks of bubblewrap, and no more: a wall of its own, and one inside a trial's network.
@@ -227,23 +227,23 @@ _NODE_WALL += ["--unshare-user", "--unshare-pid", "--unshare-ipc", "--die-with-p
 _WALL = [*_NODE_WALL[:-1], "--unshare-net", "--"]
 
 
-def _walls(host: Host) -> list[Finding]:
+def _walls(host: Host) -> list[Diagnosis]:
     """Bubblewrap, bubblewrap inside it, and DDS inside it: each needs the one before."""
     later = ("nested bubblewrap", "DDS in a network namespace")
     if host.which("bwrap") is None:
-        mend = install_line(host, ["bubblewrap"])
+        fix = install_line(host, ["bubblewrap"])
         return [
-            Finding("bubblewrap", State.BAD, "not found", mend),
-            *(Finding(name, State.BAD, "not tried: bubblewrap is missing", mend) for name in later),
+            Diagnosis("bubblewrap", State.BAD, "not found", fix),
+            *(Diagnosis(name, State.BAD, "not tried: bubblewrap is missing", fix) for name in later),
         ]
     ran = host.run([*_WALL, "true"], 5)
     if not ran.ok:
-        reason, mend = _why_no_wall(host, _last_line(ran.output))
+        reason, fix = _why_no_wall(host, _last_line(ran.output))
         return [
-            Finding("bubblewrap", State.BAD, reason, mend),
-            *(Finding(name, State.BAD, "not tried: bubblewrap does not work", mend) for name in later),
+            Diagnosis("bubblewrap", State.BAD, reason, fix),
+            *(Diagnosis(name, State.BAD, "not tried: bubblewrap does not work", fix) for name in later),
         ]
-    return [Finding("bubblewrap", State.OK, "walls in a process, a network and its users"), _nested(host), _dds(host)]
+    return [Diagnosis("bubblewrap", State.OK, "walls in a process, a network and its users"), _nested(host), _dds(host)]
 
 
 def _why_no_wall(host: Host, said: str) -> tuple[str, str]:
@@ -266,13 +266,13 @@ def _why_no_wall(host: Host, said: str) -> tuple[str, str]:
     )
 
 
-def _nested(host: Host) -> Finding:
+def _nested(host: Host) -> Diagnosis:
     name = "nested bubblewrap"
     ran = host.run(namespaces.private_network([*_NODE_WALL, "true"]), 5)
     if ran.ok:
-        return Finding(name, State.OK, "works; a node's wall fits into its trial's network")
-    reason, mend = _why_no_wall(host, _last_line(ran.output))
-    return Finding(name, State.BAD, reason, mend)
+        return Diagnosis(name, State.OK, "works; a node's wall fits into its trial's network")
+    reason, fix = _why_no_wall(host, _last_line(ran.output))
+    return Diagnosis(name, State.BAD, reason, fix)
 
 
 _LISTENER = """
@@ -305,7 +305,7 @@ sys.exit(listener.wait())
 """
 
 
-def _dds(host: Host) -> Finding:
+def _dds(host: Host) -> Diagnosis:
     """Two nodes in a network of their own, the listener behind a wall as a student's node is."""
     name = "DDS in a network namespace"
     listener = [*_NODE_WALL[:-1], "--setenv", "ROS_LOG_DIR", "/run/ros-log", "--", sys.executable, "-c", _LISTENER]
@@ -316,12 +316,12 @@ def _dds(host: Host) -> Finding:
             ros_env.environment(home=Path(home)),
         )
     if ran.ok:
-        return Finding(name, State.OK, "a message gets through a wall")
-    mend = f"{' '.join(namespaces.private_network(['ip', 'address', 'show', 'lo']))}  (lo must be UP, with 127.0.0.1)"
-    return Finding(name, State.BAD, f"nothing got through a wall: {_last_line(ran.output)}", mend)
+        return Diagnosis(name, State.OK, "a message gets through a wall")
+    fix = f"{' '.join(namespaces.private_network(['ip', 'address', 'show', 'lo']))}  (lo must be UP, with 127.0.0.1)"
+    return Diagnosis(name, State.BAD, f"nothing got through a wall: {_last_line(ran.output)}", fix)
 
 
-def _cgroups(host: Host) -> list[Finding]:
+def _cgroups(host: Host) -> list[Diagnosis]:
     """Where memory and process counts are held: asked as a grading asks. Without, resource limits do.
 
     That way makes a group and takes it away; with version 2 it also moves this process into one, as a grading does.
@@ -330,35 +330,35 @@ def _cgroups(host: Host) -> list[Finding]:
     hierarchy = host.cgroups()
     if hierarchy is not None:
         folders = ", ".join(sorted({str(folder) for folder in hierarchy.folders.values()}))
-        return [Finding(name, State.OK, f"version {hierarchy.version}, below {folders}")]
+        return [Diagnosis(name, State.OK, f"version {hierarchy.version}, below {folders}")]
     standing_in = "resource limits stand in"
     if host.exists("/sys/fs/cgroup/cgroup.controllers"):
-        mend = "systemd-run --user --scope -p Delegate=yes .venv/bin/grader grade SUBMISSION --out out/NAME"
-        return [Finding(name, State.WARN, f"version 2, memory and pids not delegated to us; {standing_in}", mend)]
+        fix = "systemd-run --user --scope -p Delegate=yes .venv/bin/grader grade SUBMISSION --out out/NAME"
+        return [Diagnosis(name, State.WARN, f"version 2, memory and pids not delegated to us; {standing_in}", fix)]
     missing = [each for each in ("memory", "pids") if not host.exists(f"/sys/fs/cgroup/{each}")]
     if len(missing) == 2:
-        return [Finding(name, State.WARN, f"none; {standing_in}")]
+        return [Diagnosis(name, State.WARN, f"none; {standing_in}")]
     if missing:
-        return [Finding(name, State.WARN, f"version 1, without the controller {missing[0]}; {standing_in}")]
-    return [Finding(name, State.WARN, f"version 1, not writable for us; {standing_in}", "sudo -E make grade")]
+        return [Diagnosis(name, State.WARN, f"version 1, without the controller {missing[0]}; {standing_in}")]
+    return [Diagnosis(name, State.WARN, f"version 1, not writable for us; {standing_in}", "sudo -E make grade")]
 
 
-def _room(host: Host) -> list[Finding]:
+def _room(host: Host) -> list[Diagnosis]:
     match = re.search(r"^MemAvailable:\s*(\d+) kB", host.read("/proc/meminfo") or "", re.MULTILINE)
     memory = int(match[1]) * 1024 if match else 0
     free = host.free_bytes(str(KIT))
     return [
-        Finding("memory", State.OK, f"{memory / GB:.1f} GB available")
+        Diagnosis("memory", State.OK, f"{memory / GB:.1f} GB available")
         if memory >= LITTLE_MEMORY
-        else Finding(
+        else Diagnosis(
             "memory",
             State.WARN,
             f"{memory / GB:.1f} GB available, 2 GB are better",
             "ps axo rss,comm --sort -rss | head",
         ),
-        Finding("disk", State.OK, f"{free / GB:.1f} GB free")
+        Diagnosis("disk", State.OK, f"{free / GB:.1f} GB free")
         if free >= LITTLE_DISK
-        else Finding(
+        else Diagnosis(
             "disk",
             State.WARN if free >= NO_DISK else State.BAD,
             f"{free / GB:.1f} GB free, 2 GB are better",
@@ -367,11 +367,13 @@ def _room(host: Host) -> list[Finding]:
     ]
 
 
-def _ccache(host: Host) -> list[Finding]:
+def _ccache(host: Host) -> list[Diagnosis]:
     path = host.which("ccache")
     if path:
-        return [Finding("ccache", State.OK, path)]
-    return [Finding("ccache", State.WARN, "not found; first builds take twice as long", install_line(host, ["ccache"]))]
+        return [Diagnosis("ccache", State.OK, path)]
+    return [
+        Diagnosis("ccache", State.WARN, "not found; first builds take twice as long", install_line(host, ["ccache"]))
+    ]
 
 
 def _pip(arguments: str) -> str:
@@ -384,7 +386,7 @@ def _last_line(text: str) -> str:
 
 
 # In the order of the report. The slow ones run beside the others.
-_LOOKS: tuple[Callable[[Host], list[Finding]], ...] = (
+_LOOKS: tuple[Callable[[Host], list[Diagnosis]], ...] = (
     _python,
     _compilers,
     _build_tools,

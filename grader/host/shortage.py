@@ -46,7 +46,7 @@ def require_memory() -> None:
         )
 
 
-def words(error: BaseException) -> str:
+def explain(error: BaseException) -> str:
     """Return what happened, to what, and what to do next, if the host's state has caused `error`; "" if not."""
     return next((said for each in _chain(error) if (said := _said(each))), "")
 

@@ -21,7 +21,8 @@ from pathlib import Path
 from typing import IO, NoReturn, Protocol
 
 from grader.errors import GraderError, KitError, SubmissionError
-from grader.intake.names import DEEPEST, never_kept, printable
+from grader.intake.names import DEEPEST, never_kept
+from grader.sanitize import printable
 
 # A listing longer than this is not read to its end: 20 times the files that may be kept leaves room for what is pruned.
 MOST_ENTRIES = 100_000

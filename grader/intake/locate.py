@@ -8,14 +8,13 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
+from grader.contract.spec import INTERFACES_PACKAGE, PACKAGE
 from grader.errors import SubmissionError
 from grader.intake.containers import ARCHIVE_SUFFIXES
-from grader.intake.names import printable
 from grader.intake.package_xml import PackageXml, read_package_xml
 from grader.intake.plan import BUILD_NAMES
+from grader.sanitize import printable
 
-PACKAGE = "ros2_robot_controller"
-INTERFACES_PACKAGE = "ros2_robot_controller_interfaces"
 MODULES = frozenset({"robot_controller.py", "sensor_processor.py", "conversions.py"})
 INTERFACES = frozenset({"SetSpeed.srv", "GetRobotStatus.srv", "NavigateToPosition.action", "SensorFusionData.msg"})
 IGNORE_MARKERS = frozenset({"COLCON_IGNORE", "AMENT_IGNORE"})

@@ -19,14 +19,6 @@ LONGEST_PATH = 1000  # bytes; the kernel takes 4096, CMake and colcon add their 
 DEEPEST = 20  # folders
 
 
-def printable(text: str, most: int = 200) -> str:
-    """Return `text` with everything escaped that is not plainly visible: control characters, bidi marks, surrogates."""
-    shown = "".join(
-        char if char.isprintable() else char.encode("unicode_escape").decode("ascii") for char in text[: most + 1]
-    )
-    return shown if len(shown) <= most else shown[: most - 1] + "…"
-
-
 def safe_name(part: str) -> str:
     """Return the file name `part` with invisible characters written as %XX, so that it can be shown everywhere."""
     return "".join(char if char.isprintable() else f"%{ord(char):02X}" for char in part)

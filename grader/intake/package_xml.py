@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
-from grader.intake.names import printable
+from grader.sanitize import printable
 
 MOST_BYTES = 256 * 1024  # rclcpp's, a long one, has 4 KB
 

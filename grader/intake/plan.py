@@ -17,9 +17,9 @@ from grader.intake.names import (
     collision_key,
     never_kept,
     never_kept_file,
-    printable,
     safe_name,
 )
+from grader.sanitize import printable
 
 MB = 1024**2
 # A build tree has one of these in it. Going by the name alone would take a student's own folder `log` away.

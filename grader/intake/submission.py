@@ -8,14 +8,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
+from grader.contract.spec import PACKAGE
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag, Intake
 from grader.intake import course_marker
 from grader.intake.containers import ARCHIVE_SUFFIXES
-from grader.intake.locate import PACKAGE, Candidate, Tree, choose, interfaces_beside, survey
-from grader.intake.names import printable
+from grader.intake.locate import Candidate, Tree, choose, interfaces_beside, survey
 from grader.intake.plan import Limits
 from grader.intake.unpack import Unpacked, content_hash, unpack
+from grader.sanitize import printable
 
 DEFAULT_LIMITS = Limits()
 MOST_NESTED = 2  # archives inside one another

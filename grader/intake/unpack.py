@@ -14,8 +14,8 @@ from pathlib import Path
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag
 from grader.intake.containers import Folder, Kind, Readable, open_container
-from grader.intake.names import printable
 from grader.intake.plan import Limits, plan
+from grader.sanitize import printable
 
 BLOCK = 256 * 1024
 

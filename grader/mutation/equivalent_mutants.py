@@ -10,7 +10,7 @@ import ast
 from collections.abc import Iterator
 from functools import lru_cache
 
-from grader.mutation.source import MODULE, TOO_MUCH, Change, Source, Spot, called, is_docstring
+from grader.mutation.source_text import MODULE, TOO_MUCH, Change, Source, Spot, called, is_docstring
 
 WEAK = "weak decoy"
 """Another text with the same bytecode: taken where there is no other decoy."""
@@ -22,7 +22,7 @@ _MIRRORED: dict[type[ast.cmpop], str] = {
 
 
 @lru_cache(maxsize=64)  # they are asked for after every round; the modules of a few packages
-def decoys(source: Source) -> list[Change]:
+def equivalent_mutants(source: Source) -> list[Change]:
     """Return every decoy that could be put into a source, in its order; none for one that is too much for Python."""
     try:
         return [change for spot in source.spots() for change in _decoys(source, spot) if source.reads(change)]

@@ -12,16 +12,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from queue import SimpleQueue
 
-from grader.evidence import Decoy, Fault, Mutation, short_name
-from grader.mutation.equivalent_mutants import WEAK, compiles, decoys
-from grader.mutation.operators import faults
+from grader.evidence import EquivalentMutant, Mutant, Mutation, short_name
+from grader.mutation.equivalent_mutants import WEAK, compiles, equivalent_mutants
+from grader.mutation.operators import mutants
 from grader.mutation.selection import Selection, Selector, choose
-from grader.mutation.source import MODULE, Change, Source, is_too_much, parse
+from grader.mutation.source_text import MODULE, Change, Source, is_too_much, parse
+from grader.settings import MUTATION_BUDGET_S
 from grader.student_tests.suite_run import Reach
 from grader.student_tests.warm_worker import Bench, Ran, Request, benches, places, sources
 
-FAULTS = 40
-SECONDS = 20.0
+MUTANTS = 40
 WORKERS = 2
 # Faults are tried in rounds: results count by whole rounds, so that a machine's mood does not move a grade by a little.
 ROUND = 10
@@ -40,8 +40,8 @@ def mutate(
     reach: Sequence[Reach],
     *,
     seed: int = 0,
-    count: int = FAULTS,
-    seconds: float = SECONDS,
+    count: int = MUTANTS,
+    seconds: float = MUTATION_BUDGET_S,
     workers: int = WORKERS,
     progress: Callable[[str], None] = lambda _what: None,
 ) -> Mutation:
@@ -60,7 +60,7 @@ def mutate(
     started = time.monotonic()
     texts = sources(package, install)
     parsed = {name: source for name, text in texts.items() if text is not None and (source := parse(name, text))}
-    possible = [change for source in parsed.values() for change in faults(source)]
+    possible = [change for source in parsed.values() for change in mutants(source)]
     chosen = choose(possible, count, random.Random(f"faults {seed}"))
     beyond = _beyond(texts, count)
     found = _Findings(
@@ -91,14 +91,14 @@ def mutate(
         notes.append(f"{names} read the package's source as a text, so what was noticed there did not count")
     return Mutation(
         seed=seed, possible=len(possible) + len(beyond),
-        faults=[found.outcomes[change] for change in chosen] + beyond, decoys=found.decoys,
+        mutants=[found.outcomes[change] for change in chosen] + beyond, equivalent_mutants=found.equivalent_mutants,
         set_aside=sorted(found.set_aside - found.readers), convicted=sorted(found.convicted),
         wall_seconds=round(time.monotonic() - started, 1), quiet_seconds=round(quiet_seconds, 1),
         budget_seconds=seconds, note="; ".join(notes),
     )  # fmt: skip
 
 
-def _beyond(texts: Mapping[str, str | None], count: int) -> list[Fault]:
+def _beyond(texts: Mapping[str, str | None], count: int) -> list[Mutant]:
     """Return faults, unnoticed, for modules that may run and cannot be read: no fault can be put into them.
 
     There are as many as if each module were as long as the others, for what is hidden must not be worth more than
@@ -107,7 +107,7 @@ def _beyond(texts: Mapping[str, str | None], count: int) -> list[Fault]:
     hidden = [name for name, text in texts.items() if text is None or is_too_much(text)]
     words = "the module cannot be read, so no fault can be put into it"
     each = max(1, round(count / max(1, len(texts))))
-    return [Fault(name, 1, MODULE, "module", words, "unreached") for name in hidden for _ in range(each)]
+    return [Mutant(name, 1, MODULE, "module", words, "unreached") for name in hidden for _ in range(each)]
 
 
 @dataclass
@@ -119,8 +119,8 @@ class _Findings:
     reach: dict[str, Reach]
     selector: Selector
     chance: random.Random
-    outcomes: dict[Change, Fault] = field(default_factory=dict)
-    decoys: list[Decoy] = field(default_factory=list)
+    outcomes: dict[Change, Mutant] = field(default_factory=dict)
+    equivalent_mutants: list[EquivalentMutant] = field(default_factory=list)
     set_aside: set[str] = field(default_factory=set)
     whole: set[str] = field(default_factory=set)
     convicted: set[str] = field(default_factory=set)
@@ -258,7 +258,7 @@ def _examinations(found: _Findings, noticed: Sequence[tuple[Change, _Result]], l
     credits = Counter(result.by for _, result in noticed)
     wanted = max(1, round(DECOY_SHARE * len(noticed) + 0.5))
     if last or _noticed(found) <= ROUND:
-        wanted = max(wanted, DECOYS_AT_LEAST - len(found.decoys))
+        wanted = max(wanted, DECOYS_AT_LEAST - len(found.equivalent_mutants))
     pairs = list(noticed)
     found.chance.shuffle(pairs)
     pairs.sort(key=lambda pair: ((pair[1].by, pair[0].path) in found.vouched, -credits[pair[1].by]))
@@ -278,7 +278,7 @@ def _examinations(found: _Findings, noticed: Sequence[tuple[Change, _Result]], l
 
 def _decoy_for(found: _Findings, fault: Change, skip: int = 0, but: Change | None = None) -> Change | None:
     """Return a decoy in the fault's function, or else near it in its file."""
-    there = [decoy for decoy in decoys(found.sources[fault.path]) if decoy != but]
+    there = [decoy for decoy in equivalent_mutants(found.sources[fault.path]) if decoy != but]
     near = [decoy for decoy in there if decoy.function == fault.function] or there
     if not near:
         return None
@@ -314,7 +314,7 @@ def _note_decoy(found: _Findings, crew: _Crew, result: _Result) -> list[Change]:
     job = result.job
     assert job.twin is not None
     if not result.by:
-        found.decoys.append(_decoy(result))
+        found.equivalent_mutants.append(_decoy(result))
         found.vouched |= {(name, job.twin.path) for selection in job.selections for name in selection.tests}
         return []
     if result.by in found.set_aside or (result.module in found.whole and not _is_whole(found, job)):
@@ -336,7 +336,7 @@ def _note_decoy(found: _Findings, crew: _Crew, result: _Result) -> list[Change]:
     if calm.by:
         found.set_aside |= {calm.by, result.by}
     elif again.by and other.by and other.job.change is not None:
-        found.decoys += [_decoy(again), _decoy(other)]
+        found.equivalent_mutants += [_decoy(again), _decoy(other)]
         found.convicted.add(again.by)
         return []
     else:
@@ -361,13 +361,13 @@ def _is_whole(found: _Findings, job: _Job) -> bool:
     return list(selection.tests) == order[: len(selection.tests)]
 
 
-def _decoy(result: _Result) -> Decoy:
+def _decoy(result: _Result) -> EquivalentMutant:
     change = _changed(result.job)
-    return Decoy(change.path, change.line, change.words, tests=result.ran, failed=list(result.failed))
+    return EquivalentMutant(change.path, change.line, change.words, tests=result.ran, failed=list(result.failed))
 
 
-def _fault(change: Change, outcome: str, by: str = "", late: bool = False, tried: Sequence[str] = ()) -> Fault:
-    return Fault(
+def _fault(change: Change, outcome: str, by: str = "", late: bool = False, tried: Sequence[str] = ()) -> Mutant:
+    return Mutant(
         change.path, change.line, change.function, change.operator, change.words, outcome, by, late, list(tried)
     )
 

@@ -6,7 +6,7 @@ import ast
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from grader.mutation.source import TOO_MUCH, Change, Source, Spot, called, is_docstring
+from grader.mutation.source_text import TOO_MUCH, Change, Source, Spot, called, is_docstring
 
 _Function = ast.FunctionDef | ast.AsyncFunctionDef
 Operator = Callable[[Source, Spot], Iterator[Change]]
@@ -52,7 +52,7 @@ _QOS = {
 }  # fmt: skip
 
 
-def faults(source: Source) -> list[Change]:
+def mutants(source: Source) -> list[Change]:
     """Return every fault that could be put into a source, in its order; none for one that is too much for Python."""
     try:
         return _faults(source)

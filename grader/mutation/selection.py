@@ -9,7 +9,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from grader.mutation.source import TOO_MUCH, Change, Source, header
+from grader.mutation.source_text import TOO_MUCH, Change, Source, header
 from grader.student_tests.suite_run import Reach
 
 _Function = ast.FunctionDef | ast.AsyncFunctionDef

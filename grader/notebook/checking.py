@@ -8,21 +8,19 @@ import threading
 from collections.abc import Sequence
 from pathlib import Path
 
-from grader import build, evidence, pipeline, sandbox
+from grader import build, pipeline
 from grader.errors import KitError, SubmissionError
-from grader.intake.submission import open_submission
 from grader.notebook import prerequisites
 from grader.notebook.feedback import Answer, Checked, Note, Picture, Progress
 from grader.notebook.workspace import NOTEBOOK, Workspace
-from grader.quality import analyse_package
 from grader.sanitize import one_line
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, losses, place, points
 from grader.scoring.rubric import RUBRIC, Requirement
 from grader.scoring.scorecard import Outcome, RequirementScore
+from grader.settings import Settings
 
-FAULT_SECONDS = 3.0  # for T3: a round or two of ten faults, where the grading tries forty
-_TEXT_ONLY = ("Q1", "Q2", "Q3", "Q4", "I2")  # what the package's text alone shows
+MUTATION_BUDGET_S = 3.0  # for T3: a round or two of ten faults, where the grading tries forty
 _PICTURES = 2
 
 # One grading at a time in this process: two would only wait for each other's cores.
@@ -69,30 +67,11 @@ def _requirement(whole: rubric.Rubric, name: str) -> Requirement:
 
 
 def _grade(package: Path, scratch: Path, whole: rubric.Rubric, wanted: list[str], progress: Progress) -> Grading:
-    settings = pipeline.Settings(
-        rubric=whole, cache=build.cache_folder(), requirements=tuple(wanted), fault_seconds=FAULT_SECONDS,
+    settings = Settings(
+        rubric=whole, cache=build.cache_folder(), requirements=tuple(wanted), mutation_budget_s=MUTATION_BUDGET_S,
         progress=progress.say,
     )  # fmt: skip
-    if set(wanted) <= set(_TEXT_ONLY):
-        return _grade_text(package, scratch, settings)
     return pipeline.grade(package, scratch / "out", settings)
-
-
-def _grade_text(package: Path, scratch: Path, settings: pipeline.Settings) -> Grading:
-    """Judge what needs no build, without one."""
-    sandbox.require()
-    submission = open_submission(package, scratch / "submission")
-    unbuilt = evidence.Build(
-        ok=False, cached=False, wall_seconds=0.0, exit_code=None, timed_out=False, log_tail="", executables=[],
-        shared_files=[], type_hashes={},
-    )  # fmt: skip
-    found = evidence.Evidence(
-        intake=submission.intake,
-        build=unbuilt,
-        flags=list(submission.flags),
-        quality=analyse_package(submission.package, submission.interfaces),
-    )
-    return pipeline.judge(pipeline.store(found, scratch / "out"), settings)
 
 
 def _judged(grading: Grading) -> list[RequirementScore]:
@@ -157,7 +136,7 @@ def _remarks(grading: Grading) -> tuple[str, ...]:
     mutation = grading.evidence.mutation
     if mutation is None:
         return ()
-    tried = sum(fault.outcome != "not tried" for fault in mutation.faults)
+    tried = sum(fault.outcome != "not tried" for fault in mutation.mutants)
     return (f"A taste of T3: {tried} faults were put in here. The grading puts in more, and others.",)
 
 

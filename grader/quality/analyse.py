@@ -16,10 +16,10 @@ import ament_flake8
 from grader import evidence
 from grader.errors import GraderError
 from grader.evidence import Definition, Finding, Manifest, Quality, SourceFile, reading_limits
-from grader.intake.names import printable
 from grader.quality import bisect_failures, source_files
 from grader.quality.source_files import Source
 from grader.quality.unreadable import definitions as definitions_of_unreadable
+from grader.sanitize import printable
 
 # flake8's own rules. With ROS from apt, ament_flake8 brings plugins for quotes, import order and more; the wheels do
 # not depend on them, so a student who runs ament_flake8 here is not told of those, and they cost nothing.
@@ -49,8 +49,8 @@ def analyse_package(package: Path, interfaces: Path | None = None, *, lint: bool
         readable = {file.path for file in found.files if not file.problem} - {source.path for source in unreadable}
         good = [source for source in good if source.path in readable] if lint else []
         with ThreadPoolExecutor(2) as pool:
-            style = pool.submit(bisect_failures.all_but_the_worst, lambda items: _flake8(items, room), good)
-            docstrings = pool.submit(bisect_failures.all_but_the_worst, lambda items: _pep257(items, room), good)
+            style = pool.submit(bisect_failures.run_without_culprits, lambda items: _flake8(items, room), good)
+            docstrings = pool.submit(bisect_failures.run_without_culprits, lambda items: _pep257(items, room), good)
             return _together(found, every, unreadable, style.result(), docstrings.result())
 
 
@@ -118,7 +118,7 @@ def _facts(package: Path, interfaces: Path | None, good: Sequence[Source], room:
             return None
         return evidence.from_json(done.stdout, Quality)
 
-    found, unreadable = bisect_failures.all_but_the_worst(run, good)
+    found, unreadable = bisect_failures.run_without_culprits(run, good)
     if found is None:
         found = run([]) or Quality(manifest=Manifest(found=False, problems=["package.xml could not be read"]))
     return found, unreadable
@@ -174,5 +174,5 @@ def _with_faults(definitions: Sequence[Definition], found: Sequence[_Found]) -> 
     taken = []
     for item in definitions:
         # A module and its first definition may both begin on line 1; pydocstyle tells them apart by the same lines.
-        taken.append(replace(item, faults=faults.get((item.path, item.line), [])[:5]))
+        taken.append(replace(item, violations=faults.get((item.path, item.line), [])[:5]))
     return taken

@@ -38,7 +38,7 @@ def python(arguments: Sequence[str], folder: Path) -> subprocess.CompletedProces
     return None if done.returncode < 0 or done.returncode > 128 else done
 
 
-def all_but_the_worst(run: Callable[[Sequence[T]], R | None], items: Sequence[T]) -> tuple[R | None, list[T]]:
+def run_without_culprits(run: Callable[[Sequence[T]], R | None], items: Sequence[T]) -> tuple[R | None, list[T]]:
     """Return what `run` makes of as many items as it can take, and the items that it cannot.
 
     Most of the time that is one run over all of them. When it fails, halves are tried until the culprits are found.

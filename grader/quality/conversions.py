@@ -5,9 +5,10 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Sequence
 
+from grader.contract.spec import NODES
 from grader.evidence import Conversions, Finding
 from grader.quality.call_graph import Calls
-from grader.quality.modules import NODES, Function, Module, last_name
+from grader.quality.modules import Function, Module, last_name
 
 FUNCTIONS = ("yaw_from_quaternion", "quaternion_from_yaw", "normalize_angle", "clamp")
 _ARCS = ("atan2", "arctan2", "asin", "arcsin", "acos", "arccos")

@@ -6,8 +6,9 @@ import ast
 from collections.abc import Iterator, Sequence
 from pathlib import PurePosixPath
 
+from grader.contract.layout import JUDGED, role
 from grader.evidence import Definition
-from grader.quality.modules import JUDGED, Function, Module, last_name, role
+from grader.quality.modules import Function, Module, last_name
 
 # One docstring says it all for a property and its setter, and for a function and its overloads.
 _SAME_THING = ("setter", "deleter", "getter", "overload")

@@ -7,8 +7,9 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from grader.contract.layout import JUDGED
 from grader.evidence import Copy
-from grader.quality.modules import JUDGED, Function, Module, is_docstring, last_name
+from grader.quality.modules import Function, Module, is_docstring, last_name
 
 BLOCK = 6  # lines, each with a statement of its own or the head of one
 _MOST_PLACES = 20

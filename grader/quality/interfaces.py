@@ -5,9 +5,10 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
+from grader.contract.spec import NODES
 from grader.evidence import CodeInterface
 from grader.quality.call_graph import Calls
-from grader.quality.modules import NODES, argument, last_name, text
+from grader.quality.modules import argument, last_name, text
 
 _CREATE = {"create_publisher": "publisher", "create_subscription": "subscription", "create_service": "service"}
 

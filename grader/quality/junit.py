@@ -8,8 +8,8 @@ from pathlib import Path
 from xml.parsers import expat
 
 from grader.evidence import TestReport
-from grader.intake.names import printable
 from grader.quality.modules import Module, is_test
+from grader.sanitize import printable
 
 NAME = "test_results.xml"
 MOST_BYTES = 4 * 1024 * 1024

@@ -12,10 +12,11 @@ from pathlib import Path, PurePosixPath
 from catkin_pkg.package import InvalidPackage, parse_package_string
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 
+from grader.contract.spec import PACKAGE
 from grader.evidence import Manifest
-from grader.intake.names import printable
 from grader.intake.package_xml import MOST_BYTES, PackageXml, read_package_xml
-from grader.quality.modules import PACKAGE, Module, argument, last_name, text
+from grader.quality.modules import Module, argument, last_name, text
+from grader.sanitize import printable
 
 _DEPENDS = (
     "depend", "build_depend", "build_export_depend", "buildtool_depend", "buildtool_export_depend", "exec_depend",

@@ -6,28 +6,10 @@ import ast
 import re
 from collections.abc import Iterator, Sequence
 
+from grader.contract.spec import PARAMETERS
 from grader.evidence import Finding, ParameterUse
 from grader.quality.modules import Function, Module, argument, last_name, text
 
-# The contract's numbers and their defaults.
-CONTRACT: dict[str, dict[str, float]] = {
-    "robot_controller": {
-        "max_linear_speed": 0.5,
-        "max_angular_speed": 1.0,
-        "linear_acceleration": 1.0,
-        "angular_acceleration": 2.0,
-        "laser_processing_rate": 10.0,
-        "fusion_rate": 20.0,
-        "obstacle_detection_threshold": 0.5,
-        "emergency_stop_distance": 0.2,
-        "safety_margin": 0.3,
-    },
-    "sensor_processor": {
-        "fusion_frequency": 20.0,
-        "battery_low_threshold": 20.0,
-        "battery_critical_threshold": 10.0,
-    },
-}
 _DECLARE = ("declare_parameter", "declare_parameters")
 _READ = ("get_parameter", "get_parameters", "get_parameter_or", "get_parameters_by_prefix")
 _HEAR = ("add_on_set_parameters_callback", "add_pre_set_parameters_callback", "add_post_set_parameters_callback")
@@ -52,7 +34,7 @@ def parameters(modules: Sequence[Module]) -> list[ParameterUse]:
             read=seen.read(name),
             literals=[] if seen.read(name) else list(_literals(seen.modules, node, default))[:_MOST_LITERALS],
         )
-        for node, names in CONTRACT.items()
+        for node, names in PARAMETERS.items()
         for name, default in names.items()
     ]
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from grader.evidence import Finding, Readme, Table
-from grader.intake.names import printable
+from grader.sanitize import printable
 
 MOST_BYTES = 256 * 1024
 _MOST_TABLES, _MOST_ROWS = 20, 60

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 
+from grader.contract.spec import PACKAGE
 from grader.evidence import reading_limits
 from grader.intake.names import never_kept
-from grader.quality.modules import PACKAGE
 
 DEEPEST_BRACKETS = 100
 

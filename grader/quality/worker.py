@@ -13,7 +13,6 @@ from typing import Any
 
 from grader import evidence
 from grader.evidence import reading_limits
-from grader.intake.names import printable
 from grader.quality import duplicates, habits, manifest, parameters
 from grader.quality.call_graph import Calls
 from grader.quality.conversions import conversions
@@ -23,6 +22,7 @@ from grader.quality.junit import read_report, tests_of
 from grader.quality.modules import Module, parse
 from grader.quality.readme import read_readme
 from grader.quality.source_files import package_files
+from grader.sanitize import printable
 
 _MOST = 2000
 _LONGEST_TEXT = 2000

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-from grader.evidence import Fault, Mutation, short_name
+from grader.evidence import Mutant, Mutation, short_name
 
 _TESTS_AT_MOST = 3
 
@@ -55,12 +55,12 @@ class Matrix:
 
 def matrix(mutation: Mutation) -> Matrix:
     """Return what became of every fault."""
-    faults = sorted(mutation.faults, key=lambda fault: (fault.path, fault.line, fault.words))
+    faults = sorted(mutation.mutants, key=lambda fault: (fault.path, fault.line, fault.words))
     count = Counter(short_name(fault.by) for fault in faults if fault.by)
     return Matrix(tuple(map(_row, faults)), tuple(sorted(count.items(), key=lambda each: (-each[1], each[0]))))
 
 
-def _row(fault: Fault) -> Row:
+def _row(fault: Mutant) -> Row:
     tests = [fault.by] if fault.by else fault.tried
     shown = tuple(short_name(test) for test in tests[:_TESTS_AT_MOST])
     # The first folder is the same for all.

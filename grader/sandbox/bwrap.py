@@ -68,10 +68,10 @@ def _namespaces(network: bool) -> list[str]:
     return [*own, *([] if network else ["--unshare-net"]), "--hostname", "robot", "--proc", "/proc"]
 
 
-def bwrap_command(wall: Sandbox, info_fd: int) -> list[str]:
+def bwrap_command(box: Sandbox, info_fd: int) -> list[str]:
     """Return the start of a command line that runs the rest in `wall`; bwrap reports the child's pid to `info_fd`."""
     arguments = [
-        "bwrap", *_namespaces(wall.network), "--die-with-parent", "--new-session", "--cap-drop", "ALL",
+        "bwrap", *_namespaces(box.network), "--die-with-parent", "--new-session", "--cap-drop", "ALL",
         "--info-fd", str(info_fd), "--clearenv", "--dev", "/dev", *_memory_disk("/dev/shm", 256 * MIB),
         "--remount-ro", "/dev",
         *_memory_disk("/tmp", 1024 * MIB), *_memory_disk("/home", 256 * MIB), "--dir", str(HOME),
@@ -90,14 +90,14 @@ def bwrap_command(wall: Sandbox, info_fd: int) -> list[str]:
             arguments += ["--ro-bind", str(prefix), str(prefix)]
     for ours in _own_sources():
         arguments += ["--tmpfs", str(ours)]
-    for host, inside in wall.read_only.items():
+    for host, inside in box.read_only.items():
         arguments += ["--ro-bind", str(host), inside]
-    for host, inside in wall.writable.items():
+    for host, inside in box.writable.items():
         arguments += ["--bind", str(host), inside]
-    for name, value in wall.environment.items():
+    for name, value in box.environment.items():
         arguments += ["--setenv", name, value]
     # What is mounted below stays as it is; the root itself would be another disk in memory.
-    return [*arguments, "--remount-ro", "/", "--chdir", wall.cwd, "--"]
+    return [*arguments, "--remount-ro", "/", "--chdir", box.cwd, "--"]
 
 
 def _memory_disk(path: str, size: int) -> list[str]:

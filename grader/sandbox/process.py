@@ -54,13 +54,13 @@ class RunResult:
 class Process:
     """A walled-in process that runs. Use as a context manager: leaving it ends the whole tree."""
 
-    def __init__(self, command: Sequence[str], wall: Sandbox, limits: Limits) -> None:
+    def __init__(self, command: Sequence[str], box: Sandbox, limits: Limits) -> None:
         self._limits = limits
         self.started = time.monotonic()
         self._group = cgroup.make(limits.resident_bytes, limits.processes)
         read_end, write_end = os.pipe()
         gate, opener = os.pipe()
-        walled = [*bwrap_command(wall, info_fd=write_end), *BEHIND_GATE, *with_limits(command, limits)]
+        walled = [*bwrap_command(box, info_fd=write_end), *BEHIND_GATE, *with_limits(command, limits)]
         try:
             self._popen = subprocess.Popen(
                 [*in_cgroup(self._group), *walled],
@@ -85,7 +85,7 @@ class Process:
             os.write(opener, b"go\n")
         os.close(opener)
         self._guard = (
-            disk_guard.Guard(list(wall.writable), limits.disk_bytes, limits.files, self.end) if wall.writable else None
+            disk_guard.Guard(list(box.writable), limits.disk_bytes, limits.files, self.end) if box.writable else None
         )
 
     def __enter__(self) -> Process:
@@ -217,21 +217,21 @@ class _Output:
             self._stream.close()
 
 
-def run(command: Sequence[str], wall: Sandbox, limits: Limits | None = None) -> RunResult:
+def run(command: Sequence[str], box: Sandbox, limits: Limits | None = None) -> RunResult:
     """Run `command` walled in, wait for its end or its time limit, and return how it went.
 
     Raises:
         GraderError: the wall cannot be built on this host.
     """
     limits = limits or Limits()
-    with Process(command, wall, limits) as process:
+    with Process(command, box, limits) as process:
         exit_code = process.wait_for_work(limits.wall_seconds)
         seconds = process.wall_seconds
     output = process.output
     if exit_code is not None and output.startswith("bwrap: "):
         raise GraderError(
             f"The wall could not be built: {output.strip()[:500]}. Run `grader doctor`; it says how to mend it. "
-            "To grade with hardly any wall, which no grade should rest on, say --unsafe-no-sandbox."
+            "To grade with hardly any box, which no grade should rest on, say --unsafe-no-sandbox."
         )
     stopped = process.stopped()
     return RunResult(exit_code, output, timed_out=exit_code is None, wall_seconds=seconds, stopped=stopped)

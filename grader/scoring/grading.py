@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from grader import sanitize
 from grader.evidence import Evidence
-from grader.scoring.rubric import Check, Requirement
+from grader.scoring.rubric import Check, Criterion, Requirement
 from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore, Scorecard
 
 # What a reader should see first of a requirement's lost checks: what the student can mend, then what needs us.
@@ -70,7 +70,7 @@ class Grading:
         The trials are left out: their thousands of samples are numbers, and what is said of them is said in few words.
         """
         evidence = replace(self.evidence, trials={}, intake=replace(self.evidence.intake, files=[]))
-        return sanitize.shown(replace(self, evidence=evidence))
+        return sanitize.shown(replace(self, evidence=evidence), trusted=(Criterion, Requirement))
 
 
 def losses(score: RequirementScore) -> tuple[Loss, ...]:

@@ -39,13 +39,13 @@ def combine(
     out.mkdir()
     for path in kept:
         path.rename(out / path.name)
-    wall = sandbox.Sandbox(
+    box = sandbox.Sandbox(
         read_only={install: str(build.INSTALL), room / "coveragerc": "/ws/coveragerc", package: str(PACKAGE)},
         writable={out: "/ws/out"},
         environment=ros_env.environment(home=sandbox.HOME),
         cwd="/ws/out",
     )
-    sandbox.run(["sh", "-c", _SCRIPT], wall)
+    sandbox.run(["sh", "-c", _SCRIPT], box)
     try:
         files = json.loads(untrusted.text(out / "all.json") or "{}").get("files", {})
         found, doubts = [], []

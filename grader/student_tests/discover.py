@@ -8,10 +8,10 @@ import warnings
 from collections.abc import Container, Iterable, Iterator
 from pathlib import Path
 
+from grader.contract.spec import NODES
 from grader.evidence import TestModule
 from grader.quality.modules import is_test
 
-NODES = ("robot_controller", "sensor_processor")
 FOLDERS = ("test", "tests")
 # What `ros2 pkg create` puts into every package, and its cousins: they call a linter and say nothing of the code.
 _LINTERS = re.compile(r"\bament_(copyright|flake8|pep257|mypy|xmllint|pycodestyle|lint)\b")

@@ -13,15 +13,15 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from grader.evidence import Flag, OwnTests, TestModule
+from grader.evidence import Flag, StudentTests, TestModule
 from grader.host import ros_env
 from grader.sandbox import untrusted
+from grader.settings import MODULE_TIMEOUT_S
 from grader.student_tests import canary
 from grader.student_tests.coverage import combine
 from grader.student_tests.mentions import mentions
 from grader.student_tests.warm_worker import PACKAGE, Bench, Ran, Request, Test, benches, places, sources
 
-MODULE_SECONDS = 90.0
 _MODULES_AT_MOST = 100
 
 
@@ -42,10 +42,10 @@ class Reach:
 
 
 @dataclass(frozen=True)
-class OwnRun:
+class SuiteRun:
     """The tests as evidence, what they reach (for `mutation`), and what an instructor should look at."""
 
-    tests: OwnTests
+    tests: StudentTests
     reach: list[Reach] = field(default_factory=list)
     flags: list[Flag] = field(default_factory=list)
 
@@ -55,10 +55,10 @@ def run_modules(
     install: Path,
     modules: Sequence[TestModule],
     *,
-    seconds: float = MODULE_SECONDS,
+    seconds: float = MODULE_TIMEOUT_S,
     seed: int = 0,
     progress: Callable[[str], None] = lambda _name: None,
-) -> OwnRun:
+) -> SuiteRun:
     """Return the modules with their results, and what they cover of the package.
 
     Args:
@@ -71,7 +71,7 @@ def run_modules(
     """
     wanted = [m for m in modules if m.tests and not m.stub][:_MODULES_AT_MOST]
     if not wanted:
-        return OwnRun(OwnTests(modules=list(modules)))
+        return SuiteRun(StudentTests(modules=list(modules)))
     doubts: list[str] = []
     runs: dict[str, Ran] = {}
     measured: list[Ran] = []
@@ -102,7 +102,7 @@ def run_modules(
         doubts += unexplained
         for module, look in zip(wanted, looks, strict=True):
             doubts += [f"{module.path}: {doubt}" for doubt in look.result()]
-    tests = OwnTests(
+    tests = StudentTests(
         modules=[
             _of_what_it_tests(_results(m, runs[m.path], passed_then.get(m.path, set())), package, runs[m.path])
             if m.path in runs
@@ -114,7 +114,7 @@ def run_modules(
     )
     refused = {hook for ran in runs.values() for hook in ran.refused}
     flags = [*_flags(doubts, refused), *_readers(runs), *mentions(package)]
-    return OwnRun(tests, [_reach(m, runs[m.path]) for m in wanted], flags)
+    return SuiteRun(tests, [_reach(m, runs[m.path]) for m in wanted], flags)
 
 
 def _measure(bench: Bench, module: TestModule, chance: random.Random, seconds: float) -> tuple[Ran, str]:

@@ -212,7 +212,7 @@ def _bench(package: Path, install: Path, room: Path, seconds: float) -> Iterator
     environment = ros_env.environment(build.INSTALL, home=sandbox.HOME) | _ENVIRONMENT
     # The worker starts without the install tree on its path: a sitecustomize in there must not come first.
     environment.pop("PYTHONPATH")
-    wall = sandbox.Sandbox(
+    box = sandbox.Sandbox(
         read_only={
             install: str(build.INSTALL), rc: "/ws/coveragerc", _HERE / "worker.py": "/ws/worker.py",
             _HERE / "source_read_hook.py": "/ws/source_read_hook.py",
@@ -224,7 +224,7 @@ def _bench(package: Path, install: Path, room: Path, seconds: float) -> Iterator
         cwd="/ws/package",
     )  # fmt: skip
     command = ["python3", "-s", "-P", "/ws/worker.py"]
-    with sandbox.Process(command, wall, sandbox.Limits(wall_seconds=seconds)) as process:
+    with sandbox.Process(command, box, sandbox.Limits(wall_seconds=seconds)) as process:
         yield Bench(process, room / "requests", room / "out", [0])
 
 

@@ -54,7 +54,7 @@ def main() -> int:
 
 def _of_this_machine(error: Exception) -> str:
     """Return in one line why this machine can run no trial now, "" for any other error."""
-    return " ".join((str(error) if isinstance(error, GraderError) else shortage.words(error)).split())
+    return " ".join((str(error) if isinstance(error, GraderError) else shortage.explain(error)).split())
 
 
 def _keep(request: Request, facts: evidence.Trial) -> None:
@@ -72,18 +72,18 @@ def run_trial(plan: catalog.TrialPlan, request: Request) -> None:
         _keep(request, unjudged(plan, request.seed, "", ended=missing))
         return
     simulator = Simulator(_variant(plan, request.seed), seed=request.seed)
-    wall = _wall(install, request)
+    box = _wall(install, request)
     telltales: dict[str, float] = {}
     if plan.launch or plan.params_file:
         names = plan.params_file or "*.yaml"
         copies, telltales = parameter_files.changed(_share(install) / "config", Path(f"{request.out}.config"), names)
         files = {copy: f"{_share(build.INSTALL)}/config/{name}" for copy, name in copies.items()}
         tools = {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"} if plan.launch else {}
-        wall = replace(wall, read_only={**wall.read_only, **files, **tools})
-    with ExitStack() as others, sandbox.Process(_command(plan), wall, _LIMITS) as process:
+        box = replace(box, read_only={**box.read_only, **files, **tools})
+    with ExitStack() as others, sandbox.Process(_command(plan), box, _LIMITS) as process:
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
         stage = Stage(plan, request.seed, simulator, process, request.domain_id)
-        stage.start = lambda command: others.enter_context(sandbox.Process(command, wall, _LIMITS))
+        stage.start = lambda command: others.enter_context(sandbox.Process(command, box, _LIMITS))
         stage.readers = _readers(install)
         for name, remappings in plan.beside.items():
             stage.others[name] = stage.start(_start(name) + _remap(remappings))

@@ -239,7 +239,7 @@ busy = False
 from pathlib import Path
 
 from grader.mutation.operators import faults
-from grader.mutation.source import parse
+from grader.mutation.source_text import parse
 
 source = parse("stopping.py", Path("../../stopping.py").read_text())
 all_faults = faults(source)

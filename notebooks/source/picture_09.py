@@ -9,7 +9,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from grader.mutation.operators import faults
-from grader.mutation.source import Change, Source, parse
+from grader.mutation.source_text import Change, Source, parse
 from sim.views import View
 
 Code = SimpleNamespace

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +49,7 @@ def graded(
         if key not in done:
             folder = tmp_path_factory.mktemp(edit or "reference")
             package = apply(EDITS[edit] if edit else None, folder)
-            chosen = pipeline.replace(settings, requirements=tuple(requirements))
+            chosen = replace(settings, requirements=tuple(requirements))
             grading = pipeline.grade(package, folder / "out", chosen)
             done[key] = json.loads(data.as_json(grading))
         return done[key]

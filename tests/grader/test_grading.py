@@ -8,6 +8,7 @@ import subprocess
 import sys
 import zipfile
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -138,7 +139,7 @@ def test_a_zip_with_one_folder_too_many_is_graded(reference: Path, tmp_path: Pat
         for path in reference.rglob("*"):
             if path.is_file() and "__pycache__" not in path.parts:
                 stream.write(path, Path("team07 (1)") / reference.name / path.relative_to(reference))
-    grading = pipeline.grade(archive, tmp_path / "out", pipeline.replace(settings, requirements=("I1", "F1")))
+    grading = pipeline.grade(archive, tmp_path / "out", replace(settings, requirements=("I1", "F1")))
     assert grading.submission == "team07.zip"
     assert grading.scorecard.points == grading.scorecard.max == 6
 
@@ -165,12 +166,12 @@ def test_a_submission_that_is_not_there_is_said_so(tmp_path: Path):
     assert "nobody.zip" in done.stderr
 
 
-@pytest.mark.parametrize(("words", "seconds"), [((), 20.0), (("--fault-seconds", "300"), 300.0)])
+@pytest.mark.parametrize(("words", "seconds"), [((), 20.0), (("--mutation-budget", "300"), 300.0)])
 def test_the_time_for_faults_can_be_chosen(monkeypatch, tmp_path: Path, words: tuple[str, ...], seconds: float):
     chosen = []
 
     def grade(_source: Path, _out: Path, settings: pipeline.Settings, **_: object) -> None:
-        chosen.append(settings.fault_seconds)
+        chosen.append(settings.mutation_budget_s)
         raise SubmissionError("enough")
 
     monkeypatch.setattr(pipeline, "grade", grade)
@@ -186,7 +187,7 @@ def test_wrong_usage_is_status_2():
 def test_a_package_xml_that_is_no_xml_is_told_in_words(tmp_path: Path, settings):
     package = apply(None, tmp_path)
     (package / "package.xml").write_text("this is <not xml")
-    grading = pipeline.grade(package, tmp_path / "out", pipeline.replace(settings, requirements=("F1", "I1")))
+    grading = pipeline.grade(package, tmp_path / "out", replace(settings, requirements=("F1", "I1")))
     assert grading.scorecard.points == 0
     assert grading.scorecard.complete
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -31,7 +32,7 @@ def slow_but(quick: tuple[str, ...]) -> list[object]:
 @pytest.mark.parametrize("name", slow_but(QUICK))
 def test_a_correct_variant_loses_what_the_contract_takes_and_no_more(name: str, settings, tmp_path: Path):
     variant = VARIANTS[name]
-    chosen = pipeline.replace(settings, requirements=(*FUNCTIONALITY, *INTEGRATION))
+    chosen = replace(settings, requirements=(*FUNCTIONALITY, *INTEGRATION))
     grading = pipeline.grade(make(variant, tmp_path), tmp_path / "out", chosen)
     report = json.loads(data.as_json(grading))
     assert report["complete"], words(report)
@@ -41,7 +42,7 @@ def test_a_correct_variant_loses_what_the_contract_takes_and_no_more(name: str, 
 
 def test_a_package_of_interfaces_is_talked_to_under_its_own_name(settings, tmp_path: Path):
     """The quick part of the same for the variant whose build takes longest: I3's names are lost, the calls work."""
-    chosen = pipeline.replace(settings, requirements=("F3", "I3"))
+    chosen = replace(settings, requirements=("F3", "I3"))
     grading = pipeline.grade(make(VARIANTS["split_interfaces"], tmp_path), tmp_path / "out", chosen)
     report = json.loads(data.as_json(grading))
     points = {r["id"]: r["points"] for r in report["requirements"] if r["outcome"] != "not_graded"}

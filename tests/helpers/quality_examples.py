@@ -12,7 +12,8 @@ from unittest.mock import patch
 
 from grader import KIT, evidence
 from grader.checks.judge import Failed, Judge, NotReached
-from grader.quality import analyse_package, manifest, modules, source_files, worker
+from grader.quality import manifest, modules, source_files, worker
+from grader.quality.analyse import analyse_package
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
 CONTROLLER = "ros2_robot_controller/robot_controller.py"

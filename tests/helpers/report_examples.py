@@ -16,15 +16,15 @@ from grader.evidence import (
     Build,
     Command,
     Evidence,
-    Fault,
     FileCoverage,
     Flag,
     Goal,
     Intake,
+    Mutant,
     Mutation,
-    OwnTests,
     Sample,
     ScanSummary,
+    StudentTests,
     TestModule,
     Touch,
     Trial,
@@ -39,11 +39,11 @@ FAULTS = Mutation(
     0,
     210,
     [
-        Fault(_NODE, 41, "stop", "compare", "`<` became `<=`", "unnoticed", tried=_TESTS),
-        Fault(_NODE, 57, "drive", "number", "`0.5` became `1.5`", "noticed", by=_TESTS[0]),
-        Fault(_NODE, 58, "drive", "sign", "`-speed` became `speed`", "noticed", by=_TESTS[1], late=True),
-        Fault(_NODE, 90, "navigate", "call", "`self._publish_feedback(distance)` was left out", "unreached"),
-        Fault("ros2_robot_controller/utils/conversions.py", 7, "clamp", "call", "`min` became `max`", "not tried"),
+        Mutant(_NODE, 41, "stop", "compare", "`<` became `<=`", "unnoticed", tried=_TESTS),
+        Mutant(_NODE, 57, "drive", "number", "`0.5` became `1.5`", "noticed", by=_TESTS[0]),
+        Mutant(_NODE, 58, "drive", "sign", "`-speed` became `speed`", "noticed", by=_TESTS[1], late=True),
+        Mutant(_NODE, 90, "navigate", "call", "`self._publish_feedback(distance)` was left out", "unreached"),
+        Mutant("ros2_robot_controller/utils/conversions.py", 7, "clamp", "call", "`min` became `max`", "not tried"),
     ],
     note="1 of 5 faults were not tried: the budget of 20 s was used up",
 )
@@ -185,7 +185,7 @@ def drive_to_a_goal() -> Trial:
 def good(rubric: Rubric) -> Grading:
     """Return a grading in which everything passed."""
     trials = {trial.name: trial for trial in (drive_at_a_wall(stop_t=3.8), drive_to_a_goal())}
-    tests = OwnTests(
+    tests = StudentTests(
         modules=[TestModule("test/test_robot_controller.py", False, 31, 31, ["robot_controller"], passed=31)],
         coverage=[FileCoverage("ros2_robot_controller/robot_controller.py", 210, 208, 64, 62)],
     )
@@ -243,7 +243,7 @@ def mediocre(rubric: Rubric) -> Grading:
     trials = {trial.name: trial for trial in (drive_at_a_wall(), drive_to_a_goal())}
     flags = [Flag("network", "tried to reach 93.184.216.34 port 443 during the build", "CMakeLists.txt")]
     intake = replace(INTAKE, notes=["The package lies one folder deeper than it should: team07/team07/src."])
-    tests = OwnTests(note="pytest ran each module by itself.")
+    tests = StudentTests(note="pytest ran each module by itself.")
     evidence = Evidence(intake, BUILD, tests, trials, flags, mutation=FAULTS)
     return grading(rubric, results(rubric, touched, late, coverage, behind, stands, name, ours), evidence)
 

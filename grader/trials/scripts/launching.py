@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from grader.contract.spec import NODES
 from grader.trials.catalog import OWN_LAUNCH, trial
 
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
-
-_BOTH = ("robot_controller", "sensor_processor")
 
 
 def _ask(stage: Stage, nodes: tuple[str, ...]) -> None:
@@ -20,10 +19,10 @@ def _ask(stage: Stage, nodes: tuple[str, ...]) -> None:
             stage.ask_parameter(name, node)
 
 
-@trial(serves=["I5"], launch="robot_controller_launch.py", awaits=_BOTH)
+@trial(serves=["I5"], launch="robot_controller_launch.py", awaits=NODES)
 def launch_both(stage: Stage) -> None:
     """Run robot_controller_launch.py with changed parameter files."""
-    _ask(stage, _BOTH)
+    _ask(stage, NODES)
 
 
 @trial(serves=["I5"], node="sensor_processor", launch="sensor_processor_launch.py", awaits=("sensor_processor",))
@@ -33,14 +32,14 @@ def launch_processor(stage: Stage) -> None:
     stage.look_again()  # a second node that should not be there may come up later
 
 
-@trial(serves=["I5"], launch="robot_controller_launch.py", use_sim_time=False, awaits=_BOTH)
+@trial(serves=["I5"], launch="robot_controller_launch.py", use_sim_time=False, awaits=NODES)
 def launch_by_wall(stage: Stage) -> None:
     """Run robot_controller_launch.py as on a real robot, without simulated time."""
-    for node in _BOTH:
+    for node in NODES:
         stage.ask_parameter("use_sim_time", node)
 
 
-@trial(serves=["I5"], launch=OWN_LAUNCH, awaits=_BOTH)
+@trial(serves=["I5"], launch=OWN_LAUNCH, awaits=NODES)
 def launch_remapped(stage: Stage) -> None:
     """Run a launch file of ours that gives both nodes other topic names."""
     stage.look_at("sensor_processor")

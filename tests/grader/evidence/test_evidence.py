@@ -18,8 +18,8 @@ from grader.evidence import (
     Goal,
     Intake,
     Message,
-    OwnTests,
     Sample,
+    StudentTests,
     Trial,
     from_json,
     to_json,
@@ -68,7 +68,7 @@ def strict(text):
     return json.loads(text, parse_constant=refuse)
 
 
-@pytest.mark.parametrize("kind", [Sample, Call, Goal, Message, Build, Intake, Flag, OwnTests])
+@pytest.mark.parametrize("kind", [Sample, Call, Goal, Message, Build, Intake, Flag, StudentTests])
 @settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(data=st.data())
 def test_a_fact_comes_back_as_it_was(kind, data):
@@ -93,7 +93,7 @@ def test_a_saved_grading_is_loaded_as_it_was(tmp_path):
     goal = Goal(0.1, 1.0, 2.0, 0.15, True, "succeeded", True, 1.0, 2.0, 8.0, feedback=[[0.5, math.inf]])
     flags = [Flag("network", "tried", "setup.py")]
     driven = Trial("goal", "robot_controller", "open_field", 7, True, "lockstep", "", goals=[goal])
-    whole = Evidence(INTAKE, BUILD, OwnTests(note="none"), {"goal": driven, "wall": trial}, flags)
+    whole = Evidence(INTAKE, BUILD, StudentTests(note="none"), {"goal": driven, "wall": trial}, flags)
     evidence.save(whole, tmp_path)
     assert same(evidence.load(tmp_path), whole)
     names = sorted(str(file.relative_to(tmp_path)) for file in tmp_path.rglob("*.json"))

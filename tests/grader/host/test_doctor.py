@@ -11,7 +11,7 @@ import pytest
 
 from grader.host import cgroup, doctor
 from grader.host.cgroup import Hierarchy
-from grader.host.doctor import Finding, Installed, State, examine, exit_status, mismatches, render
+from grader.host.doctor import Diagnosis, Installed, State, examine, exit_status, mismatches, render
 from grader.host.machine import Host, Ran, install_line
 
 HEALTHY_TOOLS = {
@@ -66,15 +66,15 @@ class MadeUp(Host):
         return Ran(0, "fine")
 
 
-def found(host: Host, name: str) -> Finding:
-    return next(finding for finding in examine(host) if finding.name == name)
+def found(host: Host, name: str) -> Diagnosis:
+    return next(diagnosis for diagnosis in examine(host) if diagnosis.name == name)
 
 
 def test_without_bubblewrap_it_says_how_to_install_it():
     host = MadeUp(HEALTHY_TOOLS - {"bwrap"})
     bubblewrap = found(host, "bubblewrap")
     assert (bubblewrap.state, bubblewrap.found) == (State.BAD, "not found")
-    assert bubblewrap.mend == "sudo apt-get update && sudo apt-get install -y bubblewrap"
+    assert bubblewrap.fix == "sudo apt-get update && sudo apt-get install -y bubblewrap"
     assert found(host, "DDS in a network namespace").found == "not tried: bubblewrap is missing"
     assert exit_status(examine(host)) == 3
 
@@ -91,7 +91,7 @@ def test_without_bubblewrap_it_says_how_to_install_it():
 )
 def test_a_missing_compiler_is_installed_the_way_of_the_distribution(manager: str, line: str):
     compiler = found(MadeUp({manager, "bwrap", "make"}, root=True), "C compiler")
-    assert (compiler.state, compiler.mend) == (State.BAD, line)
+    assert (compiler.state, compiler.fix) == (State.BAD, line)
 
 
 def test_on_an_unknown_distribution_the_package_is_named():
@@ -121,12 +121,12 @@ def test_a_kernel_setting_that_forbids_walls_is_named_with_its_command(setting: 
     bubblewrap = found(host, "bubblewrap")
     assert bubblewrap.state is State.BAD
     assert "Permission denied" in bubblewrap.found
-    assert bubblewrap.mend == f"sudo sysctl -w {mend}"
+    assert bubblewrap.fix == f"sudo sysctl -w {mend}"
 
 
 def test_a_container_that_forbids_walls_is_told_apart():
     host = MadeUp(files={"/.dockerenv": ""}, fails={"bwrap": "bwrap: No permissions to create new namespace"})
-    assert "--security-opt seccomp=unconfined" in found(host, "bubblewrap").mend
+    assert "--security-opt seccomp=unconfined" in found(host, "bubblewrap").fix
 
 
 def test_dds_that_does_not_get_through_is_bad():
@@ -137,7 +137,7 @@ def test_dds_that_does_not_get_through_is_bad():
 
 def test_rclpy_that_does_not_import_is_bad():
     host = MadeUp(fails={"import rclpy, std_msgs": "ModuleNotFoundError: No module named 'rclpy'"})
-    assert found(host, "import rclpy").mend == "rm -rf .venv && make setup"
+    assert found(host, "import rclpy").fix == "rm -rf .venv && make setup"
 
 
 @pytest.mark.parametrize(
@@ -162,7 +162,7 @@ def test_cgroups_are_told_apart_and_never_needed(
 def test_this_hosts_cgroups_are_what_a_grading_finds():
     """A way of the doctor's own could say "writable" where no group with limits can be made, or the other way round."""
     hierarchy = cgroup.find()
-    here = next(finding for finding in doctor.defences() if finding.name == "cgroups")
+    here = next(diagnosis for diagnosis in doctor.defences() if diagnosis.name == "cgroups")
     assert (here.state is State.OK) == (hierarchy is not None)
     if hierarchy is not None:
         assert here.found.startswith(f"version {hierarchy.version}, below ")
@@ -215,7 +215,7 @@ def test_a_wheel_that_differs_from_the_lock_is_found():
 def test_the_foreign_package_named_launch_is_found(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("importlib.metadata.files", lambda _: ["launch/__init__.py"])
     launch = found(MadeUp(), "launch")
-    assert (launch.state, launch.mend) == (State.BAD, ".venv/bin/python -m pip uninstall -y launch")
+    assert (launch.state, launch.fix) == (State.BAD, ".venv/bin/python -m pip uninstall -y launch")
 
 
 def test_an_interpreter_without_wheels_is_bad(monkeypatch: pytest.MonkeyPatch):
@@ -225,28 +225,31 @@ def test_an_interpreter_without_wheels_is_bad(monkeypatch: pytest.MonkeyPatch):
 
 def test_every_bad_finding_says_what_mends_it():
     poor = MadeUp(set(), fails={"": "broken"}, free=0)
-    findings = [finding for finding in examine(poor) if finding.state is State.BAD]
-    assert len(findings) >= 8
-    assert all(finding.mend for finding in findings)
+    diagnoses = [diagnosis for diagnosis in examine(poor) if diagnosis.state is State.BAD]
+    assert len(diagnoses) >= 8
+    assert all(diagnosis.fix for diagnosis in diagnoses)
 
 
-def test_the_console_shows_a_line_for_each_and_one_for_its_mending():
-    findings = [Finding("make", State.OK, "/usr/bin/make"), Finding("bubblewrap", State.BAD, "not found", "apk add it")]
-    assert render(findings) == (
+def test_the_console_shows_a_line_for_each_and_one_for_its_fix():
+    diagnoses = [
+        Diagnosis("make", State.OK, "/usr/bin/make"),
+        Diagnosis("bubblewrap", State.BAD, "not found", "apk add it"),
+    ]
+    assert render(diagnoses) == (
         "ok    make        /usr/bin/make\n"
         "bad   bubblewrap  not found\n"
-        "                  mend: apk add it\n"
+        "                  fix: apk add it\n"
         "This machine cannot grade yet: bubblewrap."
     )
-    assert exit_status(findings) == 3
-    assert exit_status(findings[:1]) == 0
+    assert exit_status(diagnoses) == 3
+    assert exit_status(diagnoses[:1]) == 0
 
 
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_this_machine_can_grade_and_is_examined_in_seconds():
     started = time.monotonic()
-    findings = examine()
-    assert [finding for finding in findings if finding.state is State.BAD] == []
-    assert exit_status(findings) == 0
+    diagnoses = examine()
+    assert [diagnosis for diagnosis in diagnoses if diagnosis.state is State.BAD] == []
+    assert exit_status(diagnoses) == 0
     assert time.monotonic() - started < 60  # 2 s on an idle machine; a busy one may take its time

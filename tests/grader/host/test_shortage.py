@@ -23,6 +23,7 @@ from grader.scoring.grading import Grading
 from grader.trials import catalog, scheduler
 from grader.trials.catalog import TrialPlan
 from grader.trials.request import OBSERVER_ENDED, READY, unjudged
+from grader.trials.source import integrity_flags
 
 ROOT = KIT
 MB = 1_000_000
@@ -73,7 +74,7 @@ def said(done: subprocess.CompletedProcess[str]) -> str:
     ],
 )
 def test_each_fault_of_the_host_has_a_sentence_that_says_what_to_do(error: Exception, words: str):
-    sentence = shortage.words(error)
+    sentence = shortage.explain(error)
     assert words in sentence
     assert "No points are lost" in sentence
     assert any(advice in sentence for advice in ("grade again", "grader doctor", "Change", "Take it away"))
@@ -82,13 +83,13 @@ def test_each_fault_of_the_host_has_a_sentence_that_says_what_to_do(error: Excep
 
 def test_an_error_of_the_code_is_no_shortage():
     for error in (KeyError("x"), FileNotFoundError(errno.ENOENT, "no", "/a/b"), OSError(errno.EIO, "bad", "/a")):
-        assert shortage.words(error) == ""
+        assert shortage.explain(error) == ""
 
 
 def test_what_led_to_an_error_counts():
     error = ValueError("cannot read")
     error.__cause__ = MemoryError()
-    assert "no memory left" in shortage.words(error)
+    assert "no memory left" in shortage.explain(error)
 
 
 def test_a_process_of_ours_is_understood_by_its_last_words():
@@ -316,7 +317,7 @@ def test_damaged_type_hashes_are_not_taken(monkeypatch: pytest.MonkeyPatch, tmp_
     monkeypatch.setattr(sandbox, "run", answers)
     monkeypatch.setattr(Path, "read_text", lambda *_: text)
     with pytest.raises(GraderError, match="computed anew"):
-        type_hashes.of({}, "p", tmp_path)
+        type_hashes.compute({}, "p", tmp_path)
 
 
 @pytest.mark.slow
@@ -382,7 +383,7 @@ def test_a_trial_host_that_crashes_is_tried_again(ending: str, tmp_path: Path, m
     assert run(f"echo {READY}; read line; {second}; {ending}").ended == "as the host saw it"
     always = run(f"echo {READY}; read line; {ending}")
     assert (always.ended, always.script_error) == (OBSERVER_ENDED, "")
-    assert [flag.kind for flag in pipeline.oddities({"any": always})] == ["observer"]
+    assert [flag.kind for flag in integrity_flags({"any": always})] == ["observer"]
 
 
 def test_a_trial_host_that_dies_when_the_trial_is_over_costs_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

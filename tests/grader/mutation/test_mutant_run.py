@@ -9,10 +9,10 @@ from textwrap import dedent, indent
 import pytest
 from submissions import toy
 
-from grader import student_tests
 from grader.evidence import Mutation
-from grader.mutation import mutate
-from grader.student_tests import Reach
+from grader.mutation.mutant_run import mutate
+from grader.student_tests.discover import read_modules
+from grader.student_tests.suite_run import Reach, run_modules
 
 pytestmark = [pytest.mark.sandbox]
 
@@ -132,7 +132,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> toy.Toy:
 
 @pytest.fixture(scope="module")
 def reach(made: toy.Toy) -> dict[str, Reach]:
-    found = student_tests.run_modules(made.package, made.install, student_tests.read_modules(made.package))
+    found = run_modules(made.package, made.install, read_modules(made.package))
     assert [module.failures for module in found.tests.modules] == [[]] * len(SUITES)
     return {reach.module.split("/")[1]: reach for reach in found.reach}
 
@@ -151,35 +151,35 @@ def mutated(made: toy.Toy, reach: dict[str, Reach]) -> Mutate:
 
 
 def outcomes(mutation: Mutation) -> list[str]:
-    return [fault.outcome for fault in mutation.faults]
+    return [fault.outcome for fault in mutation.mutants]
 
 
 def share(mutation: Mutation) -> float:
-    return outcomes(mutation).count("noticed") / len(mutation.faults)
+    return outcomes(mutation).count("noticed") / len(mutation.mutants)
 
 
 def test_thorough_tests_notice_nearly_every_fault_that_they_reach(mutated: Mutate):
     mutation = mutated("thorough")
-    assert len(mutation.faults) == 30
-    unnoticed = [f"{f.line} {f.words}" for f in mutation.faults if f.outcome == "unnoticed"]
+    assert len(mutation.mutants) == 30
+    unnoticed = [f"{f.line} {f.words}" for f in mutation.mutants if f.outcome == "unnoticed"]
     assert len(unnoticed) <= 2, unnoticed
     assert (mutation.convicted, mutation.set_aside, mutation.note) == ([], [], "")
 
 
 def test_faults_where_no_test_goes_are_not_tried_and_not_noticed(mutated: Mutate):
-    unreached = [fault for fault in mutated("thorough").faults if fault.outcome == "unreached"]
+    unreached = [fault for fault in mutated("thorough").mutants if fault.outcome == "unreached"]
     assert {fault.function for fault in unreached} == {"never_called"}
     assert len(unreached) >= 3
 
 
 def test_decoys_are_among_the_faults_and_pass(mutated: Mutate):
     mutation = mutated("thorough")
-    assert len(mutation.decoys) >= 6
-    assert [decoy.failed for decoy in mutation.decoys] == [[]] * len(mutation.decoys)
+    assert len(mutation.equivalent_mutants) >= 6
+    assert [decoy.failed for decoy in mutation.equivalent_mutants] == [[]] * len(mutation.equivalent_mutants)
 
 
 def test_a_noticed_fault_names_its_witness_and_an_unnoticed_one_who_let_it_pass(mutated: Mutate):
-    for fault in mutated("thorough").faults + mutated("silent").faults:
+    for fault in mutated("thorough").mutants + mutated("silent").mutants:
         if fault.outcome == "noticed":
             assert fault.by.startswith("test/")
         if fault.outcome == "unnoticed":
@@ -204,7 +204,7 @@ def test_tests_that_fail_on_any_change_of_the_code_are_convicted(mutated: Mutate
     mutation = mutated("bytecode")
     [convicted] = mutation.convicted
     assert convicted.startswith("test/bytecode/test_it.py::test_")
-    failed = [decoy for decoy in mutation.decoys if decoy.failed]
+    failed = [decoy for decoy in mutation.equivalent_mutants if decoy.failed]
     assert len({decoy.words for decoy in failed}) >= 2
 
 
@@ -216,7 +216,7 @@ def test_tests_that_need_their_order_are_nobodys_cheat(mutated: Mutate):
 
 def test_the_same_seed_gives_the_same_faults_and_the_same_answer(mutated: Mutate):
     one, two = mutated("thorough"), mutated("thorough", again=1)
-    assert one.faults == two.faults
+    assert one.mutants == two.mutants
     assert one.decoys == two.decoys
 
 
@@ -257,7 +257,7 @@ def test_a_test_sees_a_changed_module_as_it_sees_the_original(tmp_path: Path):
     made = toy.make(tmp_path, {"test/test_it.py": "\n"})
     mtime = (next(made.install.rglob("site-packages")) / "ros2_robot_controller/robot_controller.py").stat().st_mtime_ns
     (made.package / "test/test_it.py").write_text(dedent(text.format(mtime=mtime)))
-    found = student_tests.run_modules(made.package, made.install, student_tests.read_modules(made.package))
+    found = run_modules(made.package, made.install, read_modules(made.package))
     assert found.tests.modules[0].failures == []
     mutation = mutate(made.package, made.install, found.reach, count=40)
     assert "noticed" not in outcomes(mutation)

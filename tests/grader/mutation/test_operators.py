@@ -7,10 +7,10 @@ from textwrap import dedent
 import pytest
 from submissions import toy
 
-from grader.mutation.equivalent_mutants import decoys
-from grader.mutation.operators import faults
+from grader.mutation.equivalent_mutants import equivalent_mutants
+from grader.mutation.operators import mutants
 from grader.mutation.selection import Selector
-from grader.mutation.source import Change, Source, parse
+from grader.mutation.source_text import Change, Source, parse
 
 
 def source(text: str) -> Source:
@@ -22,7 +22,7 @@ def source(text: str) -> Source:
 def texts(text: str, operator: str = "") -> set[str]:
     """Return the lines that the faults of a text turn its last line into."""
     one = source(text)
-    made = [one.apply(change) for change in faults(one) if not operator or change.operator == operator]
+    made = [one.apply(change) for change in mutants(one) if not operator or change.operator == operator]
     return {new.rstrip().splitlines()[-1].strip() for new in made}
 
 
@@ -98,7 +98,7 @@ def test_a_callback_may_do_nothing_and_a_service_still_answers():
                 return response
         """
     )
-    empty = {change.function: change for change in faults(one) if change.operator == "callback"}
+    empty = {change.function: change for change in mutants(one) if change.operator == "callback"}
     assert set(empty) == {"Node._tick", "Node._answer"}
     assert "        '''Say zero.'''\n        pass\n\n\n" in one.apply(empty["Node._tick"])
     assert (
@@ -144,18 +144,18 @@ def test_only_the_place_of_the_fault_changes():
         "# Fährt los\nx = 'ä' ; y = 1.0  # m/s\n\n\ndef on_scan(self):\n    self.publish(\n        y)\n    z = y < 2\n"
     )
     one = source(text)
-    assert len(faults(one)) == 5
-    for change in faults(one):
+    assert len(mutants(one)) == 5
+    for change in mutants(one):
         new = one.apply(change)
         assert new.count("\n") == text.count("\n")
         changed = [(a, b) for a, b in zip(text.splitlines(), new.splitlines(), strict=True) if a != b]
         assert 1 <= len(changed) <= change.lines[1] - change.lines[0] + 3
-    assert any("y = 2.0  # m/s" in one.apply(change) for change in faults(one))
+    assert any("y = 2.0  # m/s" in one.apply(change) for change in mutants(one))
 
 
 def test_every_fault_says_where_and_what():
     one = source("def near(d, limit):\n    return d < limit\n")
-    [fault] = [change for change in faults(one) if change.operator == "comparison"]
+    [fault] = [change for change in mutants(one) if change.operator == "comparison"]
     assert (fault.path, fault.line, fault.function) == ("ros2_robot_controller/node.py", 2, "near")
     assert fault.words == "`<` became `>=` in `d < limit`"
 
@@ -187,7 +187,7 @@ def behaviour(text: str) -> list[object]:
 def test_a_decoy_changes_bytes_and_no_behaviour(text: str):
     one = source(text)
     expected = behaviour(text)
-    made = decoys(one)
+    made = equivalent_mutants(one)
     assert len(made) > 15
     for change in made:
         new = one.apply(change)
@@ -205,7 +205,7 @@ def test_nearly_every_fault_changes_behaviour(text: str):
 
     one = source(text)
     expected = behaviour(text)
-    made = faults(one)
+    made = mutants(one)
     assert sum(map(differs, made)) >= 0.9 * len(made)
 
 
@@ -222,7 +222,7 @@ def test_nearly_every_fault_changes_behaviour(text: str):
 )
 def test_a_decoy_looks_like_a_fault(before: str, after: str):
     one = source(before)
-    assert after in [one.apply(change) for change in decoys(one)]
+    assert after in [one.apply(change) for change in equivalent_mutants(one)]
 
 
 GUARDS = [
@@ -236,7 +236,7 @@ GUARDS = [
 
 @pytest.mark.parametrize("text", GUARDS)
 def test_only_a_guard_shields_what_is_in_it(text: str):
-    assert "`+` became `-` in `a + 1`" in [change.words for change in faults(source(text))]
+    assert "`+` became `-` in `a + 1`" in [change.words for change in mutants(source(text))]
 
 
 @pytest.mark.parametrize(
@@ -255,10 +255,10 @@ def test_a_module_that_is_too_much_for_python_stops_nobody(text: str):
     huge = parse(path, text)
     sources = {path: huge} if huge else {}
     for one in sources.values():
-        assert isinstance(faults(one), list)
-        assert isinstance(decoys(one), list)
+        assert isinstance(mutants(one), list)
+        assert isinstance(equivalent_mutants(one), list)
     Selector({**sources, "other.py": other}, [])
-    assert faults(other)
+    assert mutants(other)
 
 
 def test_a_module_of_a_thousand_lines_is_not_read_anew_for_each_fault():
@@ -266,7 +266,7 @@ def test_a_module_of_a_thousand_lines_is_not_read_anew_for_each_fault():
     long = source(
         "".join(f"def f{n}(a):\n    if a == {n}:\n        return a + {n}\n    return a * 3\n" for n in range(250))
     )
-    found = faults(long)
+    found = mutants(long)
     assert len(found) >= 1000
     assert long._read < 100 * len(found)
 
@@ -286,6 +286,6 @@ no indentation here
 
 
 def test_faults_in_methods_strings_and_lines_of_two_statements_are_found():
-    words = [change.words for change in faults(source(INDENTED))]
+    words = [change.words for change in mutants(source(INDENTED))]
     for part in ("`a > 2`", "`3 + 4`", "`5 - 1`", "`7 * 2`"):
         assert any(part in each for each in words), (part, words)

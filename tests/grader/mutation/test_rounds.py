@@ -12,7 +12,7 @@ from submissions import toy
 
 from grader.evidence import Mutation
 from grader.mutation import mutant_run
-from grader.student_tests import Reach
+from grader.student_tests.suite_run import Reach
 
 NARROW, WIDE = "test/test_it.py::test_narrow", "test/test_it.py::test_wide"
 FAULT, DECOY, ORIGINAL = "fault", "decoy", "original"
@@ -53,14 +53,14 @@ def play(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Mutat
 
 
 def outcomes(mutation: Mutation) -> Counter[str]:
-    return Counter(fault.outcome for fault in mutation.faults)
+    return Counter(fault.outcome for fault in mutation.mutants)
 
 
 def test_tests_that_notice_faults_and_pass_decoys_are_believed(play):
     mutation = play(lambda kind, tests, _: tests[0] if kind == FAULT else "")
     assert outcomes(mutation) == {"noticed": 30}
-    assert {fault.by for fault in mutation.faults} == {NARROW}
-    assert 6 <= len(mutation.decoys) <= 10
+    assert {fault.by for fault in mutation.mutants} == {NARROW}
+    assert 6 <= len(mutation.equivalent_mutants) <= 10
     assert (mutation.convicted, mutation.set_aside, mutation.note) == ([], [], "")
 
 
@@ -68,7 +68,7 @@ def test_a_test_that_fails_on_every_decoy_is_convicted_and_the_rest_is_not_tried
     mutation = play(lambda kind, tests, _: tests[0] if kind != ORIGINAL else "")
     assert mutation.convicted == [NARROW]
     assert outcomes(mutation) == {"noticed": 20, "not tried": 10}, "witnesses are examined in the round after"
-    assert len([decoy for decoy in mutation.decoys if decoy.failed == [NARROW]]) == 2
+    assert len([decoy for decoy in mutation.equivalent_mutants if decoy.failed == [NARROW]]) == 2
 
 
 def test_a_test_that_fails_once_on_a_decoy_is_set_aside_and_its_faults_go_to_others(play):
@@ -82,7 +82,7 @@ def test_a_test_that_fails_once_on_a_decoy_is_set_aside_and_its_faults_go_to_oth
     mutation = play(answer)
     assert mutation.set_aside == [NARROW]
     assert mutation.convicted == []
-    assert {fault.by for fault in mutation.faults} == {WIDE}
+    assert {fault.by for fault in mutation.mutants} == {WIDE}
 
 
 def test_one_odd_decoy_convicts_nobody(play):
@@ -112,7 +112,7 @@ def test_tests_that_cannot_run_alone_run_together(play):
     mutation = play(answer)
     assert (mutation.convicted, mutation.set_aside) == ([], [])
     assert outcomes(mutation) == {"noticed": 30}
-    assert {fault.by for fault in mutation.faults} == {WIDE}
+    assert {fault.by for fault in mutation.mutants} == {WIDE}
 
 
 def test_tests_that_fail_by_themselves_notice_nothing(play):
@@ -133,5 +133,5 @@ def test_a_budget_cuts_whole_rounds(play):
 def test_faults_that_nobody_notices_need_no_decoys(play):
     mutation = play(lambda *_: "")
     assert outcomes(mutation) == {"unnoticed": 30}
-    assert mutation.decoys == []
-    assert mutation.faults[0].tried == [NARROW, WIDE]
+    assert mutation.equivalent_mutants == []
+    assert mutation.mutants[0].tried == [NARROW, WIDE]

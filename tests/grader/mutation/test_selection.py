@@ -8,10 +8,10 @@ from collections import Counter
 import pytest
 from submissions import toy
 
-from grader.mutation.operators import faults
+from grader.mutation.operators import mutants
 from grader.mutation.selection import Selector, choose
-from grader.mutation.source import Change, Source, parse
-from grader.student_tests import Reach
+from grader.mutation.source_text import Change, Source, parse
+from grader.student_tests.suite_run import Reach
 
 NODE = "ros2_robot_controller/robot_controller.py"
 TESTS = "test/test_it.py"
@@ -28,7 +28,7 @@ def line_of(words: str, text: str = toy.CONTROLLER) -> int:
 
 
 def fault_at(words: str) -> Change:
-    return next(change for change in faults(source()) if change.line == line_of(words))
+    return next(change for change in mutants(source()) if change.line == line_of(words))
 
 
 def reach(lines: dict[int, set[str]], *, whole: bool = False, module: str = TESTS) -> Reach:
@@ -42,21 +42,21 @@ def selected(change: Change, *reaches: Reach, **options: set[str]) -> list[tuple
 
 
 def test_the_seed_decides():
-    everything = faults(source())
+    everything = mutants(source())
     one, two, other = (choose(everything, 10, random.Random(seed)) for seed in (1, 1, 2))
     assert one == two
     assert one != other
 
 
 def test_faults_are_spread_over_functions_and_kinds():
-    everything = faults(source())
+    everything = mutants(source())
     chosen = choose(everything, 10, random.Random(0))
     assert {change.function for change in chosen} == {change.function for change in everything}
     assert max(Counter(change.operator for change in chosen).values()) <= 4
 
 
 def test_no_fault_is_chosen_twice_and_few_are_enough():
-    everything = faults(source())
+    everything = mutants(source())
     chosen = choose(everything, 1000, random.Random(0))
     assert 15 < len(chosen) <= len(everything)
     assert len(set(chosen)) == len(chosen)
@@ -119,5 +119,5 @@ def test_the_module_with_the_narrowest_test_comes_first():
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_one_line_is_not_asked_about_twice_in_the_same_way(seed: int):
-    chosen = choose(faults(source()), 1000, random.Random(seed))
+    chosen = choose(mutants(source()), 1000, random.Random(seed))
     assert len({(c.path, c.line, c.operator) for c in chosen}) == len(chosen)

@@ -133,7 +133,7 @@ def linted(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
         f"def {name}():\n    {doc}\n    return 1\n" for name, doc in docstrings.items()
     )
     quality = with_pep257(written(tmp_path_factory.mktemp("pep257"), {"m/a.py": text}))
-    return {thing.name: {fault.rule for fault in thing.faults} for thing in quality.definitions}
+    return {thing.name: {fault.rule for fault in thing.violations} for thing in quality.definitions}
 
 
 @pytest.mark.parametrize(

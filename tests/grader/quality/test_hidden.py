@@ -20,9 +20,10 @@ from helpers.quality_examples import (
 )
 
 from grader.checks import check_quality
+from grader.contract.layout import role
 from grader.evidence import Quality, SourceFile, reading_limits
 from grader.quality import source_files
-from grader.quality.modules import parse, role
+from grader.quality.modules import parse
 
 STYLE = check_quality.test_ament_flake8_finds_nothing
 DOCSTRINGS = check_quality.test_public_things_have_docstrings

@@ -104,17 +104,17 @@ def test_a_file_that_breaks_the_tool_is_found_and_the_rest_read():
     def run(items):
         return None if "bad" in items else f"read {len(items)}"
 
-    assert bisect_failures.all_but_the_worst(run, ["a", "bad", "b"]) == ("read 2", ["bad"])
+    assert bisect_failures.run_without_culprits(run, ["a", "bad", "b"]) == ("read 2", ["bad"])
 
 
 def test_one_run_is_enough_where_nothing_breaks():
     runs = []
-    assert bisect_failures.all_but_the_worst(lambda items: runs.append(items) or "ok", ["a", "b"]) == ("ok", [])
+    assert bisect_failures.run_without_culprits(lambda items: runs.append(items) or "ok", ["a", "b"]) == ("ok", [])
     assert len(runs) == 1
 
 
 def test_files_that_break_it_only_together_are_all_named():
-    assert bisect_failures.all_but_the_worst(lambda items: None if len(items) > 1 else "ok", ["a", "b"]) == (
+    assert bisect_failures.run_without_culprits(lambda items: None if len(items) > 1 else "ok", ["a", "b"]) == (
         None,
         ["a", "b"],
     )

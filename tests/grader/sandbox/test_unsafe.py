@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,7 +19,7 @@ def test_a_grading_without_walls_says_so_in_every_report(
     reference: Path, tmp_path: Path, settings: pipeline.Settings, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setenv(namespaces.UNSAFE_VARIABLE, "1")
-    grading = pipeline.grade(reference, tmp_path, pipeline.replace(settings, requirements=("F14",)))
+    grading = pipeline.grade(reference, tmp_path, replace(settings, requirements=("F14",)))
     as_json, page = report.write(grading, tmp_path, pictures=False)
     for text in (as_json.read_text(), page.read_text(), " ".join(console.render(grading).split())):
         assert "Graded with --unsafe-no-sandbox" in text

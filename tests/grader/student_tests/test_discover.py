@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from grader import evidence
-from grader.student_tests import read_modules
+from grader.student_tests.discover import read_modules
 
 
 def read(folder: Path, **files: str) -> dict[str, evidence.TestModule]:

@@ -10,11 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from submissions import toy
 
-from grader import student_tests
-from grader.mutation import mutate
-from grader.mutation.operators import faults
-from grader.mutation.source import is_too_much, parse
+from grader.mutation.mutant_run import mutate
+from grader.mutation.operators import mutants
+from grader.mutation.source_text import is_too_much, parse
 from grader.sandbox import untrusted
+from grader.student_tests.discover import read_modules
+from grader.student_tests.suite_run import run_modules
 
 LINES = (
     "x = 1", "if x:", "    y = 'é'", "\f    z = 2", "    \f  \f    w = x + 1", "# a\fb", "s = x \f+ 2", "", "def f(a):",
@@ -63,7 +64,7 @@ def test_form_feeds_hide_no_fault(tmp_path: Path):
         assert text is not None
         source = parse("m.py", text)
         assert source is not None
-        found.append([(fault.line, fault.words) for fault in faults(source)])
+        found.append([(fault.line, fault.words) for fault in mutants(source)])
     assert len(found[0]) > 10
     assert found[0] == found[1]
 
@@ -93,16 +94,16 @@ def test_twice():
 @pytest.mark.sandbox
 def test_of_a_module_that_cannot_be_read_nothing_was_reached_and_no_fault_noticed(tmp_path: Path):
     made = toy.make(tmp_path, {"test/test_robot_controller.py": toy.THOROUGH + USES_IT}, {"hidden.py": HIDDEN})
-    ran = student_tests.run_modules(made.package, made.install, student_tests.read_modules(made.package))
+    ran = run_modules(made.package, made.install, read_modules(made.package))
     reached = {Path(file.path).name: (file.lines, file.lines_hit) for file in ran.tests.coverage}
     assert ran.tests.doubts == []
     assert reached["hidden.py"] == (4, 0)
     assert reached["robot_controller.py"][1] > 10
     found = mutate(made.package, made.install, ran.reach, count=8, seconds=3.0)
-    hidden = [fault for fault in found.faults if fault.path.endswith("hidden.py")]
+    hidden = [fault for fault in found.mutants if fault.path.endswith("hidden.py")]
     assert hidden
     assert all(fault.outcome == "unreached" and "cannot be read" in fault.words for fault in hidden)
-    assert any(fault.outcome == "noticed" for fault in found.faults)
+    assert any(fault.outcome == "noticed" for fault in found.mutants)
 
 
 @pytest.mark.sandbox
@@ -110,7 +111,7 @@ def test_the_reports_of_tests_that_cannot_be_read_are_doubted(tmp_path: Path):
     """A test of theirs cannot be made to fail, to see whether that is told."""
     text = "# coding: unicode_escape\n" + toy.THOROUGH
     made = toy.make(tmp_path, {"test/test_robot_controller.py": text})
-    ran = student_tests.run_modules(made.package, made.install, student_tests.read_modules(made.package))
+    ran = run_modules(made.package, made.install, read_modules(made.package))
     assert ran.tests.modules[0].passed > 0
     assert any("no encoding in which people write" in doubt for doubt in ran.tests.doubts)
 
@@ -123,8 +124,8 @@ def test_another_encoding_is_no_fault(tmp_path: Path):
             module.write_bytes(f"# coding: latin-1\n# für\n{toy.CONTROLLER}".encode("latin-1"))
     test = made.package / "test" / "test_robot_controller.py"
     test.write_bytes(f"# coding: latin-1\n# für\n{toy.THOROUGH}".encode("latin-1"))
-    ran = student_tests.run_modules(made.package, made.install, student_tests.read_modules(made.package))
+    ran = run_modules(made.package, made.install, read_modules(made.package))
     assert ran.tests.doubts == []
     assert ran.tests.modules[0].failed == 0
     found = mutate(made.package, made.install, ran.reach, count=8, seconds=3.0)
-    assert any(fault.outcome == "noticed" and fault.path.endswith("robot_controller.py") for fault in found.faults)
+    assert any(fault.outcome == "noticed" and fault.path.endswith("robot_controller.py") for fault in found.mutants)

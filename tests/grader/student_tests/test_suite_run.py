@@ -11,7 +11,8 @@ import pytest
 from submissions import toy
 
 from grader import evidence
-from grader.student_tests import OwnRun, read_modules, run_modules
+from grader.student_tests.discover import read_modules
+from grader.student_tests.suite_run import SuiteRun, run_modules
 
 pytestmark = [pytest.mark.sandbox]
 
@@ -202,7 +203,7 @@ PRAGMA = toy.PROCESSOR.replace(
 
 
 @pytest.fixture(scope="module")
-def ran(tmp_path_factory: pytest.TempPathFactory) -> OwnRun:
+def ran(tmp_path_factory: pytest.TempPathFactory) -> SuiteRun:
     files = {f"test/{name}": dedent(text) for name, text in CASES.items()} | SETTINGS
     files["test/evil/test_it.py"] = "import sys\n\n\ndef test_it():\n    assert not hasattr(sys, 'EVIL')\n"
     made = toy.make(tmp_path_factory.mktemp("toy"), files, {"sensor_processor.py": PRAGMA})
@@ -214,12 +215,12 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> OwnRun:
 
 
 @pytest.fixture
-def module(ran: OwnRun):
+def module(ran: SuiteRun):
     return lambda case: next(m for m in ran.tests.modules if m.path.startswith(f"test/{case}/"))
 
 
 @pytest.fixture
-def doubts(ran: OwnRun):
+def doubts(ran: SuiteRun):
     return lambda case: [doubt for doubt in ran.tests.doubts if doubt.startswith(f"test/{case}/")]
 
 
@@ -237,7 +238,7 @@ def test_fixtures_in_a_conftest_are_honest(module, doubts):
     assert doubts("honest_conftest") == []
 
 
-def test_tests_that_share_a_fixture_are_known_to_need_each_other(ran: OwnRun):
+def test_tests_that_share_a_fixture_are_known_to_need_each_other(ran: SuiteRun):
     whole = {reach.module.split("/")[1] for reach in ran.reach if reach.whole}
     assert whole == {"honest_conftest"}
 
@@ -269,7 +270,7 @@ def test_who_leaves_early_has_not_passed(module):
 
 
 @pytest.mark.parametrize(("case", "hook"), [("hook", "pytest_runtest_makereport"), ("swallows", "pytest_pyfunc_call")])
-def test_hooks_that_rewrite_results_are_not_called_but_flagged(module, doubts, ran: OwnRun, case: str, hook: str):
+def test_hooks_that_rewrite_results_are_not_called_but_flagged(module, doubts, ran: SuiteRun, case: str, hook: str):
     assert counts(module(case)) == (0, 1, 0, 0)
     assert doubts(case) == []
     assert [flag.what for flag in ran.flags if flag.where == f"test/{case}/conftest.py"] == [
@@ -307,12 +308,12 @@ def test_forged_coverage_claims_what_nothing_could_reach(doubts):
     )
 
 
-def test_doubts_are_flags_for_an_instructor(ran: OwnRun):
+def test_doubts_are_flags_for_an_instructor(ran: SuiteRun):
     flagged = {flag.what for flag in ran.flags if flag.kind == "test reports"}
     assert flagged == set(ran.tests.doubts)
 
 
-def test_own_settings_of_pytest_and_coverage_do_not_count(ran: OwnRun):
+def test_own_settings_of_pytest_and_coverage_do_not_count(ran: SuiteRun):
     """pytest.ini, tox.ini, setup.cfg, .coveragerc, pyproject.toml and `# pragma: no cover` are all there."""
     files = {file.path: file for file in ran.tests.coverage}
     processor = files["ros2_robot_controller/sensor_processor.py"]
@@ -345,4 +346,4 @@ def test_who_kills_the_process_that_runs_the_tests_has_passed_nothing(tmp_path):
 
 def test_without_tests_nothing_runs(tmp_path):
     made = toy.make(tmp_path, {})
-    assert run_modules(made.package, made.install, []) == OwnRun(evidence.OwnTests())
+    assert run_modules(made.package, made.install, []) == SuiteRun(evidence.StudentTests())

@@ -8,7 +8,8 @@ from textwrap import dedent
 import pytest
 from submissions import toy
 
-from grader.student_tests import OwnRun, read_modules, run_modules
+from grader.student_tests.discover import read_modules
+from grader.student_tests.suite_run import SuiteRun, run_modules
 
 pytestmark = [pytest.mark.sandbox]
 
@@ -137,13 +138,13 @@ def module(name: str, text: str) -> dict[str, str]:
     return {f"test/{name}/test_it.py": ("" if name == "lints" else USE) + dedent(text)}
 
 
-def run(folder: Path, files: dict[str, str], modules: dict[str, str] | None = None, seconds: float = 20.0) -> OwnRun:
+def run(folder: Path, files: dict[str, str], modules: dict[str, str] | None = None, seconds: float = 20.0) -> SuiteRun:
     made = toy.make(folder, files, modules)
     return run_modules(made.package, made.install, read_modules(made.package), seconds=seconds)
 
 
 @pytest.fixture(scope="module")
-def ran(tmp_path_factory: pytest.TempPathFactory) -> OwnRun:
+def ran(tmp_path_factory: pytest.TempPathFactory) -> SuiteRun:
     files: dict[str, str] = {}
     for name, text in (READERS | HONEST).items():
         files |= module(name, text)
@@ -151,7 +152,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> OwnRun:
 
 
 @pytest.mark.parametrize("name", READERS)
-def test_who_reads_the_source_is_known_by_name_and_told(ran: OwnRun, name: str):
+def test_who_reads_the_source_is_known_by_name_and_told(ran: SuiteRun, name: str):
     path = f"test/{name}/test_it.py"
     [reach] = [reach for reach in ran.reach if reach.module == path]
     assert f"{path}::test_it" in reach.readers
@@ -160,7 +161,7 @@ def test_who_reads_the_source_is_known_by_name_and_told(ran: OwnRun, name: str):
 
 
 @pytest.mark.parametrize("name", HONEST)
-def test_importing_running_and_failing_is_no_reading(ran: OwnRun, name: str):
+def test_importing_running_and_failing_is_no_reading(ran: SuiteRun, name: str):
     """A linter reads, but reaches nothing that it could be a witness of."""
     path = f"test/{name}/test_it.py"
     [reach] = [reach for reach in ran.reach if reach.module == path]
@@ -168,13 +169,13 @@ def test_importing_running_and_failing_is_no_reading(ran: OwnRun, name: str):
     assert [flag for flag in ran.flags if flag.kind == "source read" and flag.where == path] == []
 
 
-def test_the_points_of_the_others_stay(ran: OwnRun):
+def test_the_points_of_the_others_stay(ran: SuiteRun):
     assert ran.tests.doubts == []
     failures = {module.path: module.failures for module in ran.tests.modules if module.failures}
     assert list(failures) == ["test/failing/test_it.py"]
 
 
-def test_what_a_started_program_reaches_counts(ran: OwnRun):
+def test_what_a_started_program_reaches_counts(ran: SuiteRun):
     [processor] = [file for file in ran.tests.coverage if file.path.endswith("sensor_processor.py")]
     line = toy.PROCESSOR.splitlines().index("        return first + 1") + 1
     assert line not in processor.missing

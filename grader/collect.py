@@ -1,0 +1,99 @@
+"""Collect the evidence that the wanted requirements need, source by source. After this no student code runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from grader import build
+from grader.build import Built
+from grader.contract import spec
+from grader.conversions.source import Conversions
+from grader.evidence import Build, Evidence
+from grader.intake.submission import Submission
+from grader.mutation.source import Mutants
+from grader.quality.source import PackageText
+from grader.settings import Settings
+from grader.source import Collected, Phase, Source, Subject
+from grader.student_tests.source import StudentTestRuns
+from grader.trials.source import Trials
+
+SOURCES: tuple[Source, ...] = (Trials(), StudentTestRuns(), Conversions(), Mutants(), PackageText())
+"""Every source of evidence. Flags are kept in this order."""
+
+
+def collect(submission: Submission, folder: Path, settings: Settings) -> Evidence:
+    """Build the submission where that is needed, ask every source that serves a wanted requirement, and merge.
+
+    `folder` is an empty one, for what the sources keep while they work.
+
+    Raises:
+        GraderError: this host cannot build or run the submission.
+    """
+    wanted = [source for source in SOURCES if source.serves & settings.checked]
+    found: dict[str, Collected] = {}
+    with ThreadPoolExecutor(1) as pool:
+        # Reading needs no build, so it goes on beside one and is done before the trials keep the cores busy.
+        texts = pool.submit(_ask, [s for s in wanted if s.phase is Phase.TEXT], Subject(submission, settings, folder))
+        built = contract = None
+        if needs_build(settings.checked):
+            built, contract = _build(submission, settings)
+        if built is not None and built.facts.ok:
+            subject = Subject(submission, settings, folder, built, contract)
+            found |= _ask([source for source in wanted if source.phase is Phase.RUN], subject)
+            subject = replace(subject, earlier={name: collected.handover for name, collected in found.items()})
+            found |= _ask([source for source in wanted if source.phase is Phase.ALONE], subject)
+        found |= texts.result()
+    return _merged(submission, built.facts if built is not None else Build.not_tried(), found)
+
+
+def needs_build(requirements: frozenset[str]) -> bool:
+    """Return whether any of the requirements needs the package built; the others are judged by its text alone."""
+    text, later = set[str](), set[str]()
+    for source in SOURCES:
+        (text if source.phase is Phase.TEXT else later).update(source.serves)
+    # What no source serves is judged by the build itself.
+    return not requirements <= text - later
+
+
+def _build(submission: Submission, settings: Settings) -> tuple[Built, Built]:
+    """Return the submission's build, and that of the contract's interfaces under the same package name."""
+    if not build.contract_is_built(settings.cache):
+        settings.progress("building the contract's interfaces: once on this machine, about a minute")
+    contract = build.contract(settings.cache)
+    settings.progress("building the package")
+    folders = [submission.package] + ([submission.interfaces] if submission.interfaces else [])
+    built = build.build(folders, settings.cache, seconds=settings.build_seconds)
+    if (types := build.types_package(built.install)) != spec.PACKAGE:
+        settings.progress(f"building the contract's interfaces as {types}: once on this machine, about a minute")
+        contract = build.contract(settings.cache, types)
+    facts = replace(
+        built.facts, contract_hashes=contract.facts.type_hashes, contract_texts=contract.facts.interface_texts
+    )
+    return replace(built, facts=facts), contract
+
+
+def _ask(sources: Sequence[Source], subject: Subject) -> dict[str, Collected]:
+    """Return what the sources find, by their names. They collect at the same time."""
+    if not sources:
+        return {}
+    with ThreadPoolExecutor(len(sources)) as pool:
+        answers = {}
+        for source in sources:
+            own = subject.folder / source.name
+            own.mkdir()
+            answers[source.name] = pool.submit(source.collect, replace(subject, folder=own))
+        return {name: answer.result() for name, answer in answers.items()}
+
+
+def _merged(submission: Submission, facts: Build, found: dict[str, Collected]) -> Evidence:
+    fields: dict[str, Any] = {}
+    flags = [*submission.flags, *facts.flags]
+    for source in SOURCES:
+        if source.name in found:
+            fields |= found[source.name].facts
+            flags += found[source.name].flags
+    return Evidence(intake=submission.intake, build=facts, flags=flags, **fields)

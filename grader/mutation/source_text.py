@@ -1,0 +1,279 @@
+"""A Python source that is changed at one place, all other bytes kept. Text in, text out: nothing is run."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from grader.student_tests.coverage_exclusions import is_guard
+
+_Function = ast.FunctionDef | ast.AsyncFunctionDef
+MODULE = "<module>"
+# What Python throws at code that is no mistake but too much: numbers of 5000 digits, 400 times `elif`. Nothing is put
+# into a module that cannot be read whole.
+TOO_MUCH = (ValueError, RecursionError, MemoryError)
+
+# What a node logs is for people, not for other nodes: a fault there changes no behaviour that a test should pin down.
+_LOGGING = {"debug", "info", "warn", "warning", "error", "fatal", "critical", "exception", "log", "print", "get_logger"}
+# Waiting longer or queueing more is no fault.
+_PATIENCE = {"timeout_sec", "timeout", "num_threads", "depth", "queue_size", "history", "description", "ndigits"}
+
+
+@dataclass(frozen=True)
+class Change:
+    """One place of a source and the text put there instead. `lines` are the first and last line of the statement.
+
+    `operator` says what kind of change it is, `words` what a reader needs to see it.
+    """
+
+    path: str
+    line: int
+    lines: tuple[int, int]
+    function: str
+    operator: str
+    words: str
+    start: int
+    end: int
+    new: str
+    names: frozenset[str] = frozenset()
+    """For code outside functions: the names it binds, by which functions depend on it."""
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A node of the syntax tree that may be changed, and where it stands."""
+
+    node: ast.AST
+    parents: tuple[ast.AST, ...]
+    statement: ast.stmt
+    function: str
+    names: frozenset[str] = frozenset()
+
+    @property
+    def parent(self) -> ast.AST:
+        """Return the node above."""
+        return self.parents[-1]
+
+    @property
+    def function_node(self) -> _Function | None:
+        """Return the innermost function around it."""
+        return next((node for node in reversed(self.parents) if isinstance(node, _Function)), None)
+
+
+_Meaning = tuple[object, ...]
+_READ_AT_MOST = 500_000  # bytes, to see which changes matter: twenty times what the reference's largest module takes
+
+
+@dataclass(eq=False)
+class Source:
+    """One module of a package: its text, its tree, and the places in it that decide behaviour."""
+
+    path: str
+    text: str
+    tree: ast.Module = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.tree = ast.parse(self.text)
+        self._bytes = self.text.encode()
+        self._starts = [0]
+        for line in self._bytes.splitlines(keepends=True):
+            self._starts.append(self._starts[-1] + len(line))
+        self._regions = self._find_regions()
+        self._meanings: dict[tuple[int, int], _Meaning] = {}
+        self._read = 0
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """All names of variables and parameters that the module uses."""
+        nodes = [node for node in ast.walk(self.tree) if isinstance(node, ast.Name | ast.arg)]
+        return frozenset(node.id if isinstance(node, ast.Name) else node.arg for node in nodes)
+
+    def spots(self) -> Iterator[Spot]:
+        """Yield the nodes that decide behaviour: no annotation, docstring, message, log line or import among them."""
+        yield from _walk(self.tree, (), None, MODULE, frozenset())
+
+    def span(self, node: ast.AST) -> tuple[int, int]:
+        """Return where a node begins and ends, in bytes."""
+        first, last = node.lineno, node.end_lineno  # type: ignore[attr-defined]
+        return self._starts[first - 1] + node.col_offset, self._starts[last - 1] + node.end_col_offset  # type: ignore[attr-defined]
+
+    def piece(self, start: int, end: int) -> str:
+        """Return the text between two places."""
+        return self._bytes[start:end].decode()
+
+    def text_of(self, node: ast.AST) -> str:
+        """Return a node's text."""
+        return self.piece(*self.span(node))
+
+    def change(self, spot: Spot, operator: str, words: str, new: str, where: tuple[int, int] | None = None) -> Change:
+        """Return the change that puts `new` at the spot, or at `where` in it."""
+        start, end = where or self.span(spot.node)
+        first, last = header(spot.statement)
+        line = getattr(spot.node, "lineno", first)
+        return Change(self.path, line, (first, last), spot.function, operator, words, start, end, new, spot.names)
+
+    def apply(self, change: Change) -> str:
+        """Return the text with the change made."""
+        return (self._bytes[: change.start] + change.new.encode() + self._bytes[change.end :]).decode()
+
+    def changes(self, change: Change) -> bool:
+        """Return whether a change leaves a module that Python reads, and reads as another one.
+
+        Only the innermost statement around it is read: a module of a thousand lines has thousands of changes, and to
+        read all of it for each took minutes.
+        """
+        region = self._around(change)
+        if region not in self._meanings:
+            self._meanings[region] = _meaning(self._bytes[slice(*region)])
+        return self._changed_meaning(change, region) not in ((), self._meanings[region])
+
+    def reads(self, change: Change) -> bool:
+        """Return whether a change leaves a module that Python reads, by the innermost statement around it."""
+        return bool(self._changed_meaning(change, self._around(change)))
+
+    def _around(self, change: Change) -> tuple[int, int]:
+        inside = ((a, b) for a, b in self._regions if a <= change.start and change.end <= b)
+        return next(inside, (0, len(self._bytes)))
+
+    def _changed_meaning(self, change: Change, region: tuple[int, int]) -> _Meaning:
+        """Return what Python reads in a region with the change made, () if it cannot."""
+        start, end = region
+        changed = self._bytes[start : change.start] + change.new.encode() + self._bytes[change.end : end]
+        self._read += len(changed)
+        return _meaning(changed) if self._read <= _READ_AT_MOST else ()
+
+    def _find_regions(self) -> list[tuple[int, int]]:
+        """Return where statements that can stand alone begin and end, in whole lines, the shortest first."""
+        found = set()
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.stmt):
+                first = min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", []))])
+                begins, ends = self.span(node)
+                start, end = self._starts[first - 1], self._starts[node.end_lineno or node.lineno]
+                alone = not self._bytes[start:begins].strip() or first < node.lineno
+                rest = self._bytes[ends:end].strip()
+                if alone and not self._bytes.startswith(b"elif", begins) and (not rest or rest.startswith(b"#")):
+                    found.add((start, end))
+        return sorted(found, key=lambda region: region[1] - region[0])
+
+
+def _meaning(text: bytes) -> _Meaning:
+    """Return what Python reads in some whole lines, whatever their indentation, () if it cannot.
+
+    It is the tree in one row, put together without recursion: of a long sum `ast.dump` makes a string a thousand deep.
+    """
+    row: list[object] = []
+    try:
+        todo: list[object] = [ast.parse(("if 1:\n" if text[:1] in b" \t" else "") + text.decode())]
+        while todo:
+            part = todo.pop()
+            if isinstance(part, ast.AST):
+                row.append(type(part))
+                todo.extend([getattr(part, name, None) for name in part._fields])
+            elif isinstance(part, list):
+                row.append(len(part))
+                todo.extend(part)
+            else:
+                row.append(repr(part))
+    except (SyntaxError, *TOO_MUCH):
+        return ()
+    return tuple(row)
+
+
+def parse(path: str, text: str) -> Source | None:
+    """Return the source, None if Python cannot read it."""
+    try:
+        return Source(path, text)
+    except (SyntaxError, *TOO_MUCH):
+        return None
+
+
+def is_too_much(text: str) -> bool:
+    """Return whether Python finds no mistake in a text and yet cannot show its tree: it may well run it."""
+    try:
+        ast.parse(text)
+    except SyntaxError:
+        return False
+    except TOO_MUCH:
+        return True
+    return False
+
+
+def header(statement: ast.stmt) -> tuple[int, int]:
+    """Return the lines of a statement, without the statements in it."""
+    body = getattr(statement, "body", None)
+    last = statement.end_lineno or statement.lineno
+    if isinstance(body, list) and body:
+        last = max(statement.lineno, body[0].lineno - 1)
+    return statement.lineno, last
+
+
+def is_docstring(node: ast.AST) -> bool:
+    """Return whether a statement is a bare string."""
+    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
+def called(node: ast.AST) -> str:
+    """Return the name of what a call calls, "" for anything else."""
+    if not isinstance(node, ast.Call):
+        return ""
+    return node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+
+
+def _walk(
+    node: ast.AST, parents: tuple[ast.AST, ...], statement: ast.stmt | None, function: str, names: frozenset[str]
+) -> Iterator[Spot]:
+    for name, child in _children(node):
+        inside, bound, here = function, names, statement
+        if isinstance(child, ast.stmt):
+            here = child
+            if isinstance(child, _Function | ast.ClassDef):
+                inside = child.name if function == MODULE else f"{function}.{child.name}"
+                bound = bound | {child.name}
+            elif function == MODULE or (parents and isinstance(node, ast.ClassDef)):
+                bound = bound | _bound(child)
+        if _is_silent(child) or (isinstance(node, ast.While) and name == "test"):
+            continue
+        if isinstance(node, ast.Module) and is_guard(child):
+            continue
+        trail = (*parents, node)
+        if here is not None:
+            in_function = any(isinstance(above, _Function) for above in trail)
+            yield Spot(child, trail, here, inside, frozenset() if in_function else bound)
+        yield from _walk(child, trail, here, inside, bound)
+
+
+def _children(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
+    for name, value in ast.iter_fields(node):
+        if name in ("annotation", "returns", "decorator_list", "bases", "keywords_", "type_comment", "format_spec"):
+            continue
+        for child in value if isinstance(value, list) else [value]:
+            if isinstance(child, ast.AST):
+                yield name, child
+
+
+def _is_silent(node: ast.AST) -> bool:
+    """Return whether nothing below a node is to be changed."""
+    if isinstance(node, ast.Import | ast.ImportFrom | ast.Raise | ast.Assert | ast.JoinedStr | ast.Global):
+        return True
+    if is_docstring(node) or called(node) in _LOGGING:
+        return True
+    if isinstance(node, _Function) and node.name in ("__repr__", "__str__", "__del__"):
+        return True
+    if isinstance(node, ast.keyword) and node.arg in _PATIENCE:
+        return True
+    if isinstance(node, ast.Assign):
+        return any(re.search(r"__all__|message$|reason$|_text$|\b__path__", ast.unparse(t)) for t in node.targets)
+    return False
+
+
+def _bound(statement: ast.stmt) -> frozenset[str]:
+    targets: list[ast.expr] = []
+    if isinstance(statement, ast.Assign):
+        targets = statement.targets
+    elif isinstance(statement, ast.AnnAssign | ast.AugAssign):
+        targets = [statement.target]
+    return frozenset(n.id for target in targets for n in ast.walk(target) if isinstance(n, ast.Name))

@@ -1,0 +1,45 @@
+"""How to grade: rubric, seed, limits, and which requirements."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from grader.scoring.rubric import Requirement, Rubric
+
+MODULE_TIMEOUT_S = 90.0
+MUTATION_BUDGET_S = 20.0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to grade. Times are wall seconds; `seed` decides the trials' speeds, places and noise.
+
+    Attributes:
+        cache: the folder for builds.
+        build_seconds: the limit for `colcon build`.
+        test_seconds: the limit for each of the package's own test modules.
+        mutation_budget_s: the time to spend on mutants, as wall time of a quiet machine.
+        requirements: judge only these; by default all that have checks.
+        progress: called with a few words whenever something new begins.
+    """
+
+    rubric: Rubric
+    cache: Path
+    seed: int = 0
+    build_seconds: float = 300.0
+    test_seconds: float = MODULE_TIMEOUT_S
+    mutation_budget_s: float = MUTATION_BUDGET_S
+    requirements: tuple[str, ...] = ()
+    progress: Callable[[str], None] = lambda _what: None
+
+    @property
+    def wanted(self) -> list[Requirement]:
+        """Return the requirements to judge, in the rubric's order."""
+        return [r for r in self.rubric.requirements if not self.requirements or r.id in self.requirements]
+
+    @property
+    def checked(self) -> frozenset[str]:
+        """Return the ids of the requirements to judge that have checks, and so need evidence."""
+        return frozenset(requirement.id for requirement in self.wanted if requirement.checks)

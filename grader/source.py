@@ -1,0 +1,71 @@
+"""What a source of evidence is. Each says which requirements it serves; collect.py asks those that are needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Any, Protocol
+
+from grader.build import Built
+from grader.evidence import Flag
+from grader.intake.submission import Submission
+from grader.settings import Settings
+
+
+class Phase(Enum):
+    """When a source collects, and beside what."""
+
+    TEXT = "reads the package and runs nothing of it, so it needs no build and goes on beside one"
+    RUN = "needs the build; all sources of this phase collect at the same time"
+    ALONE = "needs the build and every core, and may use what the sources before it have found"
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What a source collects evidence about, and how.
+
+    `folder` is an empty folder of the source's own. `built` and `contract` (the contract's own interfaces) are None in
+    the phase TEXT. `earlier` has what the sources of earlier phases handed over, by their names.
+    """
+
+    submission: Submission
+    settings: Settings
+    folder: Path
+    built: Built | None = None
+    contract: Built | None = None
+    earlier: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def install(self) -> Path:
+        """Return the package's install tree."""
+        assert self.built is not None
+        return self.built.install
+
+
+@dataclass(frozen=True)
+class Collected:
+    """What a source has found: fields of Evidence by name, flags, and what it hands over to later sources."""
+
+    facts: Mapping[str, Any] = field(default_factory=dict)
+    flags: tuple[Flag, ...] = ()
+    handover: Any = None
+
+
+class Source(Protocol):
+    """One source of evidence."""
+
+    name: str
+    phase: Phase
+
+    @property
+    def serves(self) -> frozenset[str]:
+        """Return the ids of the requirements that its evidence is for."""
+
+    def collect(self, subject: Subject) -> Collected:
+        """Return what there is to see of the subject.
+
+        Raises:
+            GraderError: this host keeps it from being seen.
+        """
