@@ -1,6 +1,6 @@
-# `make grade` and `make test` set up what is missing; nothing needs to be done before.
+# `make grade` and `make test` first set up whatever is missing.
 
-# A sourced ROS installation or another virtual environment must not shine through.
+# Keep a sourced ROS installation or another virtual environment out of the recipes.
 unexport PYTHONPATH PYTHONHOME AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH VIRTUAL_ENV
 unexport ROS_DISTRO ROS_VERSION ROS_PYTHON_VERSION ROS_DOMAIN_ID RMW_IMPLEMENTATION _ROS_WHEELS_BOOTSTRAP_COMPLETE
 unexport PYTEST_ADDOPTS PYTEST_PLUGINS
@@ -8,61 +8,67 @@ export PYTHONUTF8 = 1
 
 BIN := .venv/bin
 REFERENCE := solution_pkg/ros2_robot_controller
-# `make test ARGS="-k lidar"` hands pytest more; .ci/run names a file in STATUS to get pytest's own exit status.
+# More arguments for pytest: make test ARGS="-k lidar"
 ARGS :=
-STATUS :=
-PYTEST = $(BIN)/python -m pytest $(ARGS) $(if $(STATUS),; echo $$? >"$(STATUS)")
+# Tests run make themselves; with these variables inherited it would print "Entering directory".
+PYTEST = env -u MAKELEVEL -u MAKEFLAGS -u MFLAGS $(BIN)/python -m pytest
+# JupyterLab refuses to run as root, which is the user in most containers, unless told to.
+AS_ROOT := $(if $(filter 0,$(shell id -u)),--allow-root)
 
 .DEFAULT_GOAL := help
-.PHONY: help setup jupyter notebooks grade test test-all faults lint format lock doctor clean clean-all
+.PHONY: help setup jupyter notebooks grade test test-all known-bad evidence lint format lock doctor clean clean-all
 
 help:  ## Show this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 18
 
-setup:  ## Set up what is missing (.venv, bubblewrap); `make setup PYTHON=python3.12` picks the interpreter
+setup:  ## Set up whatever is missing (.venv, bubblewrap); PYTHON=python3.12 picks the interpreter
 	@PYTHON="$(PYTHON)" .ci/setup
 
 jupyter: setup  ## Open the course in JupyterLab
-	@$(BIN)/jupyter lab --notebook-dir=. notebooks/00_first_drive.ipynb
+	@$(BIN)/jupyter lab $(AS_ROOT) --notebook-dir=. notebooks/00_first_drive.ipynb
 
-notebooks: setup  ## Make the notebooks from notebooks/source, run and stored; NN="04 05" makes just those
+notebooks: setup  ## Rebuild the notebooks from notebooks/source; NN="04 05" rebuilds only those
 	@$(BIN)/python -m grader.authoring.book build $(NN)
 
-grade: setup  ## Grade the reference package; the report lies in out/reference
+grade: setup  ## Grade the reference package; the report goes to out/reference
 	@$(BIN)/grader grade $(REFERENCE) --out out/reference
 
-doctor: setup  ## Say what this machine has and lacks
+doctor: setup  ## Report what this machine has and lacks
 	@$(BIN)/grader doctor
 
-test: ARGS += -m "not slow"
-test: setup  ## Run the tests, but for the slow ones
-	@$(PYTEST)
+test: setup  ## Run all tests but the slow ones; ARGS="-k lidar" narrows them down
+	@$(PYTEST) -m "not slow" $(ARGS)
 
 test-all: setup  ## Run all tests
-	@$(PYTEST)
+	@$(PYTEST) $(ARGS)
 
-faults: setup  ## Grade the reference with each named fault; print what each costs (takes an hour)
+known-bad: setup  ## Grade every known-bad submission and print what each loses (takes an hour)
 	@PYTHONPATH=.:tests $(BIN)/python -m submissions.table
+
+evidence: setup  ## Record the evidence in tests/evidence again (takes half an hour)
+	@PYTHONPATH=.:tests $(BIN)/python -m submissions.record
 
 lint: setup  ## Check style and types, as CI does
 	@$(BIN)/ruff format --check .
 	@$(BIN)/ruff check .
 	@$(BIN)/mypy
 
-format: setup  ## Put the code into its form, and mend what ruff can mend
+format: setup  ## Format the code and fix what ruff can fix
 	@$(BIN)/ruff format .
 	@$(BIN)/ruff check --fix .
 
-# Keeps the versions that requirements.txt has; UPGRADE=--upgrade takes newer ones. The result names no index, no path.
+# Keeps the versions that requirements.txt has; UPGRADE=--upgrade takes newer ones. The result names no index and no path.
 lock: setup  ## Pin the versions of pyproject.toml's dependencies in requirements.txt
 	@test -x .kit/uv/bin/uv || { $(BIN)/python -m venv .kit/uv && .kit/uv/bin/pip install --quiet uv; }
 	@.kit/uv/bin/uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 $(UPGRADE) \
 	    --no-emit-index-url --no-emit-find-links --no-header --quiet --output-file requirements.txt
+	@sed -i -e '1i # What `make setup` installs: every package with its version, for CPython 3.11 to 3.14 on Linux.' \
+	    -e '1i # Written by `make lock` from pyproject.toml; do not edit. "via" names the packages that ask for one.' requirements.txt
 	@! grep -nE '://|^ *-(i|f|-index-url|-find-links)|@ ' requirements.txt
 
-clean:  ## Take away what the other commands made, but for .venv
+clean:  ## Remove what the other commands made, except .venv
 	@rm -rf out .kit .pytest_cache .mypy_cache .ruff_cache .hypothesis .coverage
 	@find grader sim tests solution_pkg -name __pycache__ -prune -exec rm -rf {} +
 
-clean-all: clean  ## Take .venv away too
+clean-all: clean  ## Remove .venv as well
 	@rm -rf .venv *.egg-info

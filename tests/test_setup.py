@@ -124,12 +124,21 @@ def clone(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("status", [0, 1, 2, 5])
-def test_ci_ends_with_pytests_own_words_and_status(clone: Path, status: int):
-    ended = run(clone / ".ci" / "run", cwd=Path("/"), TESTS=str(status), MAKEFLAGS="-w", CI="true")
-    assert ended.returncode == status
-    assert ended.stdout == "args: -m pytest -m not slow\n"
-    assert ended.stderr == ""
+def test_ci_types_the_command_of_the_readme(clone: Path):
+    """Word for word: what CI hides, a new user meets."""
+    last = (ROOT / ".ci" / "run").read_text().splitlines()[-1]
+    assert last == "make test </dev/null"
+    assert "    make test " in (ROOT / "README.md").read_text()
+
+
+def test_ci_ends_with_pytests_own_words(clone: Path):
+    ended = run(clone / ".ci" / "run", cwd=Path("/"), CI="true")
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "args: -m pytest -m not slow\n", "")
+
+
+@pytest.mark.parametrize("status", [1, 2, 5])
+def test_ci_fails_where_a_test_fails(clone: Path, status: int):
+    assert run(clone / ".ci" / "run", cwd=Path("/"), TESTS=str(status)).returncode != 0
 
 
 def test_ci_fails_where_setup_fails(clone: Path):
@@ -141,7 +150,25 @@ def test_make_test_fails_when_a_test_fails(clone: Path):
     assert run("make", "test", cwd=clone, TESTS="0").returncode == 0
 
 
+def test_narrowing_the_tests_down_leaves_the_slow_ones_out(clone: Path):
+    """`make test ARGS="-k lidar"` once ran the slow ones too."""
+    assert run("make", "test", "ARGS=-k lidar", cwd=clone).stdout == "args: -m pytest -m not slow -k lidar\n"
+
+
+def test_the_tests_do_not_inherit_that_they_run_inside_make(clone: Path):
+    """A `make` run by a test would print "Entering directory" beside its own words."""
+    (clone / ".venv" / "bin" / "python").write_text("#!/bin/sh\nenv\n")
+    inherited = run("make", "test", cwd=clone, MAKEFLAGS="w", MAKELEVEL="1").stdout
+    assert not re.search(r"^(MAKELEVEL|MAKEFLAGS|MFLAGS)=", inherited, re.MULTILINE)
+
+
+def test_jupyter_starts_as_root_too(clone: Path):
+    (clone / ".venv" / "bin" / "jupyter").write_text('#!/bin/sh\necho "$*"\n')
+    (clone / ".venv" / "bin" / "jupyter").chmod(0o755)
+    assert ("--allow-root" in run("make", "jupyter", cwd=clone).stdout) == (os.getuid() == 0)
+
+
 def test_make_help_lists_every_target():
-    targets = set(re.findall(r"^([a-z][a-z-]*):(?! *ARGS)", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    targets = set(re.findall(r"^([a-z][a-z-]*):(?!=)", (ROOT / "Makefile").read_text(), re.MULTILINE))
     shown = run("make", "help").stdout
     assert {target for target in targets if f"make {target} " not in shown} == set()
