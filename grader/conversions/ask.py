@@ -13,7 +13,7 @@ from grader.evidence import FunctionAnswer
 from grader.host import ros_env, tempdir
 from grader.sandbox import untrusted
 
-_PROBE = Path(__file__).parent / "worker.py"
+_WORKER = Path(__file__).parent / "worker.py"
 
 
 def ask_conversions(install: Path, seed: int) -> list[FunctionAnswer]:
@@ -28,12 +28,12 @@ def ask_conversions(install: Path, seed: int) -> list[FunctionAnswer]:
         (room / "questions.json").write_text(json.dumps(asked))
         box = sandbox.Sandbox(
             read_only={
-                install: str(build.INSTALL), _PROBE: "/ws/probe.py", room / "questions.json": "/ws/questions.json",
+                install: str(build.INSTALL), _WORKER: "/ws/conversions_worker.py", room / "questions.json": "/ws/questions.json",
             },
             writable={room / "out": "/ws/out"},
             environment=ros_env.environment(build.INSTALL, home=sandbox.HOME),
         )  # fmt: skip
-        command = ["python3", "/ws/probe.py", "/ws/questions.json", "/ws/out/answers.json"]
+        command = ["python3", "/ws/conversions_worker.py", "/ws/questions.json", "/ws/out/answers.json"]
         result = sandbox.run(command, box, sandbox.Limits(wall_seconds=30.0))
         answers = _read(room / "out" / "answers.json")
     last = result.output.strip().splitlines()[-1:] or [f"ended with status {result.exit_code}"]
@@ -88,8 +88,5 @@ def _answer(question: dict[str, Any], found: Any) -> FunctionAnswer:
 
 
 def _read(path: Path) -> list[Any]:
-    try:
-        found = json.loads(untrusted.text(path) or "")
-    except (ValueError, RecursionError):
-        return []
+    found = untrusted.read_json(path)
     return found if isinstance(found, list) else []

@@ -23,7 +23,7 @@ def descendants(pid: int) -> list[int]:
     return sorted(found - {pid})
 
 
-def shares(pids: Iterable[int]) -> dict[int, tuple[float, float]]:
+def thread_times(pids: Iterable[int]) -> dict[int, tuple[float, float]]:
     """Return by thread the seconds that it has run, and those that it has waited for a core."""
     found = {}
     for thread in _threads(pids):
@@ -33,7 +33,7 @@ def shares(pids: Iterable[int]) -> dict[int, tuple[float, float]]:
     return found
 
 
-def hold_to(cores: Iterable[int], pids: Iterable[int]) -> None:
+def pin_to(cores: Iterable[int], pids: Iterable[int]) -> None:
     """Let the threads of `pids`, and all that they start from now on, run on `cores` only."""
     wanted = set(cores)
     for thread in _threads(pids):

@@ -51,13 +51,13 @@ class NodeProcess:
         with suppress(ProcessLookupError):
             os.kill(self._popen.pid, signal.SIGINT)
 
-    def shares(self) -> dict[int, tuple[float, float]]:
+    def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return nothing: what a notebook shows of an end is wall time."""
         return {}
 
-    def hold_to(self, cores: Iterable[int]) -> None:
+    def pin_to(self, cores: Iterable[int]) -> None:
         """Let all its threads run on these cores only."""
-        procfs.hold_to(cores, [self._popen.pid, *procfs.descendants(self._popen.pid)])
+        procfs.pin_to(cores, [self._popen.pid, *procfs.descendants(self._popen.pid)])
 
     def stopped(self) -> str:
         """Return nothing: the student's own machine sets no limits."""

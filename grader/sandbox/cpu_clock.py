@@ -16,7 +16,7 @@ _NONE = (0.0, 0.0)
 class Sharer(Protocol):
     """A command with all its processes, that shares the cores with others."""
 
-    def shares(self) -> dict[int, tuple[float, float]]:
+    def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return for each of its threads the seconds that it has run, and has waited for a core."""
 
 
@@ -50,4 +50,4 @@ class WorkClock:
         return self.look() if time.monotonic() - self._since > _FRESH_S else self._counted
 
     def _shares(self) -> dict[int, tuple[float, float]]:
-        return self._process.shares() | procfs.shares(self._besides)
+        return self._process.thread_times() | procfs.thread_times(self._besides)

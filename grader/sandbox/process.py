@@ -144,13 +144,13 @@ class Process:
         for pid in procfs.children(self._init_pid):
             _signal(pid, signal.SIGINT)
 
-    def shares(self) -> dict[int, tuple[float, float]]:
+    def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return for each thread of the whole tree the seconds that it has run, and has waited for a core."""
-        return procfs.shares(procfs.descendants(self._init_pid))
+        return procfs.thread_times(procfs.descendants(self._init_pid))
 
-    def hold_to(self, cores: Iterable[int]) -> None:
+    def pin_to(self, cores: Iterable[int]) -> None:
         """Let the whole tree run on these cores only."""
-        procfs.hold_to(cores, procfs.descendants(self._init_pid))
+        procfs.pin_to(cores, procfs.descendants(self._init_pid))
 
     def kill(self) -> None:
         """End the whole tree and wait until it is gone.

@@ -20,7 +20,7 @@ _WORTH_IT = 0.7  # of the work before
 class Holdable(Protocol):
     """A command with all its processes."""
 
-    def hold_to(self, cores: Iterable[int]) -> None:
+    def pin_to(self, cores: Iterable[int]) -> None:
         """Let them run on these cores only."""
 
 
@@ -55,7 +55,7 @@ class OneCore:
         if self._before is not None:
             self._settled = True
             if seconds > _WORTH_IT * self._before:
-                self._process.hold_to(self._cores)
+                self._process.pin_to(self._cores)
         elif seconds > _CRAWLS_S:
             self._before = seconds
-            self._process.hold_to([random.choice(self._cores)])
+            self._process.pin_to([random.choice(self._cores)])

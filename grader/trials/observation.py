@@ -61,10 +61,10 @@ class Program(Protocol):
     def stopped(self) -> str:
         """Return the limit that it has met, "" for none."""
 
-    def shares(self) -> dict[int, tuple[float, float]]:
+    def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return for each of its threads the seconds that it has run, and has waited for a core."""
 
-    def hold_to(self, cores: Iterable[int]) -> None:
+    def pin_to(self, cores: Iterable[int]) -> None:
         """Let all its threads run on these cores only."""
 
 

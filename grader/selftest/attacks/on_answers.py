@@ -27,7 +27,7 @@ ParameterService._get_parameters_callback = odd
 def _when_asked(name: str, tries: str, lines: str, stopped: str) -> Attack:
     """Return an attack that does something else than to answer when the conversions are asked."""
     body = "".join(f"    {line}\n" for line in [*lines.splitlines(), "os._exit(0)"])
-    probed = f"\n\nimport os\nimport sys\n\nif 'probe.py' in sys.argv[0]:\n{body}"
+    probed = f"\n\nimport os\nimport sys\n\nif 'conversions_worker.py' in sys.argv[0]:\n{body}"
     return attack(name, tries, append(_CONVERSIONS, probed), needs="F14", costs="F14", stopped=stopped)
 
 

@@ -64,7 +64,7 @@ os._exit(0)
     attack(
         "exits_at_import",
         "The conversions end the process that imports them, with status 0.",
-        append(_CONVERSIONS, "\n\nimport os\nimport sys\nif 'probe.py' in sys.argv[0]:\n    os._exit(0)\n"),
+        append(_CONVERSIONS, "\n\nimport os\nimport sys\nif 'conversions_worker.py' in sys.argv[0]:\n    os._exit(0)\n"),
         number=2, needs="F14 F1", weak="clamps wrong", costs="F14",
         stopped="an answer that does not come is no right answer; the next requirement is judged all the same",
     ),

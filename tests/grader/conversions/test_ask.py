@@ -44,6 +44,6 @@ def test_the_references_functions_answer(tmp_path: Path):
     ids=["a pipe", "a number without end", "a list without end", "a link", "folders without end"],
 )
 def test_what_is_no_answer_is_none(tmp_path: Path, attack: str):
-    answers = asked(tmp_path, f"import os\nif 'probe.py' in __import__('sys').argv[0]: {attack}")
+    answers = asked(tmp_path, f"import os\nif 'conversions_worker.py' in __import__('sys').argv[0]: {attack}")
     assert len(answers) > 40
     assert not [answer for answer in answers if answer.answer]

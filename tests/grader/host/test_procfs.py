@@ -16,14 +16,14 @@ def ended() -> int:
 
 
 def test_a_process_that_has_just_ended_has_no_shares():
-    own = procfs.shares([os.getpid()])
+    own = procfs.thread_times([os.getpid()])
     assert os.getpid() in own
-    assert procfs.shares([ended()]) == {}
-    assert procfs.shares([ended(), os.getpid()]).keys() == own.keys()
+    assert procfs.thread_times([ended()]) == {}
+    assert procfs.thread_times([ended(), os.getpid()]).keys() == own.keys()
 
 
 def test_a_process_that_has_just_ended_is_held_nowhere():
-    procfs.hold_to(os.sched_getaffinity(0), [ended()])
+    procfs.pin_to(os.sched_getaffinity(0), [ended()])
 
 
 def test_children_are_below_their_parents():

@@ -93,26 +93,26 @@ def test_a_command_that_hangs_is_stopped_with_its_whole_tree(tmp_path: Path):
 def test_time_in_which_others_had_the_cores_does_not_count(monkeypatch: pytest.MonkeyPatch):
     """A thread that waits for a core all the time, as on a machine with a hundred others."""
     monkeypatch.setattr(process, "_LONGEST", 1000)
-    monkeypatch.setattr(Process, "shares", lambda self: {1: (0.0, 2 * self.wall_seconds)})
+    monkeypatch.setattr(Process, "thread_times", lambda self: {1: (0.0, 2 * self.wall_seconds)})
     assert python("import time; time.sleep(1.0)", wall_seconds=0.5).exit_code == 0
 
 
 def test_a_command_that_computes_with_more_threads_than_cores_is_stopped_all_the_same(monkeypatch: pytest.MonkeyPatch):
     cores = os.cpu_count() or 1
-    monkeypatch.setattr(Process, "shares", lambda self: {1: (cores * self.wall_seconds, 9 * self.wall_seconds)})
+    monkeypatch.setattr(Process, "thread_times", lambda self: {1: (cores * self.wall_seconds, 9 * self.wall_seconds)})
     monkeypatch.setattr(process, "_LONGEST", 1000)
     assert python("import time; time.sleep(60)", wall_seconds=0.5).timed_out
 
 
 def test_no_command_takes_more_than_four_times_its_limit(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(Process, "shares", lambda self: {1: (0.0, 9 * self.wall_seconds)})
+    monkeypatch.setattr(Process, "thread_times", lambda self: {1: (0.0, 9 * self.wall_seconds)})
     assert python("import time; time.sleep(60)", wall_seconds=0.2).timed_out
 
 
 def test_the_whole_tree_is_asked_how_long_it_waited():
     spins = "import os, time\nos.fork()\nos.fork()\nend = time.monotonic() + 60\nwhile time.monotonic() < end: pass"
     with Process(["python3", "-c", spins], PYTHON, Limits()) as busy:
-        assert wait_until(lambda: len(busy.shares()) >= 4 and all(ran > 0 for ran, _ in busy.shares().values()))
+        assert wait_until(lambda: len(busy.thread_times()) >= 4 and all(ran > 0 for ran, _ in busy.thread_times().values()))
 
 
 def test_a_detached_child_does_not_outlive_its_parent(tmp_path: Path):
@@ -151,11 +151,11 @@ def test_it_is_known_how_long_a_command_waited_for_a_core():
     ) as busy:
         deadline = time.monotonic() + 30.0
         clock, since = WorkClock(busy), busy.wall_seconds
-        while max((waited for _, waited in busy.shares().values()), default=0.0) < 0.01 and time.monotonic() < deadline:
+        while max((waited for _, waited in busy.thread_times().values()), default=0.0) < 0.01 and time.monotonic() < deadline:
             time.sleep(0.01)
-        assert max(waited for _, waited in busy.shares().values()) >= 0.01
+        assert max(waited for _, waited in busy.thread_times().values()) >= 0.01
         assert 0.0 < clock.look() <= busy.wall_seconds - since
-    assert busy.shares() == {}
+    assert busy.thread_times() == {}
 
 
 def test_an_interrupt_reaches_the_command_as_ctrl_c_does():

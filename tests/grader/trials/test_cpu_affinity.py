@@ -21,7 +21,7 @@ class Node:
         self.spread, self.alone = spread, alone
         self.cores, self.seconds, self.times_held = len(CORES), 0.0, 0
 
-    def hold_to(self, cores: Iterable[int]) -> None:
+    def pin_to(self, cores: Iterable[int]) -> None:
         self.cores = len(list(cores))
         self.times_held += self.cores == 1
 
@@ -77,5 +77,5 @@ def test_a_whole_wall_is_held_with_the_threads_that_it_starts_later(monkeypatch:
     core = max(os.sched_getaffinity(0))
     with Process([sys.executable, "-c", later], Sandbox(), Limits(wall_seconds=60)) as process:
         while process.exit_code() is None:
-            process.hold_to([core])
+            process.pin_to([core])
     assert process.output.strip() == str([{core}] * 3)
