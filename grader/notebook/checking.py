@@ -11,9 +11,9 @@ from pathlib import Path
 from grader import build, pipeline
 from grader.errors import KitError, SubmissionError
 from grader.notebook import prerequisites
-from grader.notebook.feedback import Answer, Checked, Note, Picture, Progress
+from grader.notebook.feedback import Answer, Checked, Note, Progress
 from grader.notebook.workspace import NOTEBOOK, Workspace
-from grader.sanitize import one_line
+from grader.report.album import Album, Picture
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, losses, place, points
 from grader.scoring.rubric import RUBRIC, Requirement
@@ -39,7 +39,7 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
     gaps = {r.id: prerequisites.first_gap(workspace.package, r.id, notebook) for r in wanted}
     possible = [r.id for r in wanted if gaps[r.id] is None]
     answers = {r.id: _impossible(r, gap) for r in wanted if (gap := gaps[r.id]) is not None}
-    pictures: list[Picture] = []
+    pictures: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
     if possible:
         progress = Progress()
@@ -55,7 +55,7 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
             answers |= {r.id: _unjudged(r, str(error)) for r in wanted if r.id in possible}
         finally:
             progress.done()
-    return Checked(tuple(answers[r.id] for r in dict.fromkeys(wanted)), tuple(pictures), notes)
+    return Checked(tuple(answers[r.id] for r in dict.fromkeys(wanted)), pictures, notes)
 
 
 def _requirement(whole: rubric.Rubric, name: str) -> Requirement:
@@ -140,22 +140,7 @@ def _remarks(grading: Grading) -> tuple[str, ...]:
     return (f"A taste of T3: {tried} faults were put in here. The grading puts in more, and others.",)
 
 
-def _pictures(grading: Grading) -> list[Picture]:
-    """Draw the trials in which points were lost; a picture is an extra, so whatever goes wrong there is let go."""
-    names = dict.fromkeys(
-        result.trial
-        for score in grading.scorecard.requirements
-        for result in score.lost
-        if result.outcome in (Outcome.FAILED, Outcome.PARTIAL)
-    )
-    trials = [grading.evidence.trials[name] for name in names if name in grading.evidence.trials]
-    found: list[Picture] = []
-    for trial in trials:
-        try:
-            from grader.report import pictures
-
-            if len(found) < _PICTURES and pictures.drawable(trial):
-                found.append(Picture(pictures.data_uri(trial), one_line(pictures.describe(trial), 1_000)))
-        except Exception:
-            continue
-    return found
+def _pictures(grading: Grading) -> tuple[Picture, ...]:
+    """Return pictures of the first trials in which points were lost."""
+    album = Album(grading.evidence.trials, most=_PICTURES)
+    return tuple(picture for score in grading.scorecard.requirements for picture in album.of(score.lost))

@@ -8,10 +8,13 @@ import sys
 import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from grader.notebook import checkpoints
 from grader.notebook.workspace import Workspace
+
+if TYPE_CHECKING:
+    from grader.report.album import Picture
 
 WIDTH = 100
 
@@ -47,14 +50,6 @@ class Answer:
         if self.ours:
             return f"{self.id} could not be judged"
         return f"{self.id} {'passed' if self.passed else 'not yet'} ({self.points} of {self.worth})"
-
-
-@dataclass(frozen=True)
-class Picture:
-    """The picture of a trial: an image source, and what it shows in words."""
-
-    source: str
-    words: str
 
 
 @dataclass(frozen=True, repr=False)

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import base64
-import contextlib
 import hashlib
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from grader.evidence import Trial
 from grader.host.atomic import write_atomically
+from grader.report.album import Album
 from grader.report.console import WORDS
 from grader.report.mutants import matrix
 from grader.sanitize import one_line
 from grader.scoring.grading import Grading, judged, losses, place, points
-from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore
+from grader.scoring.scorecard import Outcome, RequirementScore
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -35,51 +34,6 @@ SIGNS = {
     Outcome.ERROR: "!",
     Outcome.NOT_GRADED: "○",
 }
-
-
-@dataclass(frozen=True)
-class Picture:
-    """The picture of a trial: an image source, and what it shows in words."""
-
-    trial: str
-    source: str
-    words: str
-
-
-@dataclass
-class Album:
-    """The pictures of the trials, each drawn once, no more than PICTURES of them, none if `wanted` is false."""
-
-    trials: dict[str, Trial]
-    wanted: bool
-    drawn: dict[str, Picture | None] = field(default_factory=dict)
-
-    def of(self, results: Iterable[CheckResult]) -> list[Picture]:
-        """Return the pictures for lost checks, leaving out those that the report has shown already."""
-        names = dict.fromkeys(r.trial for r in results if r.outcome in (Outcome.FAILED, Outcome.PARTIAL))
-        new = [self._draw(self.trials[name]) for name in names if name in self.trials and name not in self.drawn]
-        return [picture for picture in new if picture is not None]
-
-    def longest_drive(self) -> Picture | None:
-        """Return the picture of the trial with most to see, None if there is none or the report has it already."""
-        if not self.wanted or not self.trials:
-            return None
-        from grader.report import pictures  # matplotlib takes half a second: only where there is something to draw
-
-        trial = pictures.worth_drawing(self.trials.values())
-        return None if trial is None or trial.name in self.drawn else self._draw(trial)
-
-    def _draw(self, trial: Trial) -> Picture | None:
-        self.drawn[trial.name] = None
-        if self.wanted and sum(picture is not None for picture in self.drawn.values()) < PICTURES:
-            from grader.report import pictures
-
-            # A picture is an extra: whatever goes wrong in drawing one, the grade is still to be shown.
-            with contextlib.suppress(Exception):
-                if pictures.drawable(trial):
-                    words = one_line(pictures.describe(trial), 1_000)
-                    self.drawn[trial.name] = Picture(one_line(trial.name), pictures.data_uri(trial), words)
-        return self.drawn[trial.name]
 
 
 @dataclass(frozen=True)
@@ -105,7 +59,7 @@ def render(grading: Grading, *, pictures: bool = True) -> str:
     environment.filters |= {"code": _code, "points": points, "place": place}
     style = (HERE / "style.css").read_text(encoding="utf-8")
     clean = grading.shown()
-    album = Album(grading.evidence.trials, pictures)
+    album = Album(grading.evidence.trials, most=PICTURES if pictures else 0)
     # Drawn in the order of the page, so that each trial is shown where it first cost points.
     pictures_of = {score.requirement.id: album.of(score.lost) for score in grading.scorecard.requirements}
     graded, every = judged(clean.scorecard)

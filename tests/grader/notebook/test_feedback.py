@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from grader.notebook.feedback import Answer, Checked, Note, Picture
+from grader.notebook.feedback import Answer, Checked, Note
+from grader.report.album import Picture
 
 SEEN = Note("", (("seen", "touched the wall at 7.3 s"), ("expected", "never touches it"), ("try", "look ahead")))
 STOPPED = Answer("F4", "Stops", "5", "5", passed=True)
@@ -50,7 +51,7 @@ def test_a_fault_of_ours_is_no_pass_and_no_fault_of_the_students() -> None:
 
 def test_the_page_needs_nothing_from_elsewhere_and_escapes_what_it_shows() -> None:
     note = Note("", (("seen", "<script>alert(1)</script> and `min([])`"),))
-    picture = Picture("data:image/png;base64,AA", 'The "robot" went')
+    picture = Picture("obstacle", "data:image/png;base64,AA", 'The "robot" went')
     page = Checked((Answer("F6", "Bad", "0", "3", False, notes=(note,)),), (picture,))._repr_html_()
     assert "<script>" not in page
     assert "&lt;script&gt;" in page
