@@ -1,4 +1,4 @@
-"""The `grader` command: verbs, printing, exit codes. Everything else is done elsewhere."""
+"""The `grader` command: verbs, printing, exit codes. It knows every room and decides nothing."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from grader import KIT
 from grader.errors import EXIT_GRADED, EXIT_NOT_GRADED, EXIT_OUR_FAULT, EXIT_USAGE, GraderError, SubmissionError
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one verb and return the exit status: 0 graded, 1 could not be graded, 2 wrong usage, 3 our fault."""
+    """Run one verb and return its exit status (grader.errors)."""
     options = _parser().parse_args(arguments)
     try:
         return int(options.run(options))
@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if said := shortage.explain(error):
             print(f"grader: {said}", file=sys.stderr)
             return EXIT_OUR_FAULT
-        words = f"grader: a fault of the kit: {type(error).__name__}: {error}. No points are lost by it. "
+        words = f"grader: internal error: {type(error).__name__}: {error}. No submission loses points by it. "
         print(words + "Run again with --debug and send the traceback to the kit's maintainers.", file=sys.stderr)
         return EXIT_OUR_FAULT
 
@@ -47,92 +47,110 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="grader",
-        description="Grade a ROS 2 package: build it, wall it in, drive it through trials, score what was seen.",
+        description="Grade ROS 2 packages: build each in a sandbox, drive it through trials, score what was seen.",
         epilog="Example:  grader grade solution_pkg/ros2_robot_controller --out out/reference",
     )
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     verbs = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
-
-    grade = verbs.add_parser(
-        "grade",
-        help="grade a submission",
-        description="Grade a submission (a folder or an archive) and write report.json, report.html and evidence/.",
-        epilog="Example:  grader grade team07.zip --out out/team07\n"
-        "Exit status: 0 graded whatever the points, 1 could not be graded, 2 wrong usage, 3 a fault of ours.",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    grade.add_argument("submission", type=Path, help="the package's folder, or an archive of it")
-    grade.add_argument("--out", type=Path, required=True, help="the folder for the reports and the evidence")
-    grade.add_argument("--rubric", type=Path, help="another rubric than the kit's own")
-    grade.add_argument("--seed", type=int, default=0, help="decides speeds, places and noise of the trials (default 0)")
-    grade.add_argument("--build-timeout", type=_seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
-    grade.add_argument(
-        "--mutation-budget",
-        type=_seconds,
-        default=MUTATION_BUDGET_S,
-        metavar="S",
-        help="for faults put into the package, to see whether its tests notice (default 20 s of a quiet machine)",
-    )
-    grade.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
-    grade.add_argument(
-        "--unsafe-no-sandbox",
-        action="store_true",
-        help="grade with hardly any wall around the submission's code; every report says so",
-    )
-    grade.set_defaults(run=_grade)
-
-    check = verbs.add_parser(
-        "check",
-        help="check single requirements of a package",
-        description="Run just what the named requirements need, and say what was seen, expected, and what to try.",
-        epilog="Example:  grader check F4 F5 --package ws/src/ros2_robot_controller",
-    )
-    check.add_argument("requirements", nargs="+", metavar="REQUIREMENT", help="such as F4")
-    check.add_argument("--package", type=Path, default=Path(), help="the package's folder (default: this one)")
-    check.add_argument("--seed", type=int, default=0, help="decides speeds, places and noise of the trials (default 0)")
-    check.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
-    check.set_defaults(run=_check)
-
-    submit = verbs.add_parser(
-        "submit",
-        help="pack a package for handing in, and say what the grader will see",
-        description="Pack the package as one zip, run the public checks on it, and say what the grader will see.",
-        epilog="Example:  grader submit --package ws/src/ros2_robot_controller --out team07.zip",
-    )
-    submit.add_argument("--package", type=Path, help="the package's folder (default: this one, or the workspace's)")
-    submit.add_argument("--out", type=Path, help="the zip (default: in the workspace, above src)")
-    submit.add_argument("--no-check", action="store_true", help="pack and describe only; checking takes some minutes")
-    submit.set_defaults(run=_submit)
-
-    if (KIT / "grader" / "authoring").exists():  # a released kit has none to release
-        release = verbs.add_parser(
-            "release",
-            help="write the kit for students",
-            description="Write what students get as one zip: notebooks, simulator, grader with the public checks, "
-            "rubric and handout; not the reference package.",
-            epilog="Example:  grader release --out kit.zip",
-        )
-        release.add_argument("--out", type=Path, required=True, help="the zip")
-        release.add_argument(
-            "--without-stages", action="store_true", help="leave out what `start_at` lays out: the solutions, packed"
-        )
-        release.set_defaults(run=_release)
-
-    handout = verbs.add_parser("handout", help="write what students are asked to do, from the rubric, as Markdown")
-    handout.add_argument("--out", type=Path, help="the file (default: standard output)")
-    handout.add_argument("--rubric", type=Path, help="another rubric than the kit's own")
-    handout.set_defaults(run=_handout)
-
-    doctor = verbs.add_parser("doctor", help="say what this host has and lacks, and how to mend it")
-    doctor.set_defaults(run=_doctor)
-
-    if (KIT / "grader" / "selftest").exists():  # not in the students' kit
+    _add_grade(verbs)
+    _add_check(verbs)
+    _add_submit(verbs)
+    _add_handout(verbs)
+    _add_doctor(verbs)
+    if (KIT / "grader" / "authoring").exists():  # not in the students' kit
+        _add_release(verbs)
+    if (KIT / "grader" / "selftest").exists():
         from grader.selftest import flakiness
         from grader.selftest.attacks import command as attacks
 
         attacks.add(verbs)
         flakiness.add(verbs)
     return parser
+
+
+def _add_grade(verbs: Any) -> None:
+    parser = verbs.add_parser(
+        "grade",
+        help="grade a submission",
+        description="Grade a submission (a folder or an archive) and write report.json, report.html and evidence/.",
+        epilog="Example:  grader grade team07.zip --out out/team07\n"
+        "Exit status: 0 graded, whatever the points; 1 cannot be graded; 2 wrong usage; 3 an error of the kit or host.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("submission", type=Path, help="the package's folder, or an archive of it")
+    parser.add_argument("--out", type=Path, required=True, help="the folder for the reports and the evidence")
+    parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
+    parser.add_argument("--build-timeout", type=_seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
+    parser.add_argument(
+        "--mutation-budget",
+        type=_seconds,
+        default=MUTATION_BUDGET_S,
+        metavar="S",
+        help="time for trying mutants with the package's tests (default 20 s, as a quiet machine takes them)",
+    )
+    parser.add_argument(
+        "--unsafe-no-sandbox", action="store_true", help="disable the sandbox (INSECURE); recorded in every report"
+    )
+    _add_seed_and_cache(parser)
+    parser.set_defaults(run=_grade)
+
+
+def _add_check(verbs: Any) -> None:
+    parser = verbs.add_parser(
+        "check",
+        help="check single requirements of a package",
+        description="Collect only what the named requirements need; print what was seen, expected, and what to try.",
+        epilog="Example:  grader check F4 F5 --package ws/src/ros2_robot_controller",
+    )
+    parser.add_argument("requirements", nargs="+", metavar="REQUIREMENT", help="such as F4")
+    parser.add_argument("--package", type=Path, default=Path(), help="the package's folder (default: this one)")
+    _add_seed_and_cache(parser)
+    parser.set_defaults(run=_check)
+
+
+def _add_seed_and_cache(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--seed", type=int, default=0, help="decides speeds, places and noise (default 0)")
+    parser.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
+
+
+def _add_submit(verbs: Any) -> None:
+    parser = verbs.add_parser(
+        "submit",
+        help="pack a package for handing in, and show what the grader will see",
+        description="Pack the package as one zip, run the public checks on it, and show what the grader will see.",
+        epilog="Example:  grader submit --package ws/src/ros2_robot_controller --out team07.zip",
+    )
+    parser.add_argument("--package", type=Path, help="the package's folder (default: this one, or the workspace's)")
+    parser.add_argument("--out", type=Path, help="the zip (default: in the workspace, above src)")
+    parser.add_argument("--no-check", action="store_true", help="only pack and describe; checking takes some minutes")
+    parser.set_defaults(run=_submit)
+
+
+def _add_release(verbs: Any) -> None:
+    parser = verbs.add_parser(
+        "release",
+        help="write the students' kit",
+        description="Write what students get as one zip: notebooks, simulator, grader with the public checks, rubric "
+        "and handout, without the reference package.",
+        epilog="Example:  grader release --out kit.zip",
+    )
+    parser.add_argument("--out", type=Path, required=True, help="the zip")
+    parser.add_argument(
+        "--without-solutions", action="store_true", help="leave out the packed solutions; `start_at` then does nothing"
+    )
+    parser.set_defaults(run=_release)
+
+
+def _add_handout(verbs: Any) -> None:
+    parser = verbs.add_parser("handout", help="write the assignment for students, from the rubric, as Markdown")
+    parser.add_argument("--out", type=Path, help="the file (default: standard output)")
+    parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
+    parser.set_defaults(run=_handout)
+
+
+def _add_doctor(verbs: Any) -> None:
+    parser = verbs.add_parser("doctor", help="report what this machine has and lacks for grading, and how to fix it")
+    parser.set_defaults(run=_doctor)
 
 
 def _seconds(text: str) -> float:
@@ -143,7 +161,7 @@ def _seconds(text: str) -> float:
 
 
 def _grade(options: argparse.Namespace) -> int:
-    # Imported here: `grader --help` and `grader doctor` answer at once, and on hosts that lack half of this.
+    # Imported here, so that `grader --help` and `grader doctor` answer at once, even on hosts that lack half of this.
     from grader import build, pipeline, report
     from grader.report import console
     from grader.scoring import rubric
@@ -176,7 +194,9 @@ def _check(options: argparse.Namespace) -> int:
     known = {requirement.id for requirement in whole.requirements}
     unknown = [name for name in options.requirements if name not in known]
     if unknown:
-        print(f"grader: there is no requirement {', '.join(unknown)}; there are {_listed(whole)}.", file=sys.stderr)
+        print(
+            f"grader: no requirement is called {', '.join(unknown)}; the rubric has {_listed(whole)}.", file=sys.stderr
+        )
         return EXIT_USAGE
     progress = _Progress()
     settings = pipeline.Settings(
@@ -208,14 +228,14 @@ def _submit(options: argparse.Namespace) -> int:
 def _release(options: argparse.Namespace) -> int:
     from grader.authoring.release import release
 
-    written = release(options.out, stages=not options.without_stages)
+    written = release(options.out, stages=not options.without_solutions)
     print(f"{len(written.files)} files, {written.bytes / 1e6:.1f} MB; {written.words}")
     print(f"Kit: {options.out}")
     return EXIT_GRADED
 
 
 def _shown(path: Path) -> str:
-    """Return a path as short as it can be said from here."""
+    """Return a path in its shortest form as seen from the current folder."""
     near = os.path.relpath(path)
     return near if near.count("..") <= 3 else str(path)
 
@@ -235,9 +255,9 @@ def _handout(options: argparse.Namespace) -> int:
 def _doctor(_options: argparse.Namespace) -> int:
     from grader.host import doctor
 
-    findings = doctor.examine()
-    print(doctor.render(findings))
-    return doctor.exit_status(findings)
+    diagnoses = doctor.examine()
+    print(doctor.render(diagnoses))
+    return doctor.exit_status(diagnoses)
 
 
 def _listed(whole: Rubric) -> str:
@@ -247,7 +267,7 @@ def _listed(whole: Rubric) -> str:
 
 
 class _Progress:
-    """Says on standard error what is being done: on a terminal in one line, in a log only what is new."""
+    """Shows on standard error what is going on: on a terminal in a single line, in a log line by line."""
 
     def __init__(self) -> None:
         self._started = time.monotonic()

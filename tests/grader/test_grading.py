@@ -130,7 +130,7 @@ def test_a_check_answers_with_seen_expected_and_try(tmp_path: Path):
 def test_a_check_of_nothing_is_wrong_usage(reference: Path):
     done = grader("check", "F99", "--package", reference)
     assert done.returncode == 2
-    assert "there is no requirement F99; there are F1 to F14" in done.stderr
+    assert "no requirement is called F99; the rubric has F1 to F14" in done.stderr
 
 
 def test_a_zip_with_one_folder_too_many_is_graded(reference: Path, tmp_path: Path, settings):
