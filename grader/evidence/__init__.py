@@ -1,18 +1,18 @@
-"""The facts that a grading leaves, and their JSON. Facts only: whether they are good is for the checks to say.
+"""The recorded facts of one grading, and their JSON. Facts only: the checks judge them.
 
-On disk a grading's evidence is one folder:
+On disk the evidence of a grading is one folder:
 
     submission.json     Intake: what was handed in, which package was chosen
     build.json          Build: how the build went and what it installed
     tests.json          StudentTests: the package's own tests and their coverage
-    mutation.json       Mutation: faults put into the package, and which tests noticed
-    quality.json        Quality: what the package's text shows, read and never run
+    mutation.json       Mutation: mutants of the package, and which of its tests noticed each
+    quality.json        Quality: facts about the package's text, which is read and never run
     trials/NAME.json    Trial: one run of one node in a world
-    flags.json          list of Flag: attempts at tampering and other integrity_flags
+    flags.json          list of Flag: attempts at tampering and other things to look at
     conversions.json    list of FunctionAnswer: what utils/conversions.py returned
-    origin.json         what made it: seed, versions and hashes, so that an appeal is a re-run
+    origin.json         seed, versions and hashes: all that is needed to run the same grading again
 
-Times `t` are simulated seconds since the trial began, unless the name says wall.
+Times `t` are simulated seconds since the trial began, unless a name says wall.
 """
 
 from grader.evidence.model import Build, Evidence, Flag, FunctionAnswer, Intake

@@ -1,4 +1,4 @@
-"""The evidence of one grading as a whole, and the facts that every grading has: intake, build, flags."""
+"""All evidence of one grading, and the facts that every grading has: intake, build, flags."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from grader.evidence.trial import Trial
 
 @dataclass(frozen=True)
 class Flag:
-    """Something an instructor should look at: an attempt at tampering, or a wall that was missing."""
+    """Something an instructor should look at, such as an attempt at tampering or a grading without a sandbox."""
 
     kind: str
     what: str
@@ -21,7 +21,10 @@ class Flag:
 
 @dataclass(frozen=True)
 class Intake:
-    """What was handed in. Paths are relative to the unpacked submission."""
+    """The submission as it was taken in. Paths are relative to the unpacked submission.
+
+    `others` are packages in it that were not graded.
+    """
 
     name: str
     sha256: str
@@ -35,7 +38,12 @@ class Intake:
 
 @dataclass(frozen=True)
 class Build:
-    """How `colcon build` went, and what it installed. `type_hashes` maps "srv/SetSpeed" to its RIHS01 hash."""
+    """How `colcon build` went, and what it installed.
+
+    `type_hashes` maps "srv/SetSpeed" to its RIHS01 hash, `interface_texts` to its definition; the `contract_` ones are
+    those of the contract's own interfaces. `stopped` is the sandbox's limit that the build exceeded: "memory",
+    "processes", "disk" or "". `flags` are about what it installed.
+    """
 
     ok: bool
     cached: bool
@@ -50,19 +58,17 @@ class Build:
     contract_hashes: dict[str, str] = field(default_factory=dict)
     contract_texts: dict[str, str] = field(default_factory=dict)
     stopped: str = ""
-    """The limit of the whole wall that the build met: "memory", "processes", "disk" or ""."""
     flags: list[Flag] = field(default_factory=list)
-    """What the build left behind that an instructor should look at."""
 
     @classmethod
     def not_tried(cls) -> Build:
-        """Return the facts of a build that nothing needed."""
+        """Return the facts of a package that was not built because no wanted requirement needs it."""
         return cls(ok=False, cached=False, wall_seconds=0.0, exit_code=None, timed_out=False, log_tail="")
 
 
 @dataclass(frozen=True)
 class FunctionAnswer:
-    """What one of the package's functions returned: one number, or the four of a quaternion; empty with a problem."""
+    """What one of the package's functions returned: a number or a quaternion [x, y, z, w]; empty with a `problem`."""
 
     function: str
     arguments: list[Any]
@@ -72,7 +78,10 @@ class FunctionAnswer:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Everything that one grading saw."""
+    """Everything that one grading recorded.
+
+    `origin` says by name how to get the same again: seed, versions, hashes of the kit and of the submission.
+    """
 
     intake: Intake
     build: Build
@@ -83,4 +92,3 @@ class Evidence:
     quality: Quality | None = None
     mutation: Mutation | None = None
     origin: dict[str, str] = field(default_factory=dict)
-    """What made it, by name: seed, versions, hashes of the kit and of the submission."""

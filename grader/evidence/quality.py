@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class Finding:
-    """A place in the package's text that a rule speaks of. `path` is relative to the package."""
+    """A place in the package's text where a rule applies. `path` is relative to the package."""
 
     path: str
     line: int
@@ -26,7 +26,7 @@ class SourceFile:
 
 @dataclass(frozen=True)
 class Definition:
-    """A public module, class or function, what is missing in its annotations, and what its docstring breaks."""
+    """A public module, class or function, its missing annotations, and the rules that its docstring violates."""
 
     path: str
     line: int
@@ -39,7 +39,7 @@ class Definition:
 
 @dataclass(frozen=True)
 class Copy:
-    """The same `lines` lines of code in several places, each as "path:first-last"."""
+    """A block of `lines` lines of code that occurs in several places, each as "path:first-last"."""
 
     lines: int
     places: list[str]
@@ -56,7 +56,7 @@ class Conversions:
 
 @dataclass(frozen=True)
 class ParameterUse:
-    """Whether the code declares a parameter of the contract and reads it; places where its default stands instead."""
+    """Whether the code declares and reads a parameter of the contract; `literals` are places that have its default."""
 
     node: str
     name: str
@@ -77,7 +77,7 @@ class CodeInterface:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a Markdown file: the cells of its head and of its rows."""
+    """A Markdown table: the cells of its head and of its rows."""
 
     head: list[str]
     rows: list[list[str]]
@@ -85,7 +85,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Readme:
-    """The README: its words of prose, which of "build", "run", "test" it shows a command for, and its tables."""
+    """The README: how many words of prose, the commands it shows for "build", "run" and "test", and its tables."""
 
     path: str
     words: int
@@ -96,7 +96,7 @@ class Readme:
 
 @dataclass(frozen=True)
 class TestReport:
-    """test_results.xml: its cases as "module::name", and why it is no junit report, if so."""
+    """test_results.xml: its cases as "module::name". `problem` says why it is not a junit report."""
 
     path: str
     problem: str = ""
@@ -106,7 +106,11 @@ class TestReport:
 
 @dataclass(frozen=True)
 class Manifest:
-    """package.xml, and what the package really has and uses: package name -> places that use it."""
+    """package.xml, and what the package really is and uses.
+
+    `declared_to_run` are the declared dependencies that are not for tests or documentation alone. `used` maps the name
+    of a package to the places that use it.
+    """
 
     found: bool
     problems: list[str] = field(default_factory=list)
@@ -119,13 +123,12 @@ class Manifest:
     generates_interfaces: bool = False
     declared: list[str] = field(default_factory=list)
     declared_to_run: list[str] = field(default_factory=list)
-    """Those of them that are there not only for tests and documentation."""
     used: dict[str, list[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Quality:
-    """What the package's text shows. `style` is ament_flake8's, with suppressions taken out of force."""
+    """Everything the package's text shows. `style` holds ament_flake8's findings, with suppressions ignored."""
 
     manifest: Manifest
     paths: list[str] = field(default_factory=list)

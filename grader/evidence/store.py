@@ -21,12 +21,12 @@ def _float_to_json(value: float) -> float | str:
     return value if math.isfinite(value) else str(value)
 
 
-# In untyped dictionaries a string "nan" may be a student's word, so a float that is none of JSON's says what it is.
+# In an untyped dictionary the string "nan" may come from a student, so a float that JSON lacks is marked as one.
 _FLOAT = "$float"
 
 
 def _plain(value: Any) -> Any:
-    """Replace the non-finite floats that sit in untyped dictionaries."""
+    """Return `value` with the non-finite floats in untyped dictionaries replaced by marked strings."""
     if isinstance(value, float):
         return value if math.isfinite(value) else {_FLOAT: str(value)}
     if isinstance(value, dict):
@@ -51,7 +51,7 @@ def _is_untyped(kind: Any) -> bool:
 
 def _converter() -> cattrs.Converter:
     converter = cattrs.Converter(forbid_extra_keys=True)
-    # JSON knows neither inf nor nan; float() reads back the words that str() writes.
+    # JSON has neither inf nor nan; float() reads back the words that str() writes.
     converter.register_unstructure_hook(float, _float_to_json)
     converter.register_unstructure_hook_func(_is_untyped, _plain)
     converter.register_structure_hook_func(_is_untyped, lambda value, _: _unplain(dict(value)))
@@ -62,7 +62,7 @@ _CONVERTER = _converter()
 
 
 def to_json(fact: Any) -> str:
-    """Return `fact` (a dataclass of this module, or a list of them) as strict JSON."""
+    """Return `fact` (a dataclass of evidence, or a list of them) as strict JSON."""
     return json.dumps(_CONVERTER.unstructure(fact), indent=1, allow_nan=False, sort_keys=True)
 
 
@@ -70,7 +70,7 @@ def from_json(text: str, kind: type[T]) -> T:
     """Return the fact that `to_json` wrote.
 
     Raises:
-        ValueError: the text is no JSON, or does not describe a `kind`.
+        ValueError: the text is not JSON, or does not describe a `kind`.
     """
     try:
         return _CONVERTER.structure(json.loads(text), kind)
@@ -79,7 +79,7 @@ def from_json(text: str, kind: type[T]) -> T:
 
 
 def save(evidence: Evidence, folder: Path) -> None:
-    """Write `evidence` below `folder`, one file a fact."""
+    """Write `evidence` below `folder`, one file for each kind of fact."""
     (folder / "trials").mkdir(parents=True, exist_ok=True)
     (folder / "submission.json").write_text(to_json(evidence.intake))
     (folder / "build.json").write_text(to_json(evidence.build))

@@ -7,7 +7,11 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class TestModule:
-    """One test module of the package, as read (not run) and as run in a process of its own."""
+    """One test module of the package: facts from reading it, and results from running it in a process of its own.
+
+    `subjects` are the nodes that it tests, `silent` the tests that assert nothing. `unsteady` tests failed and then
+    passed when the module was run again; they count as passed.
+    """
 
     path: str
     stub: bool
@@ -15,7 +19,6 @@ class TestModule:
     asserting: int
     subjects: list[str]
     silent: list[str] = field(default_factory=list)
-    """The tests that assert nothing."""
     passed: int = 0
     failed: int = 0
     skipped: int = 0
@@ -23,7 +26,6 @@ class TestModule:
     timed_out: bool = False
     failures: list[str] = field(default_factory=list)
     unsteady: list[str] = field(default_factory=list)
-    """The tests that failed, and passed when the module was run again: they count as passed."""
     output_tail: str = ""
 
 
@@ -41,18 +43,24 @@ class FileCoverage:
 
 @dataclass(frozen=True)
 class StudentTests:
-    """The package's own tests: the modules, and what they cover of the package."""
+    """The package's own tests: the modules, and what they cover of the package.
+
+    `doubts` say where the tests' reports were wrong in runs whose result was known beforehand.
+    """
 
     modules: list[TestModule] = field(default_factory=list)
     coverage: list[FileCoverage] = field(default_factory=list)
     note: str = ""
     doubts: list[str] = field(default_factory=list)
-    """What the reports said in runs whose result was known beforehand, and should not have."""
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """One fault put into the package's source. `outcome` is "noticed", "unnoticed", "unreached" or "not tried"."""
+    """One change of the package's source, and whether a test noticed.
+
+    `outcome` is "noticed", "unnoticed", "unreached" or "not tried". `by` is the test that noticed, `late` says that it
+    did so by running out of time. For an unnoticed mutant, `tried` are the tests that reached it and passed.
+    """
 
     path: str
     line: int
@@ -61,11 +69,8 @@ class Mutant:
     words: str
     outcome: str
     by: str = ""
-    """The test that noticed it, "" for none."""
     late: bool = False
-    """Whether it was noticed because a test came to no end."""
     tried: list[str] = field(default_factory=list)
-    """For a fault that no test noticed: the tests that reached it and passed."""
 
 
 def short_name(test: str) -> str:
@@ -76,7 +81,7 @@ def short_name(test: str) -> str:
 
 @dataclass(frozen=True)
 class EquivalentMutant:
-    """One change that keeps the behaviour, and the tests that failed all the same."""
+    """One change that keeps the behaviour, and the tests that failed nevertheless."""
 
     path: str
     line: int
@@ -87,18 +92,20 @@ class EquivalentMutant:
 
 @dataclass(frozen=True)
 class Mutation:
-    """Faults put into the package's source, and whether its own tests noticed. `possible` counts all there could be."""
+    """Mutants of the package, and which of its own tests noticed each.
+
+    `possible` counts every mutant that the operators could make. What tests in `set_aside` noticed does not count,
+    because their results did not repeat; tests in `convicted` failed repeatedly on equivalent mutants.
+    `quiet_seconds` is the time that the runs would have taken on an otherwise idle machine; the budget limits that.
+    """
 
     seed: int
     possible: int
     mutants: list[Mutant] = field(default_factory=list)
     equivalent_mutants: list[EquivalentMutant] = field(default_factory=list)
     set_aside: list[str] = field(default_factory=list)
-    """Tests whose results did not repeat; what they noticed does not count."""
     convicted: list[str] = field(default_factory=list)
-    """Tests that failed, again and again, on changes that keep the behaviour."""
     wall_seconds: float = 0.0
     quiet_seconds: float = 0.0
-    """What the runs would have taken by the clock if nothing else had been going on; the budget is held against it."""
     budget_seconds: float = 0.0
     note: str = ""

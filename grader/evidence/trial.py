@@ -1,4 +1,4 @@
-"""Facts about trials: what was done to a node, and what it and the robot did."""
+"""Facts about trials: the stimuli, and how the node and the robot answered them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Command:
-    """One `cmd_vel` message that arrived: linear x in m/s, angular z in rad/s, and the largest other component."""
+    """One `cmd_vel` message: linear x in m/s, angular z in rad/s, and the largest other component."""
 
     t: float
     v: float
@@ -35,7 +35,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class ScanSummary:
-    """One published scan: the closest valid reading in each sector of 120 degrees, and anywhere; inf if none."""
+    """One published scan: the closest valid reading in m, in two sectors of 120 degrees and anywhere; inf if none."""
 
     t: float
     ahead: float
@@ -45,7 +45,7 @@ class ScanSummary:
 
 @dataclass(frozen=True)
 class Touch:
-    """The hull touched an obstacle."""
+    """A contact of the hull with an obstacle, at `speed` m/s."""
 
     t: float
     obstacle: str
@@ -54,7 +54,7 @@ class Touch:
 
 @dataclass(frozen=True)
 class Call:
-    """One service call. `response` is None when no answer came; then `problem` says what happened."""
+    """One service call. `response` is None if no answer came; `problem` then says what happened."""
 
     t: float
     service: str
@@ -98,7 +98,7 @@ class Endpoint:
 
 @dataclass(frozen=True)
 class Graph:
-    """What the running graph shows of one node. Names carry no leading slash."""
+    """One node on the running graph, with all nodes' names. Names have no leading slash."""
 
     nodes: list[str] = field(default_factory=list)
     endpoints: list[Endpoint] = field(default_factory=list)
@@ -108,7 +108,7 @@ class Graph:
 
 @dataclass(frozen=True)
 class ProcessEnd:
-    """How a node's process ended. `by` is "itself", "us" (stopped after the trial) or "interrupt" (asked by SIGINT)."""
+    """How a node's process ended. `by` is "itself", "us" (stopped after the trial) or "interrupt" (SIGINT)."""
 
     by: str
     exit_code: int | None
@@ -118,7 +118,7 @@ class ProcessEnd:
 
 @dataclass(frozen=True)
 class Message:
-    """One message of a topic that the trial listened to, its fields flattened to plain values."""
+    """One message of a topic that the trial recorded, its fields flattened to plain values."""
 
     t: float
     topic: str
@@ -127,13 +127,16 @@ class Message:
 
 @dataclass(frozen=True)
 class ParameterAnswer:
-    """A parameter that was asked for or set on the running node. `value` is what the node says it is afterwards."""
+    """A parameter that was read or set on the running node.
+
+    `accepted` says whether the node took the value `wanted`; it is None if nothing was to be set or no answer came.
+    `value` is the parameter's value afterwards, as the node reports it.
+    """
 
     t: float
     name: str
     wanted: Any = None
     accepted: bool | None = None
-    """Whether the node accepted `wanted`; None if nothing was to be set, or no answer came."""
     value: Any = None
     reason: str = ""
     node: str = ""
@@ -161,22 +164,22 @@ class Trial:
     goals: list[Goal] = field(default_factory=list)
     messages: list[Message] = field(default_factory=list)
     published: list[Message] = field(default_factory=list)
-    """What the simulated sensors said, for trials that ask what a node makes of it."""
+    """The simulated sensors' messages, for trials about what a node makes of them."""
     parameters: list[ParameterAnswer] = field(default_factory=list)
     scene: dict[str, Any] = field(default_factory=dict)
-    """The world with everything that was put into it, in the schema of the world files."""
+    """The world with everything that the script added, in the schema of the world files."""
     graph: Graph | None = None
     other_graph: Graph | None = None
-    """What the graph shows of a second node that the script looked at."""
+    """The graph of a second node that the script looked at."""
     launch: str = ""
-    """The launch file that was run, "" if the node was started by itself."""
+    """The launch file that was run, "" if the node was started directly."""
     process: ProcessEnd | None = None
     wall_seconds: float = 0.0
     others: dict[str, ProcessEnd] = field(default_factory=dict)
     """Other processes of the submission that ran beside the node, by name."""
     foreign: list[str] = field(default_factory=list)
-    """Publishers of what the simulator alone publishes, such as /clock: "topic by node"."""
+    """Publishers of topics that only the simulator should publish, such as /clock: "topic by node"."""
     dropped: int = 0
-    """How many messages came beyond those that were kept."""
+    """How many messages were not kept because there were too many."""
     stopped: str = ""
-    """The limit of the whole wall that the node met: "memory", "processes" or ""."""
+    """The sandbox's limit that the node exceeded: "memory", "processes" or ""."""
