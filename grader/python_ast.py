@@ -1,9 +1,10 @@
-"""Helpers over `ast` for Python that nobody has vetted. Nothing here knows the assignment."""
+"""Helpers over `ast` for Python that has not been vetted. Nothing here knows the assignment."""
 
 from __future__ import annotations
 
 import ast
 import warnings
+from typing import TypeGuard
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -23,16 +24,45 @@ def parse(text: str | bytes) -> ast.Module | None:
         return None
 
 
+def last_name(node: ast.AST) -> str:
+    """Return "c" for `a.b.c` and for `c`, "" for anything else."""
+    if isinstance(node, ast.Attribute):
+        return node.attr
+    return node.id if isinstance(node, ast.Name) else ""
+
+
 def called(node: ast.AST) -> str:
     """Return the last name of what a call calls ("c" for `a.b.c()`), "" for anything else."""
-    if not isinstance(node, ast.Call):
-        return ""
-    return node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+    return last_name(node.func) if isinstance(node, ast.Call) else ""
+
+
+def argument(call: ast.Call, position: int, *names: str) -> ast.expr | None:
+    """Return an argument of a call, given by position or by one of its names; None if there is none."""
+    for keyword in call.keywords:
+        if keyword.arg in names:
+            return keyword.value
+    before = call.args[: position + 1]
+    if len(before) <= position or any(isinstance(item, ast.Starred) for item in before):
+        return None
+    return before[position]
+
+
+def literal_string(node: ast.AST | None) -> str:
+    """Return the value of a string literal, "" for anything else."""
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
 
 
 def is_docstring(node: ast.AST) -> bool:
     """Return whether a statement is a bare string."""
     return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
+
+
+def is_test(node: ast.AST) -> TypeGuard[Function]:
+    """Return whether a node is a function that pytest collects as a test; a fixture may be called test_node."""
+    if not isinstance(node, Function) or not node.name.startswith("test"):
+        return False
+    parts = (part for decorator in node.decorator_list for part in ast.walk(decorator))
+    return not any(last_name(part) == "fixture" for part in parts)
 
 
 def first_line(node: ast.stmt) -> int:
