@@ -1,7 +1,7 @@
-"""The two families of errors. Which family an error belongs to decides who pays for it."""
+"""The two families of errors, which decide who pays for an error, and the exit codes."""
 
 EXIT_GRADED, EXIT_NOT_GRADED, EXIT_USAGE, EXIT_OUR_FAULT = 0, 1, 2, 3
-"""What a verb returns to the shell: graded, could not be graded, wrong usage, the kit's or the host's fault."""
+"""Exit codes: graded, cannot be graded, wrong usage, an error of the kit or of its host."""
 
 
 class KitError(Exception):
@@ -9,7 +9,7 @@ class KitError(Exception):
 
 
 class SubmissionError(KitError):
-    """The submission cannot be graded as it is; the student can mend it."""
+    """The submission cannot be graded as it is; the student can fix it."""
 
 
 class GraderError(KitError):

@@ -1,4 +1,4 @@
-"""Make text that a submission had a hand in fit to be shown. Pure: strings in, strings out."""
+"""Make text that may come from a submission safe to show. Pure: strings in, strings out."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 
-# A report is read by people: what is longer than this is a log, or an attack on the reader's browser.
+# People read reports: text longer than this is a log, or an attack on the reader's browser.
 NAME_LIMIT = 200
 LINE_LIMIT = 1_000
 TEXT_LIMIT = 8_000
 
-# Marks stacked on one letter beyond what any script uses paint over the lines around them.
+# More marks stacked on one letter than any script uses would paint over the lines around them.
 MARKS_LIMIT = 3
 
 # Control, format (bidi overrides, zero-width), surrogate, private, unassigned; line and paragraph separators.
 _UNSEEN = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
 
-# The fields in which a line break means a new line; in any other it would let a name fake a line of the report.
+# Only in these fields a line break is a new line; elsewhere it would let a name fake a line of the report.
 _SEVERAL_LINES = frozenset(
     {"sentence", "seen", "expected", "try_", "because", "what", "note", "notes", "failures", "log_tail", "output_tail"}
 )
 
-# Of a log the end tells what went wrong.
+# Of a log the end is kept: it shows what went wrong.
 _TAILS = frozenset({"log_tail", "output_tail"})
 
 
 def printable(text: str, most: int = 200) -> str:
-    """Return `text` with everything escaped that is not plainly visible: control characters, bidi marks, surrogates."""
+    """Return `text` with every character escaped that is not visible: control characters, bidi marks, surrogates."""
     shown = "".join(
         char if char.isprintable() else char.encode("unicode_escape").decode("ascii") for char in text[: most + 1]
     )
@@ -39,25 +39,25 @@ def printable(text: str, most: int = 200) -> str:
 
 
 def one_line(text: str, limit: int = NAME_LIMIT) -> str:
-    """Return `text` on one line of at most about `limit` characters, everything invisible spelt out."""
+    """Return `text` as one line of about `limit` characters at most, with invisible characters escaped."""
     return _visible(_cut(text, limit))
 
 
 def lines(text: str, limit: int = TEXT_LIMIT, *, tail: bool = False) -> str:
-    """Return `text` with its line breaks kept, each line and the whole cut to size, everything invisible spelt out.
+    """Return `text` with its line breaks, each line and the whole cut to size, with invisible characters escaped.
 
-    With `tail` the end of the text is kept rather than its beginning.
+    With `tail` the end of the text is kept instead of its beginning.
     """
     kept = _cut(text, limit, tail=tail).replace("\r\n", "\n").split("\n")
     return "\n".join(_visible(_cut(line, LINE_LIMIT).expandtabs(4)) for line in kept)
 
 
 def shown(fact: T, trusted: tuple[type, ...] = ()) -> T:
-    """Return a dataclass, list, tuple or mapping with every string in it made fit to be shown.
+    """Return a dataclass, list, tuple or mapping with every string in it made safe to show.
 
     Values of the types in `trusted`, such as the rubric's own, stay as they are.
 
-    Once is enough: a text that was cut says so, and would be cut again.
+    Apply it once: text that was cut says so, and would be cut again.
     """
     result: Any = _shown(fact, "", (Enum, *trusted))
     return result  # type: ignore[no-any-return]  # the same type as went in, which mypy cannot follow

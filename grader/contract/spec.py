@@ -12,8 +12,17 @@ CONTRACT = Path(__file__).parent / PACKAGE
 
 INTERFACES = ("srv/SetSpeed", "srv/GetRobotStatus", "action/NavigateToPosition", "msg/SensorFusionData")
 
+HULL_RADIUS_M = 0.171
+"""The radius of the grader's robot."""
+
 NODES = ("robot_controller", "sensor_processor")
 """The nodes, and their executables."""
+
+NODE_MODULES = (f"{PACKAGE}/robot_controller.py", f"{PACKAGE}/sensor_processor.py")
+CONVERSIONS_MODULE = f"{PACKAGE}/utils/conversions.py"
+LAUNCH_FILES = ("launch/robot_controller_launch.py", "launch/sensor_processor_launch.py")
+NODE_TESTS = ("test/test_robot_controller.py", "test/test_sensor_processor.py")
+"""Files of the contract's layout, one for each node, and their place in the package."""
 
 PARAMETERS: dict[str, dict[str, float]] = {
     "robot_controller": {

@@ -1,4 +1,4 @@
-"""Render a grading for people and for programs: console, HTML, JSON. Shows what was judged; judges nothing."""
+"""Render a grading for people and programs: console, HTML, JSON. Nothing is judged here."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ DATA, PAGE = "report.json", "report.html"
 
 
 def write(grading: Grading, folder: Path, *, pictures: bool = True) -> tuple[Path, Path]:
-    """Write report.json and report.html into `folder` and return where they are."""
+    """Write report.json and report.html into `folder` and return their paths."""
     as_json, as_html = folder / DATA, folder / PAGE
     write_json(grading, as_json)
     write_html(grading, as_html, pictures=pictures)

@@ -1,4 +1,4 @@
-"""Render a grading as text for a terminal. To print it, and to say where the report lies, is left to the CLI."""
+"""Render a grading as text for a terminal; the CLI prints it."""
 
 from __future__ import annotations
 
@@ -25,19 +25,19 @@ COLOURS = {
     Outcome.PARTIAL: "33",  # yellow
     Outcome.FAILED: "31",  # red
     Outcome.NOT_REACHED: "2",  # dim
-    Outcome.ERROR: "35",  # magenta: not a colour of the student's
+    Outcome.ERROR: "35",  # magenta: not the student's concern
 }
 
 
 def wants_colour(stream: TextIO, environ: Mapping[str, str]) -> bool:
-    """Tell whether to colour what goes to `stream`: a terminal that knows colours, and no NO_COLOR in `environ`."""
+    """Return whether to use colours on `stream`: a terminal that knows them, without NO_COLOR in `environ`."""
     return stream.isatty() and not environ.get("NO_COLOR") and environ.get("TERM") != "dumb"
 
 
 def render(grading: Grading, *, colour: bool = False, width: int = WIDTH, encoding: str = "utf-8") -> str:
     """Return the report as text without a final newline.
 
-    Characters that `encoding` does not know are spelt out, so that printing the text cannot fail.
+    Characters that `encoding` lacks are escaped, so that printing the text cannot fail.
     """
     page = _Page(grading.shown(), colour, width)
     text = "\n".join(page.lines())
@@ -45,7 +45,7 @@ def render(grading: Grading, *, colour: bool = False, width: int = WIDTH, encodi
 
 
 def render_checks(grading: Grading, *, colour: bool = False, width: int = WIDTH, encoding: str = "utf-8") -> str:
-    """Return the requirements that were judged and what they lost, without the totals: the answer to `grader check`."""
+    """Return the judged requirements and their losses, without totals: the answer to `grader check`."""
     page = _Page(grading.shown(), colour, width)
     scores = [s for s in page.grading.scorecard.requirements if s.outcome is not Outcome.NOT_GRADED]
     text = "\n".join([*(page.requirement(score) for score in scores), *page.lost()])
@@ -53,7 +53,7 @@ def render_checks(grading: Grading, *, colour: bool = False, width: int = WIDTH,
 
 
 class _Page:
-    """The lines of one report; `grading` is fit to be shown."""
+    """The lines of one report."""
 
     def __init__(self, grading: Grading, colour: bool, width: int) -> None:
         self.grading = grading
@@ -113,7 +113,7 @@ class _Page:
         for loss in self.grading.losses:
             result = loss.result
             if result.outcome is Outcome.NOT_REACHED:
-                because = result.because or result.seen or "something that it needs failed"
+                because = result.because or result.seen or "a requirement that it depends on failed"
                 waiting.setdefault(because, []).append(loss.requirement.id)
                 continue
             yield ""
@@ -148,12 +148,12 @@ class _Page:
             yield f"          {graded} of {every} requirements are graded so far"
         if not card.complete:
             names = ", ".join(score.requirement.id for score in self.grading.unjudged)
-            yield from self.wrap(f"Incomplete: a fault of the grader left {names} without a full verdict.", indent=10)
+            yield from self.wrap(f"Incomplete: an error of the grader left {names} without a full verdict.", indent=10)
 
     def wrap(self, text: str, indent: int = 0) -> Iterable[str]:
         """Return the lines of `text`, indented and no longer than the width."""
         wrapped = [part for line in text.split("\n") for part in textwrap.wrap(line, self.width - indent) or [""]]
-        # CI systems take a line that begins so for a command, from whomever the words are.
+        # CI systems execute a line that begins like this, even if the words come from a submission.
         wrapped = [f"| {part}" if part.startswith(("::", "##")) else part for part in wrapped]
         return [" " * indent + line if line else "" for line in wrapped]
 

@@ -1,4 +1,4 @@
-"""Render a grading as report.json. The format is described in docs/report-format.md, field by field."""
+"""Render a grading as report.json. docs/report-format.md describes every field."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SCHEMA = "ros2-course-kit/report/1"
 
 
 def as_data(grading: Grading) -> dict[str, Any]:
-    """Return the report as plain data, all text in it fit to be shown."""
+    """Return the report as plain data, with all text safe to show."""
     trials = grading.evidence.trials
     grading = grading.shown()
     card, evidence = grading.scorecard, grading.evidence

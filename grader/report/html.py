@@ -1,4 +1,4 @@
-"""Render a grading as one HTML file that needs nothing else: no network, no script, no file beside it."""
+"""Render a grading as one self-contained HTML file: no network, no script, no other files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 
-# A picture takes a fifth of a second; a package that fails everything fails for a few reasons.
+# A picture takes a fifth of a second, and a package that fails everything does so for a few reasons.
 PICTURES = 6
 
 SIGNS = {
@@ -38,7 +38,7 @@ SIGNS = {
 
 @dataclass(frozen=True)
 class TrialRow:
-    """What the table at the foot says of a trial."""
+    """One trial in the table at the end of the report."""
 
     name: str
     node: str
@@ -50,7 +50,7 @@ class TrialRow:
 
 
 def render(grading: Grading, *, pictures: bool = True) -> str:
-    """Return the report as HTML, without `pictures` where the layout of a held-out trial must not be seen."""
+    """Return the report as HTML; without `pictures` it does not reveal the layout of held-out trials."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
@@ -71,7 +71,7 @@ def render(grading: Grading, *, pictures: bool = True) -> str:
         style_hash=base64.b64encode(hashlib.sha256(style.encode()).digest()).decode("ascii"),
         pictures=pictures_of,
         drive=album.longest_drive(),
-        faults=matrix(clean.evidence.mutation) if clean.evidence.mutation else None,
+        mutants=matrix(clean.evidence.mutation) if clean.evidence.mutation else None,
         trials=[_row(trial) for trial in grading.evidence.trials.values()],
         graded=graded,
         every=every,
@@ -89,12 +89,12 @@ def write_html(grading: Grading, path: Path, *, pictures: bool = True) -> None:
 
 
 def is_open(score: RequirementScore) -> bool:
-    """Tell whether a requirement is unfolded from the start: when there is something in it to mend or to look at."""
+    """Return whether a requirement is unfolded at first: if there is something in it to fix or to look at."""
     return score.outcome in (Outcome.FAILED, Outcome.PARTIAL, Outcome.ERROR)
 
 
 def share(reached: float, maximum: float) -> float:
-    """Return the percentage of a maximum that was reached, 0 where there is none."""
+    """Return the percentage of `maximum` that was reached, 0 for a maximum of 0."""
     return round(100 * reached / maximum, 1) if maximum > 0 else 0.0
 
 
@@ -106,13 +106,13 @@ def _row(trial: Trial) -> TrialRow:
         pace=one_line(trial.pace),
         sim_seconds=f"{trial.samples[-1].t:.1f}" if trial.samples else "",
         wall_seconds=f"{trial.wall_seconds:.1f}",
-        ended=one_line(trial.ended or ("complete" if trial.ready else "the node never got ready")),
+        ended=one_line(trial.ended or ("complete" if trial.ready else "the node did not come up")),
     )
 
 
 def _code(text: str) -> Markup:
-    """Return text as HTML, all of it escaped, what stands between backticks as code."""
+    """Return text as escaped HTML, with the parts between backticks as code."""
     from markupsafe import Markup, escape
 
-    parts = re.split(r"`([^`\n]+)`", text)  # the odd ones stood between backticks
+    parts = re.split(r"`([^`\n]+)`", text)  # the odd parts were between backticks
     return Markup().join(Markup("<code>{}</code>").format(p) if i % 2 else escape(p) for i, p in enumerate(parts))

@@ -1,4 +1,4 @@
-"""Which test noticed which fault: the table for a report. Facts in, table out."""
+"""The table of mutants in a report, with the tests that noticed each."""
 
 from __future__ import annotations
 
@@ -19,50 +19,52 @@ OUTCOMES = {
 
 @dataclass(frozen=True)
 class Row:
-    """One fault: where it was put, what was changed, and the tests that noticed it, or ran over it and passed."""
+    """One mutant: its place, its change, and the tests that noticed it, or else reached it and passed.
+
+    `others` counts the tests beyond those in `tests`.
+    """
 
     where: str
     words: str
     outcome: str
     tests: tuple[str, ...] = ()
     others: int = 0
-    """How many more tests ran over it and passed."""
 
     @property
     def said(self) -> str:
-        """Return in words what came of it; the tests are to follow."""
+        """Return the outcome as text, to be followed by the tests."""
         said = OUTCOMES.get(self.outcome, self.outcome)
         return said if self.tests else said.removesuffix(" by")
 
 
 @dataclass(frozen=True)
 class Matrix:
-    """The faults in the order of the source, and for each test that noticed any how many, the most first."""
+    """The mutants in the order of the source, and how many each test noticed, the most first."""
 
     rows: tuple[Row, ...]
     noticed_by: tuple[tuple[str, int], ...]
 
     @property
     def noticed(self) -> int:
-        """Return how many faults were noticed."""
+        """Return how many mutants were noticed."""
         return sum(row.outcome == "noticed" for row in self.rows)
 
     @property
     def tried(self) -> int:
-        """Return how many faults were tried, or need not be because no test reaches them."""
+        """Return how many mutants were tried, or did not have to be because no test reaches them."""
         return sum(row.outcome != "not tried" for row in self.rows)
 
 
 def matrix(mutation: Mutation) -> Matrix:
-    """Return what became of every fault."""
-    faults = sorted(mutation.mutants, key=lambda fault: (fault.path, fault.line, fault.words))
-    count = Counter(short_name(fault.by) for fault in faults if fault.by)
-    return Matrix(tuple(map(_row, faults)), tuple(sorted(count.items(), key=lambda each: (-each[1], each[0]))))
+    """Return the table for `mutation`."""
+    mutants = sorted(mutation.mutants, key=lambda mutant: (mutant.path, mutant.line, mutant.words))
+    count = Counter(short_name(mutant.by) for mutant in mutants if mutant.by)
+    return Matrix(tuple(map(_row, mutants)), tuple(sorted(count.items(), key=lambda each: (-each[1], each[0]))))
 
 
-def _row(fault: Mutant) -> Row:
-    tests = [fault.by] if fault.by else fault.tried
+def _row(mutant: Mutant) -> Row:
+    tests = [mutant.by] if mutant.by else mutant.tried
     shown = tuple(short_name(test) for test in tests[:_TESTS_AT_MOST])
-    # The first folder is the same for all.
-    path = fault.path.partition("/")[2] or fault.path
-    return Row(f"{path}:{fault.line}", fault.words, fault.outcome, shown, len(tests) - len(shown))
+    # All paths begin with the same folder.
+    path = mutant.path.partition("/")[2] or mutant.path
+    return Row(f"{path}:{mutant.line}", mutant.words, mutant.outcome, shown, len(tests) - len(shown))

@@ -1,6 +1,6 @@
-"""Draw one trial: the map with the way driven, and the speeds and ranges over time. Evidence in, PNG out.
+"""Draw one trial as PNG: a map with the path driven, and speeds and ranges over time.
 
-Import this where a picture is to be drawn, not before: matplotlib takes half a second.
+Import this only where a picture is drawn: matplotlib takes half a second.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
+from grader.contract.spec import HULL_RADIUS_M, PARAMETERS
 from grader.evidence import Trial
 from sim.geometry import Pose
 from sim.views import COLORS, draw_obstacles, draw_robot
@@ -24,32 +25,31 @@ from sim.world import World, WorldError
 
 T = TypeVar("T")
 
-THRESHOLD_M = 0.5  # the contract's obstacle_detection_threshold
-HULL_M = 0.171  # the contract's hull radius
-MARGIN_M = 0.9  # around the way driven, so that the walls near it are in sight
-STILL_M = 0.02  # less than this is no way driven
-FAR_M = 30.0  # a goal farther away is there to be refused; it would shrink the way driven to a dot
+THRESHOLD_M = PARAMETERS["robot_controller"]["obstacle_detection_threshold"]
+MARGIN_M = 0.9  # around the path driven, so that walls near it are visible
+STILL_M = 0.02  # a shorter path counts as standing still
+FAR_M = 30.0  # a goal farther away is meant to be refused; drawn, it would shrink the path to a dot
 TOUCHES = 20  # a robot that scrapes along a wall touches it at every tick
-POINTS = 1_500  # more than a picture has columns for a curve; a long trial is thinned to it
+POINTS = 1_500  # samples drawn; more than a curve has columns
 SPEED_LIMIT = 3.0  # m/s, for drawing: a command of 1e300 m/s must not flatten everything else
-RANGE_LIMIT = 4.0  # m, for drawing: farther away nothing matters to a stop
+RANGE_LIMIT = 4.0  # m, for drawing: anything farther away does not matter for stopping
 
 PAPER, INK, FAINT = "#fcfcfa", "#2b2f36", "#9aa0a8"
 
 
 def drawable(trial: Trial) -> bool:
-    """Tell whether a trial holds something to look at: a robot that moved, or was told to."""
-    told = any(command.v != 0 or command.omega != 0 for command in trial.commands)
-    return len(trial.samples) > 1 and (told or bool(trial.touches) or _way(trial) > STILL_M)
+    """Return whether there is something to see in a trial: a robot that moved or was commanded to."""
+    commanded = any(command.v != 0 or command.omega != 0 for command in trial.commands)
+    return len(trial.samples) > 1 and (commanded or bool(trial.touches) or _way(trial) > STILL_M)
 
 
 def data_uri(trial: Trial) -> str:
-    """Return the picture of a trial as a data URI, to be the source of an image."""
+    """Return the picture of a trial as a data URI for an HTML image."""
     return "data:image/png;base64," + base64.b64encode(png(trial)).decode("ascii")
 
 
 def describe(trial: Trial) -> str:
-    """Return in a sentence or two what the picture shows, for those who do not see it."""
+    """Return a description of the picture in a sentence or two, for readers who cannot see it."""
     first, last = trial.samples[0], trial.samples[-1]
     way = f"from ({first.x:.2f}, {first.y:.2f}) to ({last.x:.2f}, {last.y:.2f}) m"
     said = [f"The robot went {way} in {last.t:.1f} s of simulated time."]
@@ -103,10 +103,10 @@ def _draw_map(axes: Axes, trial: Trial) -> None:
         passing = [o for o in world.obstacles if o.motion or o.appears is not None or o.vanishes is not None]
         draw_obstacles(axes, [o for o in world.obstacles if o not in passing])
         draw_obstacles(axes, passing, alpha=0.4)
-    axes.plot([s.x for s in samples], [s.y for s in samples], color=COLORS["path"], linewidth=1.8, label="way driven")
+    axes.plot([s.x for s in samples], [s.y for s in samples], color=COLORS["path"], linewidth=1.8, label="path driven")
     first, last = samples[0], samples[-1]
     axes.plot(first.x, first.y, "o", color=INK, markersize=5, label="start")
-    draw_robot(axes, Pose(last.x, last.y, last.yaw), HULL_M)
+    draw_robot(axes, Pose(last.x, last.y, last.yaw), HULL_RADIUS_M)
     goals = [goal for goal in trial.goals if math.hypot(goal.x, goal.y) < FAR_M]  # false for NaN
     for goal in goals:
         axes.plot(goal.x, goal.y, "*", color=COLORS["goal"], markersize=9, label="goal", zorder=7)

@@ -1,4 +1,4 @@
-"""What a report is made of: one grading's scorecard, the evidence below it, and where it was made."""
+"""One grading: the scorecard, the evidence it rests on, and the environment that made it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from grader.evidence import Evidence
 from grader.scoring.rubric import Check, Criterion, Requirement
 from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore, Scorecard
 
-# What a reader should see first of a requirement's lost checks: what the student can mend, then what needs us.
+# The order in which a reader should see lost checks: what the student can fix first, then what needs the maintainers.
 _FIRST = (Outcome.FAILED, Outcome.PARTIAL, Outcome.ERROR, Outcome.NOT_GRADED, Outcome.NOT_REACHED)
 
 
@@ -24,23 +24,23 @@ class Loss:
 
     @property
     def heading(self) -> str:
-        """Return the check's sentence, "" where it is the same as what was expected."""
+        """Return the check's sentence, "" if that is the same as what was expected."""
         sentence = self.result.sentence or self.result.id
         return "" if sentence == self.result.expected else sentence
 
     @property
     def price(self) -> str:
-        """Return in words what the loss costs."""
+        """Return the cost of the loss as text."""
         if self.result.outcome is Outcome.ERROR:
-            return "a fault of the grader: costs no points"
+            return "an error of the grader: costs no points"
         lost = self.check.points * (1.0 - min(1.0, max(0.0, self.result.fraction)))
-        lost = math.ceil(lost * 100 - 1e-6) / 100  # with the points, which are rounded down, it makes up the whole
+        lost = math.ceil(lost * 100 - 1e-6) / 100  # rounded up, since the points are rounded down: both add up
         return f"{points(lost)} of {points(self.check.points)} points lost"
 
 
 @dataclass(frozen=True)
 class Grading:
-    """One submission, graded. `environment` names what graded it ("kit", "rclpy", ...); wall time in seconds."""
+    """One graded submission. `environment` maps "python", "pymunk", ... to versions; wall time in seconds."""
 
     scorecard: Scorecard
     evidence: Evidence
@@ -51,12 +51,12 @@ class Grading:
 
     @property
     def worth(self) -> float:
-        """Return the points of the whole rubric, graded yet or not."""
+        """Return the points of the whole rubric, including requirements that are not graded yet."""
         return sum(score.criterion.points for score in self.scorecard.criteria)
 
     @property
     def unjudged(self) -> tuple[RequirementScore, ...]:
-        """Return the requirements that an error of ours left without a full verdict."""
+        """Return the requirements that an error of the grader left without a full verdict."""
         return tuple(s for s in self.scorecard.requirements if s.outcome is Outcome.ERROR)
 
     @property
@@ -65,10 +65,7 @@ class Grading:
         return tuple(loss for score in self.scorecard.requirements for loss in losses(score))
 
     def shown(self) -> Grading:
-        """Return the same grading with all text that a submission had a hand in fit to be shown.
-
-        The trials are left out: their thousands of samples are numbers, and what is said of them is said in few words.
-        """
+        """Return the same grading with all text that may come from a submission made safe to show, without trials."""
         evidence = replace(self.evidence, trials={}, intake=replace(self.evidence.intake, files=[]))
         return sanitize.shown(replace(self, evidence=evidence), trusted=(Criterion, Requirement))
 
@@ -80,7 +77,7 @@ def losses(score: RequirementScore) -> tuple[Loss, ...]:
 
 
 def foremost(score: RequirementScore) -> CheckResult | None:
-    """Return the lost check of a requirement that a reader should see first, None if nothing was lost."""
+    """Return the lost check that a reader of this requirement should see first, None if nothing was lost."""
     return min(score.lost, key=lambda result: _FIRST.index(result.outcome), default=None)
 
 
@@ -91,12 +88,12 @@ def judged(scorecard: Scorecard) -> tuple[int, int]:
 
 
 def points(value: float) -> str:
-    """Return points as a reader wants them, "2.5" or "3". Rounded down, so that almost full never reads as full."""
+    """Return points as text, such as "2.5" or "3". Rounded down, so that almost full marks never read as full marks."""
     hundredths = math.floor(value * 100 + 1e-6)
     return f"{hundredths / 100:.2f}".rstrip("0").rstrip(".")
 
 
 def place(section: str) -> str:
-    """Return the words for a rubric's section: "05_moving_safely#Stop" is notebook 05_moving_safely, section Stop."""
+    """Return a rubric's section as text: notebook 05_moving_safely, section "Stop" for "05_moving_safely#Stop"."""
     notebook, _, title = section.partition("#")
     return f'notebook {notebook}, section "{title}"' if title else f"notebook {notebook}"

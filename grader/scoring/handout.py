@@ -1,4 +1,4 @@
-"""The handout: what students are asked to do, as Markdown, from the rubric and the contract's own interface files."""
+"""The handout: the assignment for students as Markdown, from the rubric and the contract's interface files."""
 
 from __future__ import annotations
 
@@ -6,16 +6,10 @@ from pathlib import Path
 
 import jinja2
 
-from grader.contract.spec import CONTRACT
+from grader.contract.spec import CONTRACT, HULL_RADIUS_M, INTERFACES, PARAMETERS
 from grader.scoring.rubric import Requirement, Rubric
 
 _FOLDER = Path(__file__).parent
-_INTERFACES = (
-    "srv/SetSpeed.srv",
-    "srv/GetRobotStatus.srv",
-    "action/NavigateToPosition.action",
-    "msg/SensorFusionData.msg",
-)
 
 
 def render(rubric: Rubric) -> str:
@@ -24,9 +18,22 @@ def render(rubric: Rubric) -> str:
     environment = jinja2.Environment(
         loader=loader, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
-    interfaces = {name: fields((CONTRACT / name).read_text()) for name in _INTERFACES}
+    interfaces = {
+        file: fields((CONTRACT / file).read_text())
+        for file in (f"{name}.{name.partition('/')[0]}" for name in INTERFACES)
+    }
     template = environment.get_template("handout.md.j2")
-    return template.render(rubric=rubric, interfaces=interfaces, level=level, notebook=notebook) + "\n"
+    return (
+        template.render(
+            rubric=rubric,
+            interfaces=interfaces,
+            parameters=PARAMETERS,
+            hull_radius_m=HULL_RADIUS_M,
+            level=level,
+            notebook=notebook,
+        )
+        + "\n"
+    )
 
 
 def fields(text: str) -> str:

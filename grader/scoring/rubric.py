@@ -18,7 +18,7 @@ RUBRIC = KIT / "rubric.yaml"
 
 @dataclass(frozen=True)
 class Check:
-    """One check and the points that hang on it. `id` is "module::function" below grader/checks."""
+    """One check and its points. `id` is "module::function" in grader/checks."""
 
     id: str
     points: float
@@ -27,7 +27,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Requirement:
-    """One requirement of the contract; `advanced` of its `points` are advanced. Without checks it is not graded yet."""
+    """One requirement of the contract. `advanced` of its `points` are advanced; without checks it is not graded yet."""
 
     id: str
     criterion: str
@@ -79,7 +79,7 @@ class Rubric:
         """Return the requirement `name`, such as "F4".
 
         Raises:
-            KeyError: there is none of that name.
+            KeyError: there is no such requirement.
         """
         for requirement in self.requirements:
             if requirement.id == name:
@@ -100,12 +100,12 @@ def load(path: Path) -> Rubric:
         raise GraderError(f"{path} cannot be read as a rubric ({error!r}). Compare it with the kit's own.") from error
     problems = _problems(rubric)
     if problems:
-        raise GraderError(f"{path} does not add up: {'; '.join(problems)}. Mend the points and run again.")
+        raise GraderError(f"{path} does not add up: {'; '.join(problems)}. Fix the points and run again.")
     return rubric
 
 
 def _known(data: dict[str, Any], keys: str) -> dict[str, Any]:
-    """Return `data` if it has no key but `keys`: a misspelt "checks" would leave a requirement ungraded in silence."""
+    """Return `data` if all its keys are in `keys`: a misspelt "checks" would silently leave a requirement ungraded."""
     unknown = sorted(str(key) for key in set(data) - set(keys.split()))
     if unknown:
         raise KeyError(f"{data.get('id', 'the rubric')} has the unknown key {', '.join(unknown)}")

@@ -13,7 +13,7 @@ LEVELS = (("A", 0.90), ("B", 0.75), ("C", 0.60), ("D", 0.0))
 
 
 class Outcome(Enum):
-    """How a check or a requirement came out. An error is ours and costs no points."""
+    """The outcome of a check or a requirement. ERROR is an error of the grader and costs no points."""
 
     PASSED = "passed"
     PARTIAL = "partial"
@@ -25,7 +25,7 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class CheckResult:
-    """What one check found. `fraction` is the share of its points that is earned, 0 to 1."""
+    """The result of one check. `fraction` is the earned share of its points, 0 to 1."""
 
     id: str
     outcome: Outcome
@@ -40,7 +40,7 @@ class CheckResult:
 
 @dataclass(frozen=True)
 class RequirementScore:
-    """One requirement's points. `points` of `max`; both 0 for one that an error of ours left unjudged."""
+    """One requirement's points, `points` of `max`. Both are 0 if an error of the grader left it unjudged."""
 
     requirement: Requirement
     points: float
@@ -50,7 +50,7 @@ class RequirementScore:
 
     @property
     def lost(self) -> tuple[CheckResult, ...]:
-        """Return the results that cost points or need a human, in order."""
+        """Return the results that cost points or need a person, in order."""
         return tuple(result for result in self.results if result.outcome is not Outcome.PASSED)
 
 
@@ -66,7 +66,7 @@ class CriterionScore:
 
     @property
     def words(self) -> str:
-        """Return the rubric's words for the level reached."""
+        """Return the rubric's description of the level reached."""
         return self.criterion.levels.get(self.level, "")
 
 
@@ -88,8 +88,8 @@ class Scorecard:
 def score(rubric: Rubric, results: Iterable[CheckResult]) -> Scorecard:
     """Return the scorecard for `results`.
 
-    The checks to be judged are those of the rubric: one without a result, or with two, counts as an error of ours,
-    and a result that no requirement asked for is ignored.
+    The rubric decides which checks count: one without exactly one result counts as an error of the grader, and a
+    result of any other check is ignored.
     """
     found: dict[str, list[CheckResult]] = {}
     for result in results:
@@ -105,7 +105,7 @@ def score(rubric: Rubric, results: Iterable[CheckResult]) -> Scorecard:
 
 
 def level(points: float, maximum: float) -> str:
-    """Return the level A to D for `points` of `maximum`, "" when there is nothing to reach."""
+    """Return the level A to D for `points` of `maximum`, "" if `maximum` is 0."""
     if maximum <= 0:
         return ""
     return next(name for name, least in LEVELS if points >= least * maximum - 1e-9)
@@ -146,5 +146,5 @@ def _outcome(results: tuple[CheckResult, ...], points: float, maximum: float) ->
 
 
 def _tidy(points: float) -> float:
-    """Return `points` without the dust of binary fractions: a report says 2.9, not 2.9000000000000004."""
+    """Return `points` without binary rounding errors: 2.9, not 2.9000000000000004."""
     return round(points, 6)
