@@ -1,6 +1,6 @@
-"""A two-dimensional robot simulator for the course and its grader: exact, fast, repeatable. Works without ROS."""
+"""A two-dimensional robot simulator for the course and its grader: exact, fast and repeatable. It works without ROS."""
 
-from sim.drive import Driver, Seen, Tourist, drive
+from sim.drive import Driver, Seen, drive
 from sim.geometry import Pose, Twist, normalize_angle
 from sim.inventory import Event, Presence
 from sim.obstacles import Box, Chase, Circle, GridMap, Obstacle, Path, Polygon, Wall, room
@@ -8,6 +8,7 @@ from sim.recording import Recorder, Recording, RecordingError
 from sim.robot import COURSE, PROFILES, TB4, RobotProfile
 from sim.sensors import BatteryReading, ImuReading, OdometryReading, Reading, ScanReading
 from sim.simulator import SUBSTEP_S, Contact, Simulator
+from sim.tourist import Tourist
 from sim.world import World, WorldError, load_world, world_names
 
 __all__ = [

@@ -6,10 +6,11 @@ import argparse
 import sys
 from pathlib import Path
 
-from sim.drive import Tourist, drive
+from sim.drive import drive
 from sim.recording import Recording
 from sim.robot import PROFILES
 from sim.simulator import Simulator
+from sim.tourist import Tourist
 from sim.world import WorldError, load_world, world_names
 
 

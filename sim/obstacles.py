@@ -294,5 +294,20 @@ def transformed_pose(pose: Pose, rotate: float, mirror: bool, shift: Point) -> P
     return _Mapping(rotate, mirror, shift).pose(pose)
 
 
+def extreme_points(obstacle: Obstacle) -> list[Point]:
+    """Return points in the map frame that span the obstacle's bounding box."""
+    points: list[Point] = []
+    for part in obstacle.parts():
+        match part:
+            case SegmentPart():
+                points += [part.start, part.end]
+            case CirclePart():
+                (x, y), r = part.center, part.radius
+                points += [(x - r, y - r), (x + r, y + r)]  # enough, because parts with circles are not rotated
+            case PolygonPart():
+                points += part.corners
+    return [obstacle.pose.point_to_parent(point) for point in points]
+
+
 def _rectangle(x0: float, y0: float, x1: float, y1: float) -> tuple[Point, Point, Point, Point]:
     return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.geometry import Pose
-from sim.obstacles import CirclePart, Obstacle, PolygonPart, SegmentPart
+from sim.obstacles import CirclePart, Obstacle, PolygonPart, SegmentPart, extreme_points
 from sim.recording import Recording
 from sim.views import COLORS, THRESHOLDS
 
@@ -116,7 +116,7 @@ class Replay:
             ys.append(goal.y)
         reach = 4.0  # m around the path: a far wall must not make the robot a dot
         low_x, high_x, low_y, high_y = min(xs) - reach, max(xs) + reach, min(ys) - reach, max(ys) + reach
-        corners = [c for p in r.presences for c in _corners(p.obstacle)]
+        corners = [c for p in r.presences for c in extreme_points(p.obstacle)]
         xs += [min(max(c[0], low_x), high_x) for c in corners]
         ys += [min(max(c[1], low_y), high_y) for c in corners]
         margin = 0.4
@@ -141,21 +141,6 @@ def _obstacle(obstacle: Obstacle) -> str:
                 points = " ".join(f"{x:.3f},{y:.3f}" for x, y in map(place, part.corners))
                 shapes.append(f'<polygon class="{kind}" points="{points}"/>')
     return "".join(shapes)
-
-
-def _corners(obstacle: Obstacle) -> list[tuple[float, float]]:
-    place = obstacle.pose.point_to_parent
-    found: list[tuple[float, float]] = []
-    for part in obstacle.parts():
-        match part:
-            case SegmentPart():
-                found += [place(part.start), place(part.end)]
-            case CirclePart():
-                (x, y), r = place(part.center), part.radius
-                found += [(x - r, y - r), (x + r, y + r)]
-            case PolygonPart():
-                found += [place(c) for c in part.corners]
-    return found
 
 
 def _star(goal: Pose, size: float = 0.16) -> str:

@@ -1,6 +1,6 @@
-"""The thread in which a simulator runs: it obeys commands between two steps, keeps the speed, and ends a run.
+"""The thread that runs a simulator: executes commands between two steps, paces the steps, and ends a run.
 
-No kernel and no widget; a notebook's view of it is `sim.live.view`.
+It knows neither kernel nor widget; `sim.live.view` shows it in a notebook.
 """
 
 from __future__ import annotations
@@ -12,26 +12,47 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Self
 
-from sim.drive import Driver
+from sim.drive import CONTROL_S, ControlLoop, Driver
 from sim.live.audience import Audience, patience_s
-from sim.live.commands import command
-from sim.live.drivers import CONTROL_S, Drive, Guide
-from sim.live.feed import Feed, Message, can_be_dragged
-from sim.live.pacer import Pacer
+from sim.live.protocol import Feed, Message, can_be_dragged, parse_command
 from sim.obstacles import moved_to
 from sim.scene import Scene
 from sim.simulator import Simulator
+from sim.tourist import Tourist
 
-ROOM_M = 0.01  # what is dragged keeps this distance from the hull
+DRAG_CLEARANCE_M = 0.01  # between a dragged obstacle and the hull
+BEHIND_S = 0.1  # of wall time: a longer stall of a busy machine is not caught up
+
+
+@dataclass
+class Pacer:
+    """When the next step is due, in wall seconds; the caller provides the clock.
+
+    Attributes:
+        rate: simulated seconds per wall second; inf for as fast as possible.
+    """
+
+    rate: float = 1.0
+    _due: float = -math.inf
+
+    def wait(self, now: float) -> float:
+        """Return the seconds until the next step is due, 0 if it is due now."""
+        return 0.0 if math.isinf(self.rate) else max(0.0, self._due - now)
+
+    def stepped(self, dt: float, now: float) -> None:
+        """Record a step of `dt` simulated seconds."""
+        begin = self._due if self._due > now - BEHIND_S else now
+        self._due = begin + dt / self.rate
 
 
 class Engine:
-    """A simulator that runs beside whoever made it; see `Live` for the arguments.
+    """A simulator that runs in a thread of its own; see `Live` for the arguments.
 
-    Whatever is asked of it is done between two steps, in whichever thread: `_lock` guards the simulator and all that
-    belongs to it, `_wake` what the thread is woken for.
+    Every request is carried out between two steps, in whichever thread: `_lock` guards the simulator and everything
+    that belongs to it, `_wake` the state that wakes the thread.
     """
 
     def __init__(
@@ -53,14 +74,14 @@ class Engine:
             raise ValueError(f"rate = {rate} and fps = {fps} must be above 0")
         self.simulator = simulator
         self.error: BaseException | None = None
-        """What a step, a driver or a callback raised; the robot stands since then."""
+        """The exception of a step, a driver or a callback; the robot has stood still since."""
         self._period = period if period is not None else (0.05 if step else 0.025)
         self._on_goal, self._on_reset = on_goal, on_reset
-        self._drive: Drive | None = None
+        self._has_default_driver = driver is None and step is None
+        self._loop: ControlLoop | None = None
         if step is None:
-            self._drive = Drive(simulator, driver or self._new_guide())
-        self._step: Callable[[float], object] = step or self._drive  # type: ignore[assignment]  # one of them is there
-        self._has_guide = driver is None and step is None
+            step = self._loop = ControlLoop(simulator, driver or Tourist(simulator))
+        self._step = step
         self._clock = clock
         self._feed = Feed(simulator)
         self._audience = Audience(self._feed, fps)
@@ -69,72 +90,72 @@ class Engine:
         self._lock = threading.RLock()  # the simulator
         self._wake = threading.Condition()  # guards the four below
         self._inbox: list[Message] = []
-        self._guests = 0
+        self._holders = 0
         self._stopping = False
         self._thread: threading.Thread | None = None
         self._seen_view = threading.Event()
 
         self._running = True
-        self._unwatched = False  # runs though nobody watches
-        self._left: float | None = None  # simulated seconds until it pauses by itself
+        self._unwatched = False  # run even without a view
+        self._left: float | None = None  # simulated seconds until `run` ends
         self._until: Callable[[], object] | None = None
         self._goal: list[float] | None = None
-        self._guided = False  # our own driver is on its way there
+        self._guided = False  # the built-in driver is on its way to `_goal`
         self._elapsed = self._speed = 0.0
         self._measured = (0.0, 0.0)
 
-    # ------------------------------------------------------------- what its owner calls
+    # ------------------------------------------------------------- what the owner calls
 
     @property
     def is_running(self) -> bool:
-        """Whether simulated time goes on now."""
+        """Whether simulated time is advancing."""
         return self._thread is not None and self._may_step()
 
     @property
     def is_stopped(self) -> bool:
-        """Whether `stop` has ended it."""
+        """Whether `stop` has been called."""
         return self._stopping
 
     def start(self) -> Self:
-        """Run, whether or not anybody watches."""
+        """Run, whether or not a view is open."""
         self._start_thread()
-        self._do(self._keep_running)
+        self._apply(self._keep_running)
         return self
 
     def pause(self) -> None:
-        """Let the robot stand until `start`, or until Run is pressed. Return when it stands."""
-        self._do(self._pause)
+        """Stop simulated time until `start`, or until Run is pressed. Return when it has stopped."""
+        self._apply(self._pause)
 
     def reset(self) -> None:
         """Go back to the start. Return when it is done."""
-        self._do(self._reset)
+        self._apply(self._reset)
 
     def set_rate(self, rate: float) -> None:
-        """Set the simulated seconds per wall second, `math.inf` for as fast as it goes.
+        """Set the simulated seconds per wall second; `math.inf` for as fast as possible.
 
         Raises:
             ValueError: it is not above 0.
         """
         if not rate > 0:
             raise ValueError(f"rate = {rate} must be above 0")
-        self._do(lambda: self._set_rate(rate))
+        self._apply(lambda: self._set_rate(rate))
 
     def run(self, seconds: float, until: Callable[[], object] | None = None) -> None:
-        """Run for so many simulated seconds, or until `until()` is true, then pause and return.
+        """Run for that many simulated seconds, or until `until()` is true, then pause and return.
 
-        With a front end at the chosen speed, without one as fast as it goes: a notebook that is run from top to
-        bottom gets the same result, and soon.
+        With a front end this runs at the chosen speed, without one as fast as possible, so that a notebook executed
+        from top to bottom gets the same result quickly.
 
         Raises:
             ValueError: seconds is not a finite number above 0.
-            RuntimeError: it has been stopped.
-            Exception: what the driver, the step or a callback raised.
+            RuntimeError: the view has been stopped.
+            Exception: whatever the driver, the step or a callback raised.
         """
         if not 0 < seconds < math.inf:
             raise ValueError(f"seconds = {seconds} must be a finite number above 0")
-        self._about_to_run()
+        self._before_run()
         try:  # an interrupt may come as soon as the thread runs
-            self._do(lambda: self._run_for(seconds, until))
+            self._apply(lambda: self._run_for(seconds, until))
             self._start_thread()
             with self._wake:
                 while self._left is not None and self._thread is not None and self._thread.is_alive():
@@ -144,24 +165,24 @@ class Engine:
             raise
         if self.error is not None:
             raise self.error
-        self._has_run()
+        self._after_run()
 
     @contextmanager
     def hold(self) -> Iterator[Simulator]:
-        """Give the simulator between two steps, to be changed from a cell: `with live.hold() as simulator: ...`."""
+        """Yield the simulator between two steps, so that a cell can change it: `with live.hold() as simulator: ...`."""
         with self._wake:
-            self._guests += 1
+            self._holders += 1
         try:
             with self._lock:
                 yield self.simulator
                 self._audience.has_news = True
         finally:
             with self._wake:
-                self._guests -= 1
+                self._holders -= 1
                 self._wake.notify_all()
 
     def stop(self) -> None:
-        """End the thread; leave a picture of the last state where the view was. Can be called again."""
+        """End the thread and leave a picture of the last state in place of the view. Further calls do nothing."""
         with self._wake:
             if self._stopping:
                 return
@@ -171,7 +192,7 @@ class Engine:
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join()
         self._running, self._left = False, None
-        self._has_stopped()
+        self._after_stop()
 
     def __enter__(self) -> Self:
         return self
@@ -179,40 +200,40 @@ class Engine:
     def __exit__(self, *_: object) -> None:
         self.stop()
 
-    def _about_to_run(self) -> None:
-        """Do what is to be done before a run; for those who build on this class."""
+    def _before_run(self) -> None:
+        """Prepare a run; for subclasses."""
 
-    def _has_run(self) -> None:
-        """Do what is to be done after a run that went well; for those who build on this class."""
+    def _after_run(self) -> None:
+        """Follow up a run that succeeded; for subclasses."""
 
-    def _has_stopped(self) -> None:
-        """Do what is to be done at the end; for those who build on this class."""
+    def _after_stop(self) -> None:
+        """Clean up at the end; for subclasses."""
 
     # ------------------------------------------------------------- commands
 
     def receive(self, content: object) -> None:
-        """Take a message from the browser; it is obeyed between two steps. What is no command is left alone."""
-        order = command(content)
-        if order is None:
+        """Queue a message from the browser, to be executed between two steps. Invalid messages are ignored."""
+        command = parse_command(content)
+        if command is None:
             return
-        if "view" in order:
-            order["patience"] = patience_s(order["hidden"])
+        if "view" in command:
+            command["patience"] = patience_s(command["hidden"])
             self._seen_view.set()
         with self._wake:
-            self._inbox.append(order)
+            self._inbox.append(command)
             self._wake.notify_all()
 
-    def _take(self) -> list[Message]:
-        """Return the commands that came; of several moves of one obstacle only the last."""
+    def _take_commands(self) -> list[Message]:
+        """Return the queued commands; of several moves of one obstacle only the last."""
         with self._wake:
             commands, self._inbox = self._inbox, []
         last = {c["name"]: i for i, c in enumerate(commands) if c["kind"] == "move"}
         return [c for i, c in enumerate(commands) if c["kind"] != "move" or last[c["name"]] == i]
 
-    def _obey(self, order: Message, now: float) -> None:
-        match order:
+    def _execute(self, command: Message, now: float) -> None:
+        match command:
             case {"kind": "hello" | "alive" as kind, "view": view, "patience": patience}:
-                self._audience.hear(view, now + patience, begins=kind == "hello")
+                self._audience.keep(view, now + patience, begins=kind == "hello")
             case {"kind": "bye", "view": view}:
                 self._audience.leave(view)
             case {"kind": "run"}:
@@ -259,52 +280,49 @@ class Engine:
         self.error = None
         self._goal = None
         self._guided = False
-        if self._drive is not None:
-            if self._has_guide:
-                self._drive.driver = self._new_guide()
-            self._drive.restart()
+        if self._loop is not None:
+            if self._has_default_driver:
+                self._loop.driver = Tourist(self.simulator)
+            self._loop.restart()
         self._call(self._on_reset)
-        self._audience.say("back at the start")
-
-    def _new_guide(self) -> Guide:
-        return Guide(self.simulator)
+        self._audience.say("reset to the start")
 
     def _go_to(self, x: float, y: float) -> None:
         self._goal = [x, y]
         if self._on_goal is not None:
             answer = self._call(self._on_goal, x, y)
             self._audience.say(answer if isinstance(answer, str) else f"goal sent: ({x:.2f}, {y:.2f}) m")
-        elif self._drive is not None and isinstance(self._drive.driver, Guide):
-            self._drive.driver.go_to(x, y)
+        elif self._loop is not None and isinstance(self._loop.driver, Tourist):
+            self._loop.driver.go_to(x, y)
             self._guided = True
             self._audience.say(f"driving to ({x:.2f}, {y:.2f}) m")
         else:
             self._goal = None
-            self._audience.say("a click does nothing here: give Live an on_goal function")
+            self._audience.say("clicking the map does nothing here: give Live an on_goal function")
 
     def _move(self, name: str, x: float, y: float) -> None:
-        """Put an obstacle elsewhere, unless the robot is there."""
+        """Move an obstacle, unless the robot is in that place."""
         obstacle = next((o for o, _ in self.simulator.obstacles if o.name == name and can_be_dragged(o)), None)
         if obstacle is None:
             return
         robot = self.simulator.pose
         nearest = Scene([moved_to(obstacle, (x, y))]).nearest(robot.x, robot.y)
-        if nearest is not None and nearest.distance < self.simulator.profile.radius + ROOM_M:
-            self._audience.say(f"{name} cannot stand where the robot is")
+        if nearest is not None and nearest.distance < self.simulator.profile.radius + DRAG_CLEARANCE_M:
+            self._audience.say(f"{name} cannot be put where the robot is")
             return
         self.simulator.move_obstacle(name, x, y)
         self._audience.has_news = True
 
     # ------------------------------------------------------------- the thread
 
-    def turn(self, now: float) -> float | None:
-        """Obey what came, make the step that is due, send what is due; `now` is wall time in s.
+    def cycle(self, now: float) -> float | None:
+        """Execute the queued commands, make a step if one is due, send a frame if one is due; `now` is wall time in s.
 
-        Return the seconds until there is something to do again, None if only a command can bring that about.
+        Return the seconds until there is something to do again, None if only a command can cause that.
         """
         with self._lock:
-            for order in self._take():
-                self._obey(order, now)
+            for command in self._take_commands():
+                self._execute(command, now)
             self._audience.drop_silent(now)
             wait: float | None = None
             if self._may_step():
@@ -319,26 +337,26 @@ class Engine:
         return wait
 
     def _may_step(self) -> bool:
-        wanted = self._unwatched or self._audience.is_there or self._left is not None
+        wanted = self._unwatched or self._audience.is_present or self._left is not None
         return self._running and wanted and self.error is None and not self._stopping
 
     def _wait(self, now: float) -> float:
-        # In `run` without a front end nobody needs the wished speed.
-        return 0.0 if self._left is not None and not self._audience.is_there else self._pacer.wait(now)
+        # `run` without a front end ignores the rate: there is no view to keep it for.
+        return 0.0 if self._left is not None and not self._audience.is_present else self._pacer.wait(now)
 
     def _advance(self) -> None:
         self._call(self._step, self._period)
         self._feed.follow()
         self._elapsed += self._period
-        self._say_when_there()
+        self._announce_arrival()
         if self._left is not None:
             self._left -= self._period
             if self._left < 1e-9 or (self._until is not None and self._call(self._until)):
                 self._end_run()
 
-    def _say_when_there(self) -> None:
-        guide = self._drive.driver if self._drive is not None else None
-        if self._guided and self._goal is not None and isinstance(guide, Guide) and guide.has_arrived():
+    def _announce_arrival(self) -> None:
+        driver = self._loop.driver if self._loop is not None else None
+        if self._guided and self._goal is not None and isinstance(driver, Tourist) and driver.has_arrived():
             self._guided = False
             x, y = self._goal
             self._audience.say(f"arrived at ({x:.2f}, {y:.2f}) m")
@@ -346,14 +364,14 @@ class Engine:
     def _end_run(self) -> None:
         """Pause, and let `run` return."""
         self._pause()
-        # A run without a front end goes as fast as it can; nobody shall wait for the time that it was ahead.
+        # A run without a front end gets ahead of the pacer; a new one spares the next step the wait for that time.
         self._pacer = Pacer(self._pacer.rate)
         with self._wake:
             self._left = self._until = None
             self._wake.notify_all()
 
     def _call(self, function: Callable[..., object] | None, *arguments: object) -> object:
-        """Call what others gave; what it raises stops the robot and is shown, and `run` raises it again."""
+        """Call a function of the user. An exception stops the robot and is shown; `run` raises it again."""
         if function is None:
             return None
         try:
@@ -366,7 +384,7 @@ class Engine:
             return None
 
     def _measure(self, now: float) -> None:
-        """Note how fast simulated time has gone during the last half second."""
+        """Measure the speed of simulated time over the last half second."""
         since, elapsed = self._measured
         if now - since >= 0.5:
             self._speed = (self._elapsed - elapsed) / (now - since)
@@ -386,22 +404,22 @@ class Engine:
         if self._stopping:
             raise RuntimeError("this live view has been stopped; make a new one")
         if self._thread is None:
-            self._thread = threading.Thread(target=self._loop, name="live view", daemon=True)
+            self._thread = threading.Thread(target=self._run_thread, name="live view", daemon=True)
             atexit.register(self.stop)
             self._thread.start()
 
-    def _loop(self) -> None:
+    def _run_thread(self) -> None:
         wait: float | None = 0.0
         while True:
             with self._wake:
-                if not self._inbox and not self._stopping and not self._guests and wait != 0.0:
+                if not self._inbox and not self._stopping and not self._holders and wait != 0.0:
                     self._wake.wait(wait)
-                while self._guests and not self._stopping:
+                while self._holders and not self._stopping:
                     self._wake.wait()
                 if self._stopping:
                     return
-            wait = self.turn(self._clock())
+            wait = self.cycle(self._clock())
 
-    def _do(self, deed: Callable[[], None]) -> None:
+    def _apply(self, change: Callable[[], None]) -> None:
         with self.hold():
-            deed()
+            change()

@@ -1,9 +1,9 @@
-// What the browser shows of a live robot, for anywidget. The protocol is described by sim/live/feed.py. No imports.
+// The browser side of the live view, for anywidget. sim/live/protocol.py defines the messages. No imports.
 
 const NO_RANGE = 65535;
-const RATES = [0.25, 0.5, 1, 2, 5, 10, null]; // null: as fast as it goes
-const CLICK_PX = 5; // less than this moved is a click
-const DRAG_MS = 100; // a dragged obstacle is sent so often
+const RATES = [0.25, 0.5, 1, 2, 5, 10, null]; // null: as fast as possible
+const CLICK_PX = 5; // a pointer that moved less than this has clicked
+const DRAG_MS = 100; // how often the position of a dragged obstacle is sent
 const ALIVE_MS = 4000;
 const LEGEND = [
   ["path", "robot and path", "lv-thin"], ["scan", "lidar"], ["goal", "goal"],
@@ -46,7 +46,7 @@ class Plan {
     this.base = (height + this.scale * (y1 - y0)) / 2 + this.scale * y0;
   }
 
-  /** Make room when the robot leaves the picture. */
+  /** Extend the map when the robot leaves it. */
   include(x, y, margin) {
     const [x0, y0, x1, y1] = this.bounds;
     if (x - margin < x0 || y - margin < y0 || x + margin > x1 || y + margin > y1) {
@@ -63,7 +63,7 @@ class Plan {
   }
 }
 
-/** Whether a point, relative to an obstacle's centre, lies on one of its parts or within `slack` metres of a circle. */
+/** Whether a point, relative to an obstacle's centre, lies on one of its parts. */
 function covers(parts, x, y) {
   return parts.some((p) => {
     if (p.length === 3) return Math.hypot(x - p[0], y - p[1]) <= p[2];
@@ -85,7 +85,7 @@ class View {
     this.contacts = [];
     this.arrivals = [];
     this.gap = 50; // ms between messages
-    this.cursor = null; // the keyboard's place on the map
+    this.cursor = null; // the keyboard's position on the map
     this.held = null; // { name, x, y, dx, dy } while an obstacle is dragged or carried
     this.noted = 0;
     this.build(el);
@@ -99,7 +99,7 @@ class View {
   build(el) {
     this.run = make("button", { type: "button", class: "lv-run" }, "Run");
     this.step = make("button", { type: "button" }, "Step");
-    this.reset = make("button", { type: "button", title: "back to the start" }, "Reset");
+    this.reset = make("button", { type: "button", title: "go back to the start" }, "Reset");
     const options = RATES.map((r) => make("option", { value: String(r) }, r === null ? "max" : `${r}×`));
     this.rate = make("select", { "aria-label": "speed: simulated time per real time" }, ...options);
     this.clock = make("span", { class: "lv-clock" }, "–");
@@ -115,8 +115,8 @@ class View {
     this.legend = make("ul", { class: "lv-legend", "aria-label": "legend" });
     this.status = make("p", { class: "lv-note", role: "status", "aria-live": "polite" });
     const help = make("p", { class: "lv-help", id: `lv-${this.id}` },
-      "Click the map to send a goal; drag a box, circle or polygon. By keyboard, on the map: arrows move a cross (with Shift finely), " +
-      "Enter sends the goal, M takes up and puts down what lies under the cross, Space runs and pauses.");
+      "Click the map to send a goal; drag a box, circle or polygon. With the keyboard, on the map: arrows move a cross (Shift: finely), " +
+      "Enter sends the goal, M picks up and puts down the obstacle under the cross, Space runs and pauses.");
     this.canvas.setAttribute("aria-describedby", help.id);
     // JupyterLab has shortcuts on plain letters and arrows; here they belong to the view.
     this.root = make("div", { class: "lv", role: "group", "data-lm-suppress-shortcuts": "true" },
@@ -165,7 +165,7 @@ class View {
   }
 
   send(content) {
-    try { this.model.send(content); } catch { /* the kernel has gone, and the page says so itself */ }
+    try { this.model.send(content); } catch { /* the kernel is gone, and the page itself says so */ }
   }
 
   say(text) { this.status.textContent = text; }
@@ -192,7 +192,7 @@ class View {
     this.now = message;
     this.arrived = time;
     this.plan.include(message.pose[0], message.pose[1], 2 * this.scene.radius);
-    this.tell(message, time);
+    this.report(message, time);
     this.redraw();
   }
 
@@ -225,7 +225,7 @@ class View {
     return points;
   }
 
-  tell(m, time) {
+  report(m, time) {
     this.arrivals.push(time);
     while (this.arrivals[0] < time - 1000) this.arrivals.shift();
     const running = m.status === "running";
@@ -278,7 +278,7 @@ class View {
       this.send({ kind: "move", name: h.name, x: h.x, y: h.y });
     }
     if (last) {
-      // Until the kernel's answer the obstacle stays under the pointer; where it really stands comes with the next frames.
+      // Keep the obstacle under the pointer until the next frames bring its true position.
       const released = this.held;
       setTimeout(() => { if (this.held === released) { this.held = null; this.redraw(); } }, 250);
     }
@@ -331,7 +331,7 @@ class View {
       else {
         const obstacle = this.under(here);
         if (obstacle) this.hold(obstacle, here);
-        this.say(obstacle ? `${obstacle.name} taken up` : "nothing to take up under the cross");
+        this.say(obstacle ? `${obstacle.name} picked up` : "nothing under the cross to pick up");
       }
     } else if (event.key === "Escape") this.held = this.cursor = null;
     else return;
@@ -348,11 +348,11 @@ class View {
       if (!this.scene || !this.now || !this.canvas.isConnected) return;
       this.draw(time);
       this.root.dataset.drawn = Number(this.root.dataset.drawn) + 1;
-      if (time - this.arrived < this.gap) this.redraw(); // on the way from the last place to this one
+      if (time - this.arrived < this.gap) this.redraw(); // still gliding to the newest position
     });
   }
 
-  /** Where the robot is drawn: it glides from the place before to the newest in the time between two messages. */
+  /** Where to draw the robot: between two messages it glides from the previous position to the newest. */
   shownPose(time) {
     const k = Math.max(0, Math.min(1, (time - this.arrived) / this.gap));
     const a = this.before.pose, b = this.now.pose;
@@ -460,7 +460,7 @@ class View {
     ctx.fill();
     ctx.font = `12px ${colors.font}`;
     ctx.fillText(label, u + 10, v - 4);
-    if (!label) { // the one that was clicked
+    if (!label) { // a clicked goal
       ctx.lineWidth = 2;
       ctx.beginPath();
       ctx.arc(u, v, 13, 0, 7);

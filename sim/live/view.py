@@ -1,4 +1,4 @@
-"""What a notebook shows of a running simulator: the widget while it runs, a picture of where it stands else."""
+"""`Live`: a notebook's view of a running simulator, the widget while it runs and a picture of its state otherwise."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import io
 import uuid
 import weakref
 from collections.abc import Mapping
+from importlib.resources import files
 from typing import Any, ClassVar
 
 import numpy as np
 
 from sim.live.engine import Engine
-from sim.live.feed import Message
-from sim.live.widget import cell_id, new_widget
+from sim.live.protocol import Message
 from sim.views import COLORS, View, map_view
 
-GRACE_S = 2.0  # how long `run` waits for a front end before it goes on without
-SHORT_GRACE_S = 0.2  # the same, once it has waited in vain and as long as no view has been heard of
+GRACE_S = 2.0  # how long `run` waits for a front end before it runs without one
+SHORT_GRACE_S = 0.2  # the same, after waiting in vain once and until a view is heard from
 
 WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
 
@@ -29,33 +29,33 @@ class Live(Engine):
         Live(simulator, driver=my_driver)                        # a function from Seen to Twist
         Live(simulator, step=bridge.tick, on_goal=send_goal)     # a ROS node, in lockstep
 
-    Shown as a cell's result it starts; it runs while a front end shows it, and in `run`. Without a front end it shows
-    a picture of where the robot is. `stop` ends it and leaves such a picture in the saved notebook.
+    It starts when it is shown as a cell's result, and runs while a front end shows it and during `run`. Without a
+    front end it shows a picture of the robot's position. `stop` ends it and leaves such a picture in the notebook.
 
     Args:
         simulator: the robot. The thread steps it; to change it from a cell use `hold`.
-        driver: commands the robot every 0.1 s; without it and without `step` the robot visits the world's goals.
-        step: advances the simulator by the seconds it is given, for example a bridge's `tick`.
-        on_goal: called with x, y (m, map frame) between two steps when the map is clicked. What it returns, if it
-            is text, is shown.
-        on_reset: called after the simulator was reset, for drivers and nodes that remember things.
-        rate: simulated seconds per wall second to begin with; `math.inf` as fast as it goes.
-        period: simulated seconds per step; without it 0.05 with `step`, a bridge's tick, else 0.025.
-        fps: pictures sent per wall second at most.
+        driver: commands the robot every 0.1 s. Without it and without `step` the robot visits the world's goals.
+        step: advances the simulator by the given number of seconds, for example a bridge's `tick`.
+        on_goal: called between two steps with x, y (m, map frame) when the map is clicked. If it returns text, the
+            text is shown.
+        on_reset: called after the simulator has been reset, for drivers and nodes that keep state.
+        rate: initial simulated seconds per wall second; `math.inf` for as fast as possible.
+        period: simulated seconds per step; the default is 0.05 with `step` (a bridge's tick), else 0.025.
+        fps: maximum number of frames sent per wall second.
 
     Raises:
-        ValueError: driver and step are both given, or a number makes no sense.
+        ValueError: driver and step are both given, or a number is out of range.
     """
 
     _shown: ClassVar[weakref.WeakValueDictionary[str, Live]] = weakref.WeakValueDictionary()
     _grace_s: ClassVar[float] = GRACE_S
 
-    # __init__ is the engine's, so that a notebook's help shows what it takes.
+    # No __init__ here: the engine's shows the arguments in a notebook's help.
     _widget: Any = None
     _display_id = ""
 
     def picture(self) -> View:
-        """Return the map with the robot where it is now and its path."""
+        """Return the map with the robot at its current position and its path."""
         with self.hold():
             figure = map_view(self.simulator)
             axes = figure.axes[0]
@@ -67,14 +67,14 @@ class Live(Engine):
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=5, fontsize=8, frameon=False)
         return figure
 
-    # ------------------------------------------------------------- how a notebook shows it
+    # ------------------------------------------------------------- display
 
     def __repr__(self) -> str:
         # The same at any time: stored outputs are compared (nbval).
         return f"Live view of {self.simulator.world.name!r}"
 
     def _repr_mimebundle_(self, **_: object) -> tuple[Message, Message]:
-        """Return the widget where there is one, a picture and a text, for the front end to choose from."""
+        """Return a text, a picture and, if there is one, the widget; the front end chooses."""
         png = io.BytesIO()
         figure = self.picture()
         figure.savefig(png, format="png", dpi=96)
@@ -95,7 +95,7 @@ class Live(Engine):
         display(bundle, metadata=metadata, raw=True, display_id=self._display_id)  # type: ignore[no-untyped-call]
 
     def _show_picture(self) -> None:
-        """Put a picture of the present state where the view is, so that the saved notebook shows it anywhere."""
+        """Replace the view by a picture of the current state, which a saved notebook shows anywhere."""
         if self._display_id:
             from IPython.display import update_display
 
@@ -105,24 +105,24 @@ class Live(Engine):
 
     def _open_widget(self) -> None:
         if self._widget is None:
-            self._widget = new_widget()
+            self._widget = _new_widget()
         if self._widget is not None and self._audience.channel is None:
             self._audience.channel = self._widget
             self._widget.on_msg(lambda _widget, content, _buffers: self.receive(content))
-            self._widget.observe(self._notice_closing, "comm")
+            self._widget.observe(self._stop_when_closed, "comm")
             comm = self._widget.comm
             comm.on_close(lambda _message: self.stop())
-            # JupyterLab sends commands to a thread of their own (a subshell). ipykernel 7 would hand them to whichever
-            # thread the comm spoke from last, the main one, which a cell may keep busy with a student's node.
+            # JupyterLab sends commands to a thread of their own (a subshell). ipykernel 7 would pass them on to the
+            # thread that last used the comm, the main thread, which a cell may keep busy with a student's node.
             comm._reply_subshell_for = lambda _data, wanted: wanted
 
-    def _notice_closing(self, change: Mapping[str, object]) -> None:
+    def _stop_when_closed(self, change: Mapping[str, object]) -> None:
         if change["new"] is None:
             self.stop()
 
     def _replace_older(self) -> None:
-        """Stop the view that this cell showed when it was run before."""
-        cell = cell_id()
+        """Stop the view that an earlier run of this cell showed."""
+        cell = str(_cell_request().get("metadata", {}).get("cellId", ""))
         if cell:
             older = self._shown.get(cell)
             if older is not None and older is not self:
@@ -130,26 +130,54 @@ class Live(Engine):
                 older.stop()
             self._shown[cell] = self
 
-    # ------------------------------------------------------------- what the engine tells
+    # ------------------------------------------------------------- the engine's hooks
 
     def receive(self, content: object) -> None:
-        """Take a message from the browser; it is obeyed between two steps. What is no command is left alone."""
+        """Queue a message from the browser, to be executed between two steps. Invalid messages are ignored."""
         super().receive(content)
         if self._seen_view.is_set():
             Live._grace_s = GRACE_S
 
-    def _about_to_run(self) -> None:
+    def _before_run(self) -> None:
         if self._widget is not None and not self._seen_view.wait(Live._grace_s):
             Live._grace_s = SHORT_GRACE_S
 
-    def _has_run(self) -> None:
+    def _after_run(self) -> None:
         if not self._seen_view.is_set():
             self._show_picture()
 
-    def _has_stopped(self) -> None:
+    def _after_stop(self) -> None:
         if self._display_id:
             self._audience.send(self._clock(), self._state())
             self._show_picture()
         widget, self._widget, self._audience.channel = self._widget, None, None
         if widget is not None:
             widget.close()
+
+
+def _new_widget() -> Any:
+    """Return the widget, None without a kernel or without anywidget."""
+    if not _cell_request():
+        return None
+    try:
+        import anywidget
+    except ImportError:
+        return None
+    here = files("sim.live")
+
+    class LiveView(anywidget.AnyWidget):
+        _esm = here.joinpath("view.js").read_text(encoding="utf-8")
+        _css = here.joinpath("view.css").read_text(encoding="utf-8")
+
+    return LiveView()
+
+
+def _cell_request() -> Mapping[str, Any]:
+    """Return the execute request of the cell that is running, an empty mapping outside a kernel."""
+    from IPython.core.getipython import get_ipython
+
+    shell = get_ipython()
+    if shell is None or not hasattr(shell, "get_parent"):
+        return {}
+    message = shell.get_parent()
+    return message if isinstance(message, Mapping) else {}

@@ -23,7 +23,10 @@ from helpers.node_runs import run_with_node
 
 from grader import KIT
 from sim import Box, Circle, Path, Recorder, Seen, Simulator, Tourist, Twist, Wall, World, drive, load_world
-from sim.live import HIDDEN_LOST_S, LOST_S, NO_RANGE, Feed, Live, Message, Pacer
+from sim.live import Live
+from sim.live.audience import HIDDEN_LOST_S, LOST_S
+from sim.live.engine import Pacer
+from sim.live.protocol import NO_RANGE, Feed, Message
 
 ROOT = KIT
 BOX = Box((2.0, 1.0), (0.4, 0.4), name="crate")
@@ -86,7 +89,7 @@ class Desk:
         """Let wall time pass as the thread would: sleeping exactly as long as it is told."""
         end = self.now + seconds
         while self.now <= end + 1e-9:
-            wait = self.live.turn(self.now)
+            wait = self.live.cycle(self.now)
             if wait is None or self.now + wait > end + 1e-9:
                 break
             self.now += max(wait, 1e-4)  # a step takes some time
@@ -254,7 +257,7 @@ def test_a_view_that_went_without_a_word_counts_as_closed(hidden: bool, patience
     d.go(patience + 5.0)
     stood = d.live.simulator.time
     assert stood == pytest.approx(patience, abs=0.1)
-    assert d.live.turn(d.now) is None
+    assert d.live.cycle(d.now) is None
     heard_beside_cells(d.browser, kind="alive", hidden=False)  # it was only slow
     d.go(1.0)
     assert d.live.simulator.time == pytest.approx(stood + 1.0, abs=0.1)
@@ -292,7 +295,7 @@ def test_nothing_is_sent_while_the_robot_stands_paused() -> None:
     d.browser.order("pause")
     d.go(1.0)
     before = len(d.browser.messages)
-    assert d.live.turn(d.now) is None
+    assert d.live.cycle(d.now) is None
     d.go(100.0)
     assert len(d.browser.messages) == before
 
@@ -321,7 +324,7 @@ def test_a_simulator_that_a_cell_reset_begins_a_new_scene() -> None:
     d.go(1.0)
     with d.live.hold() as simulator:
         simulator.reset()
-    d.live.turn(d.now)
+    d.live.cycle(d.now)
     assert "scene" in d.browser.last
 
 
@@ -371,7 +374,7 @@ def test_an_obstacle_is_not_put_where_the_robot_is() -> None:
     d.go(0.1)
     assert d.browser.obstacles["crate"]["at"] == [2.0, 1.0]
     assert d.live.simulator.contacts == ()
-    assert "crate cannot stand" in d.browser.last["note"][1]
+    assert "crate cannot be put" in d.browser.last["note"][1]
 
 
 def test_of_many_moves_between_two_steps_only_the_last_is_made() -> None:
@@ -455,7 +458,7 @@ def test_it_runs_while_it_is_watched_and_stands_when_the_last_view_is_closed() -
     d.browser.order("bye", view="b")
     d.go(5.0)
     assert d.live.simulator.time == pytest.approx(watched, abs=0.03)
-    assert d.live.turn(d.now) is None
+    assert d.live.cycle(d.now) is None
 
 
 def test_a_run_without_a_browser_is_as_fast_as_it_goes_and_the_same_as_drive(live: Live) -> None:
@@ -708,14 +711,14 @@ def test_a_click_reaches_the_node_through_what_on_goal_publishes(tmp_path: FileP
 # ----------------------------------------------------------------------------------------------- in a real browser
 
 SETUP = """
-from sim import Box, Path, Simulator, World, room
-from sim.live import Guide, Live
+from sim import Box, Path, Simulator, Tourist, World, room
+from sim.live import Live
 
 crate = Box((2.0, 0.0), (0.5, 0.5), name="crate")
 cart = Box((4.0, -1.0), (0.4, 0.4), name="cart", motion=Path(((4.0, 1.0),), 0.4, "back_and_forth"))
 world = World("yard", (*room((-1.0, -2.0), (5.0, 2.0)), crate, cart), title="a crate and a cart")
 simulator = Simulator(world)
-driver, goals = Guide(simulator), []
+driver, goals = Tourist(simulator), []
 
 
 def on_goal(x, y):

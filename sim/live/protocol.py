@@ -1,39 +1,40 @@
-"""What a browser must know about a simulator: everything once, then what changed. The protocol of view.js."""
+"""The messages between the kernel and view.js: the state sent to the browser, and the commands accepted from it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from sim.drive import CONTROL_S
 from sim.geometry import Point, Pose
-from sim.live.drivers import CONTROL_S
-from sim.obstacles import Box, Circle, CirclePart, Obstacle, Path, Polygon, PolygonPart, SegmentPart
+from sim.obstacles import Box, Circle, CirclePart, Obstacle, Path, Polygon, PolygonPart, SegmentPart, extreme_points
 from sim.simulator import Simulator
 from sim.views import COLORS
 
 PROTOCOL = 1
 MAX_BEAMS = 180
-MAX_PATH = 4000  # points; beyond it every second one is left out
-PATH_M = 0.02  # a point of the path is kept when it is so far from the last
-NO_RANGE = 65535  # centimetres on the wire: nothing seen
+MAX_PATH = 4000  # points; a longer path loses every second one
+PATH_M = 0.02  # spacing of the path's points
+NO_RANGE = 65535  # what a beam without a valid reading is sent as
 
 Message = dict[str, Any]
 
 
 class Feed:
-    """What the browser must know about a simulator: everything once, then what changed.
+    """The state of a simulator as messages: the full state first, then only the changes.
 
-    Places are metres in the map frame, rounded to millimetres; the scan travels beside the message, as centimetres in
-    16 bits, `NO_RANGE` for a beam without a valid reading.
+    Positions are in metres in the map frame, rounded to millimetres. The scan is sent beside the message as 16-bit
+    integers in centimetres, `NO_RANGE` for a beam without a valid reading.
     """
 
     def __init__(self, simulator: Simulator) -> None:
         self._simulator = simulator
         self._stride = max(1, math.ceil(simulator.profile.lidar.beams.count / MAX_BEAMS))
-        self._told: dict[str, tuple[Obstacle, Point]] = {}
-        self._contacts_told = self._path_told = 0
+        self._sent: dict[str, tuple[Obstacle, Point]] = {}
+        self._contacts_sent = self._path_sent = 0
         self._scene_due = True
         self.path: list[Point] = []
         """Where the robot has been since the last reset, map frame, m."""
@@ -41,27 +42,27 @@ class Feed:
         self.follow()
 
     def follow(self) -> None:
-        """Take down the path; to be called after every step. A simulator that was reset begins a new one."""
+        """Record the path; call this after every step. A simulator that has been reset starts a new path."""
         sim = self._simulator
         if sim.time < self._time:
             self.path = []
-            self.begin()
+            self.restart()
         self._time = sim.time
         place = (sim.pose.x, sim.pose.y)
         if not self.path or math.dist(self.path[-1], place) >= PATH_M:
             self.path.append(place)
         if len(self.path) > MAX_PATH:
             self.path = self.path[::2]
-            self._path_told = 0
+            self._path_sent = 0
 
-    def begin(self) -> None:
-        """Say everything again with the next message: a view has been opened, or time has gone back."""
+    def restart(self) -> None:
+        """Send the full state with the next message, because a view has opened or time has gone back."""
         self._scene_due = True
-        self._told = {}
-        self._contacts_told = self._path_told = 0
+        self._sent = {}
+        self._contacts_sent = self._path_sent = 0
 
     def message(self) -> tuple[Message, bytes]:
-        """Return what changed since the last call, and the scan as it is now."""
+        """Return the changes since the last call, and the current scan."""
         self.follow()
         sim = self._simulator
         pose, twist, command = sim.pose, sim.twist, sim.commanded
@@ -79,14 +80,14 @@ class Feed:
             self._scene_due = False
             message["scene"] = self._scene()
         self._add_obstacles(message)
-        if self._path_told < len(self.path):
-            # The index from which on the points replace those that the view has, then x, y, x, y ...
-            points = [value for p in self.path[self._path_told :] for value in _millimetres(*p)]
-            message["path"] = [self._path_told, *points]
-            self._path_told = len(self.path)
-        if contacts := sim.contacts[self._contacts_told :]:
+        if self._path_sent < len(self.path):
+            # The index of the first point to replace in the view, then x, y, x, y ...
+            points = [value for p in self.path[self._path_sent :] for value in _millimetres(*p)]
+            message["path"] = [self._path_sent, *points]
+            self._path_sent = len(self.path)
+        if contacts := sim.contacts[self._contacts_sent :]:
             message["contacts"] = [[*_millimetres(*c.point), round(c.time, 2), c.obstacle] for c in contacts]
-            self._contacts_told += len(contacts)
+            self._contacts_sent += len(contacts)
         return message, _centimetres(sim.scan().ranges[:: self._stride])
 
     def _scene(self) -> Message:
@@ -106,29 +107,58 @@ class Feed:
         }
 
     def _add_obstacles(self, message: Message) -> None:
-        """Put in the obstacles that are new, those that moved, and the names of those that have gone."""
-        there = {obstacle.name: (obstacle, place) for obstacle, place in self._simulator.obstacles}
+        """Add the new obstacles, the moved ones, and the names of the removed ones."""
+        present = {obstacle.name: (obstacle, place) for obstacle, place in self._simulator.obstacles}
         new, moved = [], {}
-        for name, (obstacle, place) in there.items():
-            told = self._told.get(name)
-            if told is None or told[0] is not obstacle:
+        for name, (obstacle, place) in present.items():
+            sent = self._sent.get(name)
+            if sent is None or sent[0] is not obstacle:
                 new.append(_shape(obstacle, place))
-            elif told[1] != place:
+            elif sent[1] != place:
                 moved[name] = _millimetres(*place)
-        gone = [name for name in self._told if name not in there]
-        self._told = there
+        gone = [name for name in self._sent if name not in present]
+        self._sent = present
         for key, value in (("new", new), ("moved", moved), ("gone", gone)):
             if value:
                 message[key] = value
 
 
 def can_be_dragged(obstacle: Obstacle) -> bool:
-    """Walls and maps stay: they are the building."""
+    """Return whether the mouse can move an obstacle. Walls and maps are the building and stay in place."""
     return isinstance(obstacle, Box | Circle | Polygon)
 
 
+def parse_command(content: object) -> Message | None:
+    """Return the command in a browser's message, None if it is not a valid one. The message is not trusted."""
+    if not isinstance(content, Mapping):
+        return None
+    kind = content.get("kind")
+    if kind in ("run", "pause", "step", "reset"):
+        return {"kind": kind}
+    if kind in ("hello", "bye", "alive") and isinstance(content.get("view"), str):
+        return {"kind": kind, "view": content["view"], "hidden": content.get("hidden") is True}
+    if kind == "rate":
+        value = content.get("value")
+        rate = math.inf if value is None else _number(value)
+        return {"kind": kind, "value": rate} if rate is not None and rate > 0 else None
+    if kind in ("goal", "move"):
+        x, y = _number(content.get("x")), _number(content.get("y"))
+        if x is None or y is None:
+            return None
+        if kind == "goal":
+            return {"kind": kind, "x": x, "y": y}
+        if isinstance(content.get("name"), str):
+            return {"kind": kind, "name": content["name"], "x": x, "y": y}
+    return None
+
+
+def _number(value: object) -> float | None:
+    fits = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e4
+    return float(value) if fits else None  # type: ignore[arg-type]  # `fits` has checked the type
+
+
 def _shape(obstacle: Obstacle, place: Point) -> Message:
-    """Return an obstacle as plain data: its parts relative to its centre, axes along the map's."""
+    """Return an obstacle as plain data: its parts relative to its centre, with axes parallel to the map's."""
     turned = Pose(0.0, 0.0, obstacle.pose.yaw).point_to_parent
     parts: list[list[float]] = []
     for part in obstacle.parts():
@@ -142,39 +172,25 @@ def _shape(obstacle: Obstacle, place: Point) -> Message:
     return {
         "name": obstacle.name,
         "at": _millimetres(*place),
-        "parts": parts,  # 3 numbers a circle, 4 a line, 6 and more a polygon
+        "parts": parts,  # 3 numbers are a circle, 4 a line, 6 or more a polygon
         "moves": obstacle.motion is not None,
         "drag": can_be_dragged(obstacle),
     }
 
 
 def _bounds(simulator: Simulator, reach: float = 8.0, margin: float = 0.4) -> list[float]:
-    """Return x, y of the lower left and of the upper right corner of what to show, in m; what is far off is cut."""
+    """Return x_min, y_min, x_max, y_max of the map to show, in m: up to `reach` from the robot and its goals."""
     world = simulator.world
     places = [(p.x, p.y) for p in (world.start, simulator.pose, *world.goals)]
     low, high = np.min(places, axis=0) - reach, np.max(places, axis=0) + reach
-    places += [corner for obstacle in world.obstacles for corner in _corners(obstacle)]
+    for obstacle in world.obstacles:
+        places += obstacle.motion.waypoints if isinstance(obstacle.motion, Path) else ()
+        places += extreme_points(obstacle)
     if not world.obstacles:
         margin = 2.0
     x0, y0 = np.maximum(np.min(places, axis=0), low) - margin
     x1, y1 = np.minimum(np.max(places, axis=0), high) + margin
     return [round(float(value), 2) for value in (x0, y0, x1, y1)]
-
-
-def _corners(obstacle: Obstacle) -> list[Point]:
-    """Return points of an obstacle's outline in the map frame, and of the way that it goes."""
-    found = list(obstacle.motion.waypoints) if isinstance(obstacle.motion, Path) else []
-    for part in obstacle.parts():
-        match part:
-            case SegmentPart():
-                corners: tuple[Point, ...] = (part.start, part.end)
-            case CirclePart():
-                (x, y), r = part.center, part.radius
-                corners = ((x - r, y), (x + r, y), (x, y - r), (x, y + r))
-            case PolygonPart():
-                corners = part.corners
-        found += [obstacle.pose.point_to_parent(corner) for corner in corners]
-    return found
 
 
 def _millimetres(x: float, y: float) -> list[float]:
