@@ -63,13 +63,13 @@ def _build(submission: Submission, settings: Settings) -> tuple[Built, Built]:
     """Return the submission's build, and that of the contract's interfaces under the same package name."""
     if not build.contract_is_built(settings.cache):
         settings.progress("building the contract's interfaces: once on this machine, about a minute")
-    contract = build.contract(settings.cache)
+    contract = build.build_contract(settings.cache)
     settings.progress("building the package")
     folders = [submission.package] + ([submission.interfaces] if submission.interfaces else [])
     built = build.build(folders, settings.cache, seconds=settings.build_seconds)
-    if (types := build.types_package(built.install)) != spec.PACKAGE:
+    if (types := build.interfaces_package(built.install)) != spec.PACKAGE:
         settings.progress(f"building the contract's interfaces as {types}: once on this machine, about a minute")
-        contract = build.contract(settings.cache, types)
+        contract = build.build_contract(settings.cache, types)
     facts = replace(
         built.facts, contract_hashes=contract.facts.type_hashes, contract_texts=contract.facts.interface_texts
     )

@@ -1,16 +1,16 @@
-"""Build packages with `colcon` in a sandbox, once for each content, and read what a build has installed."""
+"""Build packages with `colcon` in the sandbox, once for each content, and read what a build installed."""
 
 from grader.build.cache import cache_folder
-from grader.build.colcon import INSTALL, Built, build, contract, contract_is_built
-from grader.build.install_tree import interface_text, types_package
+from grader.build.colcon import INSTALL, Built, build, build_contract, contract_is_built
+from grader.build.install_tree import interface_text, interfaces_package
 
 __all__ = [
     "INSTALL",
     "Built",
     "build",
+    "build_contract",
     "cache_folder",
-    "contract",
     "contract_is_built",
     "interface_text",
-    "types_package",
+    "interfaces_package",
 ]

@@ -1,8 +1,8 @@
-"""`colcon build` inside the box, cached by content: what goes in decides the key, so the same input builds once.
+"""Run `colcon build` in the sandbox. Results are cached by content, so the same input is built once.
 
-Generating and compiling the interfaces is nearly all of a build, and most submissions share them. So a build tree is
-kept for each content of everything that CMake reads, and a submission that differs in Python, launch files or
-parameters alone goes on from a copy of it: 3 s instead of 12 to 25.
+Nearly all of a build's time goes into generating and compiling the interfaces, and most submissions share them. So a
+build tree is kept for each content of the files that CMake reads, and a submission that differs only in Python, launch
+files or parameters continues from a copy of it: 3 s instead of 12 to 25.
 """
 
 from __future__ import annotations
@@ -16,41 +16,50 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from grader import evidence, sandbox
+from grader.build import cache as build_cache
 from grader.build import install_tree, type_hashes
-from grader.build.cache import is_sealed, key, load, locked, not_source, seal, tree_folder
-from grader.build.install_tree import installed_hash, interface_text, regular_files, types_package
 from grader.contract.spec import CONTRACT, INTERFACES, PACKAGE
 from grader.errors import GraderError
 from grader.host import ros_env, shortage, tempdir
 
-# The same paths in every box: the compiler cache recognises the generated code of a class of submissions by them.
+# The same paths in every sandbox: by them ccache recognises the generated code of a class's submissions.
 _SOURCE, _BUILD, _INSTALL, _CCACHE = "/ws/src", "/ws/build", "/ws/install", "/ws/ccache"
-
-
+INSTALL = Path(_INSTALL)
+"""The path of the install tree in a sandbox."""
 _LOG_TAIL = 8000
+_SOURCE_TIME = 1_000_000_000
 
 
 @dataclass(frozen=True)
 class Built:
-    """A finished build: the facts, and the install tree on the host (its place inside walls is `INSTALL`)."""
+    """A finished build: the facts, and the install tree's path on the host (in a sandbox it is `INSTALL`)."""
 
     facts: evidence.Build
     install: Path
 
 
-INSTALL = Path(_INSTALL)
+@dataclass(frozen=True)
+class _Job:
+    """The arguments of `build`."""
+
+    packages: Sequence[Path]
+    cache: Path
+    seconds: float
+    trusted: bool
+    main: str
 
 
-def contract(cache: Path, package: str = PACKAGE) -> Built:
-    """Return the contract's own interfaces, built once on this machine. The observer talks with these types.
+def build_contract(cache: Path, package: str = PACKAGE) -> Built:
+    """Return the contract's own interfaces, built once on this machine. The observer uses these types.
 
-    `package` is the name that they bear; INTERFACES_PACKAGE for a submission that has split them off.
+    `package` is the name of the package that has them: INTERFACES_PACKAGE for a submission that keeps its interfaces
+    in a package of their own.
 
     Raises:
         GraderError: they do not build here.
     """
-    with tempfile.TemporaryDirectory(prefix="contract-") as room:
-        source = CONTRACT if package == PACKAGE else _renamed(CONTRACT, Path(room) / package)
+    with tempfile.TemporaryDirectory(prefix="contract-") as folder:
+        source = CONTRACT if package == PACKAGE else _copy_renamed(CONTRACT, Path(folder) / package)
         built = build([source], cache, seconds=600.0, trusted=True, main=package)
     if not built.facts.ok:
         raise GraderError(
@@ -59,8 +68,8 @@ def contract(cache: Path, package: str = PACKAGE) -> Built:
     return built
 
 
-def _renamed(source: Path, target: Path) -> Path:
-    """Copy a package of interfaces under another name, the folder's, and return it."""
+def _copy_renamed(source: Path, target: Path) -> Path:
+    """Copy a package of interfaces to `target`, name it like that folder, and return the folder."""
     shutil.copytree(source, target)
     for path in (target / "package.xml", target / "CMakeLists.txt"):
         path.write_text(path.read_text().replace(source.name, target.name))
@@ -68,82 +77,71 @@ def _renamed(source: Path, target: Path) -> Path:
 
 
 def contract_is_built(cache: Path) -> bool:
-    """Return whether `contract` will answer at once."""
-    return load(cache / "builds" / key([CONTRACT])) is not None
+    """Return whether `build_contract` will return at once."""
+    return build_cache.load(cache / "builds" / build_cache.build_key([CONTRACT])) is not None
 
 
 def build(
     packages: Sequence[Path], cache: Path, *, seconds: float = 300.0, trusted: bool = False, main: str = PACKAGE
 ) -> Built:
-    """Build the package folders walled in and return the facts and the install tree.
+    """Build the package folders in the sandbox and return the facts and the install tree.
 
-    A second build of the same content takes the first one's result. Only the kit's own builds (`trusted`) fill the
-    compiler cache; submissions read it, so that none can plant an object file for another. `main` is the package
-    without which nothing counts as built.
+    A second build of the same content returns the first one's result. Only the kit's own builds (`trusted`) write to
+    the compiler cache; submissions just read it, so that none can plant an object file for another. Without the package
+    `main` in the install tree the build counts as failed.
 
     Raises:
-        GraderError: no box, no disk or no compiler. A package that does not compile is a fact, not an error.
+        GraderError: no sandbox, no disk space or no compiler. A package that does not compile is a fact, not an error.
     """
-    folder = cache / "builds" / key(packages)
+    folder = cache / "builds" / build_cache.build_key(packages)
     try:
-        return _cached_or_built(packages, folder, cache / "ccache", seconds, trusted, main)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with build_cache.locked(folder.with_suffix(".lock")):
+            facts = build_cache.load(folder)
+            if facts is not None:
+                return Built(replace(facts, cached=True), folder / "install")
+            for left in folder.parent.glob(f"{folder.name[:12]}.*.work"):  # by a grader that was killed
+                tempdir.remove(left)
+            if missing := ros_env.missing_tools():
+                raise GraderError(
+                    f"This machine has no {' and no '.join(missing)}, so no package can be built. Run `grader doctor`; "
+                    "it prints the command that installs what is missing."
+                )
+            return _build(_Job(packages, cache, seconds, trusted, main), folder)
     except OSError as error:
-        said = shortage.explain(error) or f"Cannot write the build to {folder.parent}: {error}. Choose another --cache."
-        raise GraderError(said) from error
+        cause = shortage.explain(error)
+        raise GraderError(
+            cause or f"Cannot write the build to {folder.parent}: {error}. Choose another --cache."
+        ) from error
 
 
-def _cached_or_built(
-    packages: Sequence[Path], folder: Path, ccache: Path, seconds: float, trusted: bool, main: str
-) -> Built:
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with locked(folder.with_suffix(".lock")):
-        facts = load(folder)
-        if facts is not None:
-            return Built(replace(facts, cached=True), folder / "install")
-        for left in folder.parent.glob(f"{folder.name[:12]}.*.work"):  # by a grader that was killed
-            tempdir.remove(left)
-        if missing := ros_env.missing_tools():
-            raise GraderError(
-                f"This machine has no {' and no '.join(missing)}, so no package can be built. Run `grader doctor`; it "
-                "prints the command that installs what is missing."
-            )
-        return _build(packages, folder, ccache, seconds, trusted, main)
-
-
-def _build(packages: Sequence[Path], folder: Path, ccache: Path, seconds: float, trusted: bool, main: str) -> Built:
-    ccache.mkdir(parents=True, exist_ok=True)
+def _build(job: _Job, folder: Path) -> Built:
     work = Path(tempfile.mkdtemp(prefix=folder.name[:12] + ".", suffix=".work", dir=folder.parent))
     try:
         for name in ("src", "build", "install"):
             (work / name).mkdir()
-        for package in packages:
-            shutil.copytree(package, work / "src" / package.name, symlinks=True, ignore=not_source)
-        _make_old(work / "src")
-        tree = tree_folder(work / "src", folder.parent.parent)
+        _copy_sources(job.packages, work / "src")
+        tree = build_cache.build_tree_folder(work / "src", job.cache)
         if tree is not None and tree.is_dir():
-            shutil.copytree(tree, work / "build", symlinks=True, dirs_exist_ok=True)
-            if not is_sealed(tree, work / "build"):  # damaged: begin with nothing, and put a sound one there
-                tempdir.remove(tree)
-                tempdir.remove(work / "build")
-                (work / "build").mkdir()
-        result = _colcon(work, ccache, seconds, trusted)
-        if result.stopped == "disk":  # what nobody can count, nobody should read
+            _copy_build_tree(tree, work / "build")
+        result = _colcon(job, work)
+        if result.stopped == "disk":  # too much to count is too much to read
             tempdir.remove(work / "install")
             (work / "install").mkdir()
-        removed = [] if trusted else install_tree.tidy(work / "install", _INSTALL)
-        facts = _facts(result, work / "install", main)
-        if not trusted:
-            facts = _checked(facts, work, removed, folder.parent.parent)
+        removed = [] if job.trusted else install_tree.remove_unsafe_entries(work / "install", _INSTALL)
+        facts = _facts(result, work / "install", job.main)
+        if not job.trusted:
+            facts = _verified(facts, work, removed, job.cache)
         if tree is not None and facts.ok and not tree.is_dir():
             tree.parent.mkdir(parents=True, exist_ok=True)
-            with contextlib.suppress(OSError):  # another grading has put it there meanwhile
+            with contextlib.suppress(OSError):  # another grading has put one there in the meantime
                 (work / "build").rename(tree)
-                seal(tree, tree)
+                build_cache.write_checksum(tree, tree)
         tempdir.remove(work / "build")
         (work / "build.json").write_text(evidence.to_json(facts))
-        seal(work / "install", work / "install")
+        build_cache.write_checksum(work / "install", work / "install")
         if result.timed_out or result.stopped:
-            # A build that ran out of time or memory may fare better on a quieter day: keep it out of the cache.
+            # A build that ran out of time or memory may succeed on a quieter day: keep it out of the cache.
             folder = folder.with_name(work.name + ".timeout")
         elif folder.exists():
             tempdir.remove(folder)
@@ -153,27 +151,37 @@ def _build(packages: Sequence[Path], folder: Path, ccache: Path, seconds: float,
     return Built(facts, folder / "install")
 
 
-def _make_old(source: Path) -> None:
-    """Give every source one and the same old time: whether a build tree is up to date is decided by content alone."""
-    for path in source.rglob("*"):
+def _copy_sources(packages: Sequence[Path], target: Path) -> None:
+    """Copy the packages into `target`, all with one old time: then only content decides what is built again."""
+    for package in packages:
+        shutil.copytree(package, target / package.name, symlinks=True, ignore=build_cache.not_source)
+    for path in target.rglob("*"):
         if not path.is_symlink():
-            os.utime(path, (_OLD, _OLD))
+            os.utime(path, (_SOURCE_TIME, _SOURCE_TIME))
 
 
-_OLD = 1_000_000_000
+def _copy_build_tree(tree: Path, target: Path) -> None:
+    """Copy a build tree from the cache into the empty folder `target`; remove it from the cache if it is damaged."""
+    shutil.copytree(tree, target, symlinks=True, dirs_exist_ok=True)
+    if not build_cache.checksum_matches(tree, target):
+        tempdir.remove(tree)
+        tempdir.remove(target)
+        target.mkdir()
 
 
-def _colcon(work: Path, ccache: Path, seconds: float, trusted: bool) -> sandbox.RunResult:
+def _colcon(job: _Job, work: Path) -> sandbox.RunResult:
+    ccache = job.cache / "ccache"
+    ccache.mkdir(parents=True, exist_ok=True)
     environment = ros_env.environment(home=sandbox.HOME)
     launchers = []
     if shutil.which("ccache"):
         environment |= {"CCACHE_DIR": _CCACHE, "CCACHE_NOHASHDIR": "1", "CCACHE_BASEDIR": "/ws", "CCACHE_NOSTATS": "1"}
-        environment |= {} if trusted else {"CCACHE_READONLY": "1", "CCACHE_TEMPDIR": "/tmp"}
+        environment |= {} if job.trusted else {"CCACHE_READONLY": "1", "CCACHE_TEMPDIR": "/tmp"}
         launchers = [f"-DCMAKE_{language}_COMPILER_LAUNCHER=ccache" for language in ("C", "CXX")]
     box = sandbox.Sandbox(
         read_only={work / "src": _SOURCE, ros_env.CMAKE_HOOK: "/ws/wheel_prefix.cmake"}
-        | ({} if trusted else {ccache: _CCACHE}),
-        writable={work / "build": _BUILD, work / "install": _INSTALL} | ({ccache: _CCACHE} if trusted else {}),
+        | ({} if job.trusted else {ccache: _CCACHE}),
+        writable={work / "build": _BUILD, work / "install": _INSTALL} | ({ccache: _CCACHE} if job.trusted else {}),
         environment=environment,
         cwd="/ws",
     )
@@ -183,42 +191,44 @@ def _colcon(work: Path, ccache: Path, seconds: float, trusted: bool) -> sandbox.
         "--cmake-args", "-G", "Ninja", "-DCMAKE_PROJECT_INCLUDE=/ws/wheel_prefix.cmake", "-DBUILD_TESTING=OFF",
         *launchers,
     ]  # fmt: skip
-    return sandbox.run(command, box, sandbox.Limits(wall_seconds=seconds))
+    return sandbox.run(command, box, sandbox.Limits(wall_seconds=job.seconds))
 
 
 def _facts(result: sandbox.RunResult, install: Path, package: str) -> evidence.Build:
     share = install / "share"
+    programs = install_tree.regular_files(install / "lib" / PACKAGE)
+    shared = install_tree.regular_files(share / PACKAGE)
     return evidence.Build(
         ok=result.ok and (share / package / "package.xml").is_file(),
         cached=False,
         wall_seconds=round(result.wall_seconds, 1),
         exit_code=result.exit_code,
         timed_out=result.timed_out,
-        log_tail=_readable(result.output)[-_LOG_TAIL:],
+        log_tail=_without_host_paths(result.output)[-_LOG_TAIL:],
         stopped=result.stopped,
-        executables=sorted(p.name for p in regular_files(install / "lib" / PACKAGE) if p.stat().st_mode & 0o111),
-        shared_files=sorted(str(p.relative_to(share / PACKAGE)) for p in regular_files(share / PACKAGE)),
-        type_hashes={name: found for name in INTERFACES if (found := installed_hash(share, name))},
-        interface_texts={name: text for name in INTERFACES if (text := interface_text(share, name))},
+        executables=sorted(path.name for path in programs if path.stat().st_mode & 0o111),
+        shared_files=sorted(str(path.relative_to(share / PACKAGE)) for path in shared),
+        type_hashes={name: found for name in INTERFACES if (found := install_tree.installed_hash(share, name))},
+        interface_texts={name: text for name in INTERFACES if (text := install_tree.interface_text(share, name))},
     )
 
 
-def _checked(facts: evidence.Build, work: Path, removed: list[evidence.Flag], cache: Path) -> evidence.Build:
-    """Return the facts with type hashes that hold against the interfaces' text, and with what looks like tampering.
+def _verified(facts: evidence.Build, work: Path, removed: list[evidence.Flag], cache: Path) -> evidence.Build:
+    """Return the facts with type hashes checked against the interfaces' text, and with flags for possible tampering.
 
-    The hashes beside the installed interfaces were written by the submission's build. Where the text says otherwise
-    the hash is neither one nor the other, so that it never passes for the contract's.
+    The submission's build wrote the hashes beside the installed interfaces. A hash that is not that of the text is
+    replaced by a sentence, so that it never passes for the contract's.
     """
     share = work / "install" / "share"
-    package = types_package(work / "install")
-    handed_in = type_hashes.texts_in(work / "src")
+    package = install_tree.interfaces_package(work / "install")
+    submitted = type_hashes.definitions(work / "src")
     installed = {f"{name}.{name.partition('/')[0]}": text for name, text in facts.interface_texts.items()}
-    # A definition that CMake generates stands nowhere in the source; then the one that it installed counts.
-    texts = {**installed, **handed_in}
+    # A definition that CMake generates is not in the source; then the installed text counts.
+    texts = {**installed, **submitted}
     computed = type_hashes.compute(texts, package, cache) if facts.ok else {}
     hashes, flags = {}, []
     for name in INTERFACES:
-        found = installed_hash(share, name)
+        found = install_tree.installed_hash(share, name)
         if found and found == computed.get(name):
             hashes[name] = found
         elif found:
@@ -228,10 +238,10 @@ def _checked(facts: evidence.Build, work: Path, removed: list[evidence.Flag], ca
                     "forged type", f"the hash installed for {name} is not that of its text", where=f"{name}.json"
                 )
             )
-    return replace(facts, type_hashes=hashes, flags=[*removed, *flags, *install_tree.suspicious(work / "install")])
+    return replace(facts, type_hashes=hashes, flags=[*removed, *flags, *install_tree.tampering_flags(work / "install")])
 
 
-def _readable(log: str) -> str:
-    """Return a build's log without what only concerns this machine: where the wheels lie, and that they lie there."""
+def _without_host_paths(log: str) -> str:
+    """Return a build's log without the path of the ROS wheels, and without colcon's warnings about that prefix."""
     lines = [line for line in log.splitlines() if "doesn't contain any 'local_setup.*' files" not in line]
     return "\n".join(lines).replace(str(ros_env.PREFIX), "<ros>")

@@ -1,39 +1,36 @@
-"""What a build has installed: drop what leads out of the install tree, name what tampers, read the interfaces.
+"""Make an install tree safe to read, flag what tampers with other programs, and read the interfaces in it.
 
-A build is the submission's code, and so is every byte that it installs. Readers on our side follow no link out of the
-tree and wait for no pipe because `tidy` has been here first.
+The submission's code runs during a build, so every installed byte is untrusted. The grader's readers can follow no
+link out of the tree, and block on no pipe, because `remove_unsafe_entries` runs first.
 """
 
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import re
 import stat
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from grader.contract.spec import INTERFACES, INTERFACES_PACKAGE, PACKAGE
 from grader.evidence import Flag
 from grader.host import ros_env
+from grader.sandbox import untrusted
 from grader.sanitize import printable
 
 _HARMLESS_GROUPS = ("console_scripts", "gui_scripts")
+_PACKAGES = (PACKAGE, INTERFACES_PACKAGE)
+_MAX_FLAGS = 20
+_MAX_BYTES = 1_000_000
 
 
-_MOST = 20
+def remove_unsafe_entries(root: Path, inside: str) -> list[Flag]:
+    """Leave only folders, regular files and links between them below `root`; return a flag for each entry removed.
 
-
-_OWN = (PACKAGE, INTERFACES_PACKAGE)
-
-
-def tidy(root: Path, inside: str) -> list[Flag]:
-    """Leave nothing below `root` but folders, plain files and links among them; return what was taken away.
-
-    `inside` is the place of the tree behind the wall, where its links were made.
+    `inside` is the tree's path in the sandbox, where its links were made. Set-user-id bits are cleared, and folders
+    made readable.
     """
     flags: list[Flag] = []
     waiting = [root]
@@ -57,50 +54,19 @@ def tidy(root: Path, inside: str) -> list[Flag]:
             else:
                 mode = entry.stat(follow_symlinks=False).st_mode
                 path.chmod(0o755 if mode & stat.S_IXUSR else 0o644)
-    return flags[:_MOST]
+    return flags[:_MAX_FLAGS]
 
 
-def suspicious(install: Path) -> list[Flag]:
-    """Return what in an install tree would change programs other than the package's own."""
-    site = install / ros_env.SITE_IN_PREFIX
-    return list(_in_site(site))[:_MOST] if site.is_dir() else []
-
-
-def _in_site(site: Path) -> Iterator[Flag]:
-    for path in sorted(site.iterdir()):
-        name = path.stem if path.is_file() else path.name
-        where = f"{ros_env.SITE_IN_PREFIX}/{printable(path.name)}"
-        if path.name in ("sitecustomize.py", "usercustomize.py", "sitecustomize", "usercustomize"):
-            yield Flag("python start-up", "runs in every Python that is started with the install tree", where=where)
-        elif path.suffix == ".pth":
-            yield Flag("python start-up", "a .pth file can run code in every Python", where=where)
-        elif path.suffix in (".dist-info", ".egg-info"):
-            for group in _groups(path / "entry_points.txt"):
-                yield Flag("entry point", f"extends other programs by the group {printable(group)}", where=where)
-        elif _importable_elsewhere(name):
-            yield Flag("module shadowing", f"stands before the module {printable(name)} of Python or ROS", where=where)
-        elif name not in _OWN and (path.suffix == ".py" or (path / "__init__.py").is_file()):
-            words = "Python beside the package: the coverage and the faults of its tests (T2, T3) leave it out"
-            yield Flag("code elsewhere", words, where=where)
-
-
-def _groups(path: Path) -> list[str]:
+def _entries(folder: Path) -> list[os.DirEntry[str]]:
     try:
-        text = path.read_bytes()[:100_000].decode("utf-8", "replace")
+        with os.scandir(folder) as entries:
+            return list(entries)
     except OSError:
         return []
-    return [
-        group for group in re.findall(r"^[ \t]*\[([^\]\n]+)\]", text, re.MULTILINE) if group not in _HARMLESS_GROUPS
-    ]
-
-
-def _importable_elsewhere(name: str) -> bool:
-    ours = ros_env.SITE_PACKAGES
-    return name in sys.stdlib_module_names or (ours / name).is_dir() or (ours / f"{name}.py").is_file()
 
 
 def _stays(link: Path, root: Path, inside: str) -> bool:
-    """Return whether a link leads to something in the tree, by its text alone and over no other link."""
+    """Return whether a link leads to a path in the tree, by its text alone and by way of no other link."""
     target = str(link.readlink())
     if target == inside or target.startswith(f"{inside}/"):
         place = os.path.normpath(root / os.path.relpath(target, inside))
@@ -114,26 +80,47 @@ def _stays(link: Path, root: Path, inside: str) -> bool:
     return not any(parent.is_symlink() for parent in [steps, *steps.parents] if parent.is_relative_to(root))
 
 
-def _entries(folder: Path) -> list[os.DirEntry[str]]:
+def tampering_flags(install: Path) -> list[Flag]:
+    """Return a flag for each thing in an install tree that would change programs other than the package's own."""
+    site = install / ros_env.SITE_IN_PREFIX
+    return list(_site_flags(site))[:_MAX_FLAGS] if site.is_dir() else []
+
+
+def _site_flags(site: Path) -> Iterator[Flag]:
+    for path in sorted(site.iterdir()):
+        name = path.stem if path.is_file() else path.name
+        where = f"{ros_env.SITE_IN_PREFIX}/{printable(path.name)}"
+        if path.name in ("sitecustomize.py", "usercustomize.py", "sitecustomize", "usercustomize"):
+            yield Flag("python start-up", "runs in every Python started with this install tree", where=where)
+        elif path.suffix == ".pth":
+            yield Flag("python start-up", "a .pth file can run code in every Python", where=where)
+        elif path.suffix in (".dist-info", ".egg-info"):
+            for group in _entry_point_groups(path / "entry_points.txt"):
+                yield Flag("entry point", f"extends other programs by the group {printable(group)}", where=where)
+        elif _shadows(name):
+            yield Flag("module shadowing", f"hides the module {printable(name)} of Python or ROS", where=where)
+        elif name not in _PACKAGES and (path.suffix == ".py" or (path / "__init__.py").is_file()):
+            words = "Python beside the package: the coverage and the mutants of its tests (T2, T3) leave it out"
+            yield Flag("code elsewhere", words, where=where)
+
+
+def _entry_point_groups(path: Path) -> list[str]:
     try:
-        with os.scandir(folder) as entries:
-            return list(entries)
+        text = path.read_bytes()[:100_000].decode("utf-8", "replace")
     except OSError:
         return []
+    return [
+        group for group in re.findall(r"^[ \t]*\[([^\]\n]+)\]", text, re.MULTILINE) if group not in _HARMLESS_GROUPS
+    ]
 
 
-_JSON_CAP = 1_000_000
-
-
-def types_package(install: Path) -> str:
-    """Return the package under whose name a build has the contract's interfaces."""
-    split = any(_hash_in(install / "share", INTERFACES_PACKAGE, name) for name in INTERFACES)
-    whole = any(_hash_in(install / "share", PACKAGE, name) for name in INTERFACES)
-    return INTERFACES_PACKAGE if split and not whole else PACKAGE
+def _shadows(name: str) -> bool:
+    site = ros_env.SITE_PACKAGES
+    return name in sys.stdlib_module_names or (site / name).is_dir() or (site / f"{name}.py").is_file()
 
 
 def regular_files(folder: Path) -> Iterator[Path]:
-    """Yield the regular files below `folder`, links not followed."""
+    """Yield the regular files below `folder`, without following links."""
     for here, _, names in os.walk(folder):
         for name in names:
             path = Path(here, name)
@@ -141,13 +128,20 @@ def regular_files(folder: Path) -> Iterator[Path]:
                 yield path
 
 
+def interfaces_package(install: Path) -> str:
+    """Return the name of the package in which a build installed the contract's interfaces."""
+    split = any(_hash_in(install / "share", INTERFACES_PACKAGE, name) for name in INTERFACES)
+    whole = any(_hash_in(install / "share", PACKAGE, name) for name in INTERFACES)
+    return INTERFACES_PACKAGE if split and not whole else PACKAGE
+
+
 def installed_hash(share: Path, interface: str) -> str:
     """Return the RIHS01 hash that rosidl installed beside the interface, "" if there is none."""
-    return next((found for name in (PACKAGE, INTERFACES_PACKAGE) if (found := _hash_in(share, name, interface))), "")
+    return next((found for name in _PACKAGES if (found := _hash_in(share, name, interface))), "")
 
 
 def _hash_in(share: Path, package: str, interface: str) -> str:
-    described = _read_json(share / package / f"{interface}.json")
+    described = untrusted.read_json(share / package / f"{interface}.json", _MAX_BYTES)
     entries = described.get("type_hashes") if isinstance(described, dict) else None
     for entry in entries if isinstance(entries, list) else []:
         if isinstance(entry, dict) and entry.get("type_name") == f"{package}/{interface}":
@@ -156,19 +150,11 @@ def _hash_in(share: Path, package: str, interface: str) -> str:
 
 
 def interface_text(share: Path, interface: str) -> str:
-    """Return the text of an interface ("msg/SensorFusionData") as a package has installed it, "" if there is none."""
+    """Return the installed text of an interface such as "msg/SensorFusionData", "" if there is none."""
     kind, name = interface.split("/")
-    for package in (PACKAGE, INTERFACES_PACKAGE):
+    for package in _PACKAGES:
         path = share / package / kind / f"{name}.{kind}"
-        if path.is_file() and not path.is_symlink() and path.stat().st_size < _JSON_CAP:
-            return path.read_text(errors="replace")
+        text = untrusted.read_text(path, _MAX_BYTES, errors="replace", newline=None)
+        if text is not None:
+            return text
     return ""
-
-
-def _read_json(path: Path) -> Any:
-    try:
-        if path.is_symlink() or path.stat().st_size > _JSON_CAP:
-            return None
-        return json.loads(path.read_text())
-    except (OSError, ValueError, RecursionError):
-        return None

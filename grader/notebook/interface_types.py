@@ -25,7 +25,7 @@ def load(workspace: Workspace) -> None:
     """
     if f"{spec.PACKAGE}.srv._set_speed" in sys.modules:
         return
-    install = build.contract(build.cache_folder()).install
+    install = build.build_contract(build.cache_folder()).install
     folder = str(install / "lib")
     present = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     if folder not in present:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import json
 import posixpath
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -47,7 +46,7 @@ def combine(
     )
     sandbox.run(["sh", "-c", _SCRIPT], box)
     try:
-        files = json.loads(untrusted.text(out / "all.json") or "{}").get("files", {})
+        files = (untrusted.read_json(out / "all.json") or {}).get("files", {})
         found, doubts = [], []
         for name, data in sorted(files.items()):
             inside = _inside(name)

@@ -145,7 +145,7 @@ def _doubts(
 ) -> list[str]:  # fmt: skip
     """Return what came out otherwise than it must in runs whose result is known beforehand."""
     found = []
-    text = untrusted.python(package / module.path)
+    text = untrusted.read_python(package / module.path)
     if text is None:
         words = "it is in no encoding in which people write, so whether its reports are true cannot be tried"
         return [words] if any(test.outcome == "passed" for test in ran.tests) else []
@@ -197,7 +197,7 @@ def _of_what_it_tests(module: TestModule, package: Path, ran: Ran) -> TestModule
 
     Where conftest.py makes the node, the tests reach its lines.
     """
-    text = untrusted.python(package / module.path) or ""
+    text = untrusted.read_python(package / module.path) or ""
     reached = {Path(path).stem for path, lines in ran.reach.items() if lines}
     known = [node for node in module.subjects if node in reached or re.search(rf"\b{node}\b", text)]
     return replace(module, subjects=known)

@@ -145,7 +145,7 @@ class Bench:
         kept = self.out.parent / "data" / f"coverage.{number}.main"
         try:
             # A copy, for a test that has linked the file would keep a hand on it.
-            with untrusted.opened(self.out / kept.name) as stream:
+            with untrusted.open_file(self.out / kept.name) as stream:
                 if os.fstat(stream.fileno()).st_size > _DATA_CAP:
                     return None
                 kept.write_bytes(stream.read(_DATA_CAP))
@@ -182,7 +182,7 @@ class Bench:
             self.process.kill()
         elif not self.worker:
             # No test has run yet, so whatever there is behind the wall is the worker.
-            self.worker.extend(self.process.shares())
+            self.worker.extend(self.process.thread_times())
         path.unlink()
 
 
@@ -207,7 +207,7 @@ def _bench(package: Path, install: Path, room: Path, seconds: float) -> Iterator
     rc = room / "coveragerc"
     rc.write_text((_HERE / "coverage.ini").read_text().replace("@VERSION@", _version()))
     # Importing ROS takes the worker a second, which a package that does without it need not wait for.
-    warm = any("rclpy" in (untrusted.text(path) or "") for path in (room / "package").rglob("*.py"))
+    warm = any("rclpy" in (untrusted.read_text(path) or "") for path in (room / "package").rglob("*.py"))
     (room / "requests" / "settings.json").write_text(json.dumps({"modules": str(MODULES), "warm": warm}))
     environment = ros_env.environment(build.INSTALL, home=sandbox.HOME) | _ENVIRONMENT
     # The worker starts without the install tree on its path: a sitecustomize in there must not come first.
@@ -232,7 +232,7 @@ def sources(package: Path, install: Path) -> dict[str, str | None]:
     """Return the package's own Python modules, as path relative to the package -> text. Generated ones are no source.
 
     What is installed counts; a package whose modules are not installed has those of its source folder. The text is None
-    where `untrusted.python` can make nothing of it.
+    where `untrusted.read_python` can make nothing of it.
     """
     for root in (install / ros_env.SITE_IN_PREFIX / spec.PACKAGE, package / spec.PACKAGE):
         found: dict[str, str | None] = {}
@@ -240,7 +240,7 @@ def sources(package: Path, install: Path) -> dict[str, str | None]:
             inside = path.relative_to(root)
             if inside.parts[0] in GENERATED or path.is_symlink() or not path.is_file():
                 continue
-            found[str(Path(spec.PACKAGE) / inside)] = untrusted.python(path)
+            found[str(Path(spec.PACKAGE) / inside)] = untrusted.read_python(path)
         if found:
             return found
     return {}
@@ -250,14 +250,14 @@ def places(package: Path, install: Path, name: str, text: str) -> list[str]:
     """Return where inside the wall the module `name` lies with this text: installed, in the source folder, or both."""
     found = []
     for host, inside in ((install / ros_env.SITE_IN_PREFIX, MODULES.parent), (package, PACKAGE)):
-        if untrusted.python(host / name) == text:
+        if untrusted.read_python(host / name) == text:
             found.append(str(inside / name))
     return found
 
 
 def _state(thread: int) -> str:
     """Return in one letter what a thread does, "" if it is gone."""
-    status = (untrusted.text(Path(f"/proc/{thread}/stat")) or "").rpartition(")")[2].split()
+    status = (untrusted.read_text(Path(f"/proc/{thread}/stat")) or "").rpartition(")")[2].split()
     return status[0] if status else ""
 
 
@@ -270,8 +270,8 @@ def _not_source(_folder: str, names: list[str]) -> list[str]:
 
 
 def _read_run(out: Path, number: int, seconds: float) -> Ran:
-    ended = _entry(untrusted.text(out / f"{number}.done") or "")
-    entries = [_entry(line) for line in (untrusted.text(out / f"{number}.report") or "").splitlines()]
+    ended = _entry(untrusted.read_text(out / f"{number}.done") or "")
+    entries = [_entry(line) for line in (untrusted.read_text(out / f"{number}.report") or "").splitlines()]
     collected = tuple(_texts(next((e["collected"] for e in entries if "collected" in e), [])))
     return Ran(
         tests=tuple(_tests(entries)),
@@ -286,8 +286,8 @@ def _read_run(out: Path, number: int, seconds: float) -> Ran:
         refused=tuple(
             sorted({(_text(e["refused"], 80), _text(e.get("where"), 200)) for e in entries if "refused" in e})
         )[:20],
-        output_tail=(untrusted.text(out / f"{number}.log") or "")[-_TAIL:].encode("utf-8", "replace").decode(),
-        reach=_reach(untrusted.text(out / f"{number}.reach", _REACH_CAP)),
+        output_tail=(untrusted.read_text(out / f"{number}.log") or "")[-_TAIL:].encode("utf-8", "replace").decode(),
+        reach=_reach(untrusted.read_text(out / f"{number}.reach", _REACH_CAP)),
         readers=_readers(entries, collected),
     )
 

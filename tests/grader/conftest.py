@@ -34,7 +34,7 @@ def settings() -> pipeline.Settings:
 @pytest.fixture(scope="session")
 def contract(settings: pipeline.Settings) -> build.Built:
     """The contract's interfaces, built."""
-    return build.contract(settings.cache)
+    return build.build_contract(settings.cache)
 
 
 @pytest.fixture(scope="session")

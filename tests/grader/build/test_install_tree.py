@@ -28,7 +28,7 @@ def test_a_link_out_of_the_tree_is_taken_away_and_flagged(install: Path, target:
     (install / "share" / "pkg" / "up").symlink_to("/")
     link = install / "link"
     link.symlink_to(target)
-    flags = install_tree.tidy(install, "/ws/install")
+    flags = install_tree.remove_unsafe_entries(install, "/ws/install")
     assert not link.is_symlink()
     assert set(kinds(flags)) == {"link out"}
 
@@ -36,26 +36,26 @@ def test_a_link_out_of_the_tree_is_taken_away_and_flagged(install: Path, target:
 @pytest.mark.parametrize("target", ["/ws/install/share/pkg/file", "share/pkg/file", "share/../share/pkg"])
 def test_a_link_within_the_tree_stays(install: Path, target: str):
     (install / "link").symlink_to(target)
-    assert install_tree.tidy(install, "/ws/install") == []
+    assert install_tree.remove_unsafe_entries(install, "/ws/install") == []
     assert (install / "link").is_symlink()
 
 
 def test_a_pipe_is_taken_away_before_anybody_waits_at_it(install: Path):
     os.mkfifo(install / "share" / "pkg" / "SetSpeed.json")
-    assert kinds(install_tree.tidy(install, "/ws/install")) == ["special file"]
+    assert kinds(install_tree.remove_unsafe_entries(install, "/ws/install")) == ["special file"]
     assert not (install / "share" / "pkg" / "SetSpeed.json").exists()
 
 
 def test_folders_that_nobody_may_enter_are_opened(install: Path):
     (install / "share" / "pkg").chmod(0)
-    install_tree.tidy(install, "/ws/install")
+    install_tree.remove_unsafe_entries(install, "/ws/install")
     assert (install / "share" / "pkg" / "file").read_text() == "x"
 
 
 def test_set_user_id_bits_are_taken_away(install: Path):
     file = install / "share" / "pkg" / "file"
     file.chmod(0o6755)
-    install_tree.tidy(install, "/ws/install")
+    install_tree.remove_unsafe_entries(install, "/ws/install")
     assert file.stat().st_mode & 0o7777 == 0o755
 
 
@@ -77,7 +77,7 @@ def test_what_changes_other_programs_is_flagged(install: Path, name: str, text: 
     path = install / ros_env.SITE_IN_PREFIX / name
     path.parent.mkdir(parents=True)
     path.write_text(text)
-    assert kinds(install_tree.suspicious(install)) == [kind]
+    assert kinds(install_tree.tampering_flags(install)) == [kind]
 
 
 def test_an_ordinary_package_raises_no_flag(install: Path):
@@ -86,12 +86,12 @@ def test_an_ordinary_package_raises_no_flag(install: Path):
         (site / name).parent.mkdir(parents=True)
         (site / name).write_text("")
     (site / "ros2_robot_controller-0.1.0-py3.11.egg-info" / "entry_points.txt").write_text("[console_scripts]\nx = y\n")
-    assert install_tree.suspicious(install) == []
+    assert install_tree.tampering_flags(install) == []
 
 
 @pytest.mark.sandbox
 def test_hashes_are_computed_from_the_text(tmp_path: Path):
-    texts = type_hashes.texts_in(spec.CONTRACT)
+    texts = type_hashes.definitions(spec.CONTRACT)
     found = type_hashes.compute(texts, spec.PACKAGE, tmp_path)
     assert sorted(found) == sorted(spec.INTERFACES)
     # A comment is not part of a type, the type of a field is.
@@ -104,7 +104,7 @@ def test_hashes_are_computed_from_the_text(tmp_path: Path):
 
 @pytest.mark.sandbox
 def test_a_definition_that_cannot_be_read_takes_no_other_along(tmp_path: Path):
-    texts = type_hashes.texts_in(spec.CONTRACT)
+    texts = type_hashes.definitions(spec.CONTRACT)
     good = type_hashes.compute(texts, spec.PACKAGE, tmp_path)
     with_bad = type_hashes.compute({**texts, "msg/Bad.msg": "floot x\n = y"}, spec.PACKAGE, tmp_path)
     assert with_bad == good

@@ -21,8 +21,8 @@ from grader.host import namespaces, ros_env, shortage
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.trials import catalog, scheduler
-from grader.trials.catalog import TrialPlan
-from grader.trials.request import OBSERVER_ENDED, READY, unjudged
+from grader.trials.plan import TrialPlan
+from grader.trials.request import OBSERVER_ENDED, READY, not_started
 from grader.trials.source import integrity_flags
 
 ROOT = KIT
@@ -204,7 +204,7 @@ def test_a_full_disk_costs_no_points_and_the_next_grading_is_right(reference: Pa
     run = ("grade", package, "--rubric", small, "--out", out)
     where = {"out": out, "tmp": scratch, "cache": cache}[full]
     # The disk has room for what is there already, and too little for the rest.
-    built = build.contract(build.cache_folder()).install.parent
+    built = build.build_contract(build.cache_folder()).install.parent
     keep = f"mkdir {cache}/builds; cp -a {built} {cache}/builds; " if full == "cache" else ""
     room, size = (10 * MB, 100 * MB) if full == "cache" else (20_000, MB)
     ballast = f"head -c $(($(stat -f -c '%a * %S' {where}) - {room})) /dev/zero >{where}/ballast; "
@@ -275,7 +275,7 @@ def entry(tmp_path: Path) -> Path:
     (folder / "install" / "lib" / "node").write_text("#!/bin/sh\n")
     (folder / "install" / "link").symlink_to("lib/node")
     (folder / "build.json").write_text(evidence.to_json(evidence.Build(True, False, 1.0, 0, False, "")))
-    cache.seal(folder / "install", folder / "install")
+    cache.write_checksum(folder / "install", folder / "install")
     return folder
 
 
@@ -298,7 +298,7 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
     "a file more": lambda e: (e / "install" / "more").write_text(""),
     "a file that cannot be run": lambda e: (e / "install" / "lib" / "node").chmod(0o755),
     "a link turned": lambda e: ((e / "install" / "link").unlink(), (e / "install" / "link").symlink_to("lib")),
-    "no seal": lambda e: (e / "install.seal").unlink(),
+    "no checksum": lambda e: (e / "install.sha256").unlink(),
     "no install tree": lambda e: shutil.rmtree(e / "install"),
 }
 
@@ -309,7 +309,7 @@ def test_a_damaged_entry_is_not_taken(entry: Path, damage: str):
     assert cache.load(entry) is None
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"hashes": {"srv/SetSpeed": "RIHS01_forged"}, "seal": "x"}'])
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"hashes": {"srv/SetSpeed": "RIHS01_forged"}, "checksum": "x"}'])
 def test_damaged_type_hashes_are_not_taken(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, text: str):
     def answers(*_: object) -> sandbox.RunResult:
         raise GraderError("computed anew")
@@ -330,7 +330,7 @@ def test_a_damaged_cache_is_mended_on_the_way(reference: Path, tmp_path: Path, s
     first = build.build([package], settings.cache)
     for path in (first.install / ros_env.SITE_IN_PREFIX / spec.PACKAGE).glob("*.py"):
         path.write_text("")
-    tree = cache.tree_folder(package.parent, settings.cache)
+    tree = cache.build_tree_folder(package.parent, settings.cache)
     assert tree is None or tree.is_dir()
     second = build.build([package], settings.cache)
     assert not second.facts.cached
@@ -373,7 +373,7 @@ def test_a_trial_host_that_crashes_is_tried_again(ending: str, tmp_path: Path, m
     """Once may be chance; twice the package gets nothing for a trial that cannot be seen, and an instructor is told."""
     plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
     seen = tmp_path / "seen"
-    seen.write_text(evidence.to_json(unjudged(plan, 0, "", ended="as the host saw it")))
+    seen.write_text(evidence.to_json(not_started(plan, 0, "", ended="as the host saw it")))
     second = f"if [ -e {tmp_path}/once ]; then cp {seen} any.json; echo any; read line; fi; touch {tmp_path}/once"
 
     def run(command: str) -> evidence.Trial:
@@ -389,7 +389,7 @@ def test_a_trial_host_that_crashes_is_tried_again(ending: str, tmp_path: Path, m
 def test_a_trial_host_that_dies_when_the_trial_is_over_costs_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
     seen = tmp_path / "seen.json"
-    seen.write_text(evidence.to_json(unjudged(plan, 0, "", ended="as the host saw it")))
+    seen.write_text(evidence.to_json(not_started(plan, 0, "", ended="as the host saw it")))
     command = f"echo {READY}; read line; cp {seen} any.json; kill -SEGV $$"
     monkeypatch.setattr(namespaces, "private_network", lambda _command: ["sh", "-c", command])
     found = scheduler.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)

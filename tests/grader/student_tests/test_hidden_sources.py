@@ -36,7 +36,7 @@ def test_it_is_read_as_python_reads_it(
     path = tmp_path_factory.getbasetemp() / "module.py"
     encoding = "latin-1" if "coding" in head else "utf-8"
     path.write_bytes(ending.join([*head.split("\n"), *lines, ""]).encode(encoding))
-    text = untrusted.python(path)
+    text = untrusted.read_python(path)
     try:
         tree = ast.parse(path.read_bytes())
     except SyntaxError:
@@ -45,13 +45,13 @@ def test_it_is_read_as_python_reads_it(
     assert text is not None
     assert ast.dump(ast.parse(text.encode()), include_attributes=False) == ast.dump(tree, include_attributes=False)
     path.write_text(text)
-    assert untrusted.python(path) == text
+    assert untrusted.read_python(path) == text
 
 
 @pytest.mark.parametrize("encoding", ["unicode_escape", "utf-7", "idna", "rot13", "no-such-thing"])
 def test_encodings_in_which_nobody_writes_are_not_read(tmp_path: Path, encoding: str):
     (tmp_path / "m.py").write_text(f"# coding: {encoding}\nx = 1\n")
-    assert untrusted.python(tmp_path / "m.py") is None
+    assert untrusted.read_python(tmp_path / "m.py") is None
 
 
 def test_form_feeds_hide_no_fault(tmp_path: Path):
@@ -60,7 +60,7 @@ def test_form_feeds_hide_no_fault(tmp_path: Path):
     fed.write_text("\n".join(f"\f{line}" for line in toy.CONTROLLER.split("\n")))
     found = []
     for path in (plain, fed):
-        text = untrusted.python(path)
+        text = untrusted.read_python(path)
         assert text is not None
         source = parse("m.py", text)
         assert source is not None
