@@ -1,0 +1,126 @@
+"""Collecting: which sources are asked, in which order, and what is merged."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from grader import KIT, collect
+from grader.evidence import Build, Flag, FunctionAnswer, Intake
+from grader.intake.submission import Submission
+from grader.scoring.rubric import load
+from grader.settings import Settings
+from grader.source import Collected, Phase, Subject
+
+RUBRIC = load(KIT / "rubric.yaml")
+
+
+class Answers:
+    """A source that notes when it was asked, and answers what it was made with."""
+
+    def __init__(self, name: str, phase: Phase, serves: str, collected: Collected, asked: list[str]) -> None:
+        self.name, self.phase, self.serves = name, phase, frozenset(serves.split())
+        self._collected, self._asked = collected, asked
+        self.subject: Subject | None = None
+
+    def collect(self, subject: Subject) -> Collected:
+        self.subject = subject
+        self._asked.append(self.name)
+        return self._collected
+
+
+@pytest.fixture
+def submission(tmp_path: Path) -> Submission:
+    return Submission(Intake("team07.zip", "ab", "p", "."), tmp_path, tmp_path, None, (Flag("intake", "first"),))
+
+
+@pytest.fixture
+def settings(tmp_path: Path) -> Settings:
+    return Settings(rubric=RUBRIC, cache=tmp_path)
+
+
+@pytest.fixture
+def built(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
+    """Replace the build; the list that is returned grows by one for each."""
+    builds: list[str] = []
+    facts = replace(Build.not_tried(), ok=True, flags=[Flag("build", "second")])
+
+    def build(*_: Any) -> tuple[collect.Built, collect.Built]:
+        builds.append("built")
+        return collect.Built(facts, tmp_path), collect.Built(facts, tmp_path)
+
+    monkeypatch.setattr(collect, "_build", build)
+    return builds
+
+
+@pytest.mark.parametrize("name", ["Q1", "Q2", "Q3", "Q4", "I2"])
+def test_a_requirement_of_the_text_alone_needs_no_build(name: str):
+    assert not collect.needs_build(frozenset({name}))
+
+
+@pytest.mark.parametrize("name", ["F1", "F14", "I1", "I3", "Q5", "Q6", "T1", "T3"])
+def test_a_requirement_that_something_must_run_for_needs_a_build(name: str):
+    assert collect.needs_build(frozenset({name, "Q1"}))
+
+
+def test_every_requirement_is_served_by_a_source_but_what_the_build_shows():
+    served = frozenset[str]().union(*(source.serves for source in collect.SOURCES))
+    assert {r.id for r in RUBRIC.requirements if r.checks} - served == {"I1"}
+    assert served <= {r.id for r in RUBRIC.requirements}
+
+
+def test_only_sources_of_wanted_requirements_are_asked(monkeypatch, submission, settings, built, tmp_path: Path):
+    asked: list[str] = []
+    drive = Answers("drive", Phase.RUN, "F4", Collected(), asked)
+    read = Answers("read", Phase.TEXT, "Q1", Collected(), asked)
+    monkeypatch.setattr(collect, "SOURCES", (drive, read))
+    collect.collect(submission, tmp_path, replace(settings, requirements=("Q1",)))
+    assert (asked, built) == (["read"], [])
+
+
+def test_facts_and_flags_are_merged_in_the_order_of_the_sources(monkeypatch, submission, settings, built, tmp_path):
+    asked: list[str] = []
+    answers = [FunctionAnswer("clamp", [1.0, 0.0, 1.0], [1.0])]
+    last = Answers("last", Phase.TEXT, "Q1", Collected({}, (Flag("text", "fourth"),)), asked)
+    first = Answers("first", Phase.RUN, "F14", Collected({"conversions": answers}, (Flag("run", "third"),)), asked)
+    monkeypatch.setattr(collect, "SOURCES", (first, last))
+    found = collect.collect(submission, tmp_path, replace(settings, requirements=("F14", "Q1")))
+    assert [flag.what for flag in found.flags] == ["first", "second", "third", "fourth"]
+    assert found.conversions == answers
+
+
+def test_what_a_source_hands_over_reaches_those_that_collect_alone(
+    monkeypatch, submission, settings, built, tmp_path: Path
+):
+    asked: list[str] = []
+    tests = Answers("tests", Phase.RUN, "T1 T3", Collected(handover="reach"), asked)
+    mutants = Answers("mutants", Phase.ALONE, "T3", Collected(), asked)
+    monkeypatch.setattr(collect, "SOURCES", (mutants, tests))
+    collect.collect(submission, tmp_path, replace(settings, requirements=("T3",)))
+    assert asked == ["tests", "mutants"]
+    assert mutants.subject is not None
+    assert mutants.subject.earlier == {"tests": "reach"}
+
+
+def test_nothing_is_run_of_a_package_that_does_not_build(monkeypatch, submission, settings, tmp_path: Path):
+    asked: list[str] = []
+    broken = collect.Built(Build.not_tried(), tmp_path)
+    monkeypatch.setattr(collect, "_build", lambda *_: (broken, broken))
+    drive = Answers("drive", Phase.RUN, "F4", Collected(), asked)
+    read = Answers("read", Phase.TEXT, "Q1", Collected(), asked)
+    monkeypatch.setattr(collect, "SOURCES", (drive, read))
+    collect.collect(submission, tmp_path, replace(settings, requirements=("F4", "Q1")))
+    assert asked == ["read"]
+
+
+def test_an_error_of_this_host_in_a_source_ends_the_grading(monkeypatch, submission, settings, built, tmp_path: Path):
+    class Breaks(Answers):
+        def collect(self, subject: Subject) -> Collected:  # noqa: ARG002 (it breaks whatever the subject is)
+            raise OSError("disk full")
+
+    monkeypatch.setattr(collect, "SOURCES", (Breaks("drive", Phase.RUN, "F4", Collected(), []),))
+    with pytest.raises(OSError, match="disk full"):
+        collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
