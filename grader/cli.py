@@ -228,7 +228,7 @@ def _submit(options: argparse.Namespace) -> int:
 def _release(options: argparse.Namespace) -> int:
     from grader.authoring.release import release
 
-    written = release(options.out, stages=not options.without_solutions)
+    written = release(options.out, solutions=not options.without_solutions)
     print(f"{len(written.files)} files, {written.bytes / 1e6:.1f} MB; {written.words}")
     print(f"Kit: {options.out}")
     return EXIT_GRADED

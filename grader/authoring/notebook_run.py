@@ -16,7 +16,7 @@ from pathlib import Path
 from nbformat import NotebookNode
 
 from grader import KIT
-from grader.authoring import notebook_source
+from grader.authoring import checkpoint_texts, notebook_source
 from grader.errors import GraderError
 
 CELL_SECONDS = 600.0  # a cell that takes longer hangs; on a busy machine the tests of notebook 09 take minutes
@@ -131,8 +131,6 @@ def solved(name: str, notebook: NotebookNode, solutions: Solutions) -> NotebookN
 
 def solve(name: str, notebook: NotebookNode) -> Performance:
     """Run the notebook solved, in a workspace that holds what the notebooks before it leave."""
-    from grader.notebook.checkpoints import exercise
-
     with tempfile.TemporaryDirectory(prefix="book-") as scratch:
         workspace = Path(scratch) / "ws"
         ran = subprocess.run(
@@ -141,7 +139,7 @@ def solve(name: str, notebook: NotebookNode) -> Performance:
         )  # fmt: skip
         if ran.returncode:
             raise GraderError(f"The course could not be laid out before {name}:\n{ran.stderr[-2000:]}")
-        played = play(solved(name, notebook, exercise), workspace)
+        played = play(solved(name, notebook, checkpoint_texts.solution), workspace)
     if played.error is None and (missing := unpassed(played.notebook)):
         played.error = f"{name}: solved, but not passed: {', '.join(missing)}"
     return played

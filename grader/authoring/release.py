@@ -1,56 +1,61 @@
-"""Write the kit for students: one zip with all that the course needs, and nothing of what only an instructor has.
+"""Write the kit for students: one zip with everything that the course needs and nothing meant for instructors alone.
 
-What goes in is listed here by name, so that a new file is left out until somebody decides otherwise; only `grader` and
-`sim` go in whole, but for the parts named in `_WITHHELD`.
+Its files are listed here by name, so a new file is left out until it is added here. `grader` and `sim` go in whole,
+without the folders in `_WITHHELD`.
 """
 
 from __future__ import annotations
 
 import re
+import tomllib
 import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
 from grader import KIT
+from grader.authoring import checkpoint_texts
 from grader.errors import GraderError
-from grader.notebook import checkpoints as course_stages
+from grader.notebook import checkpoints
 
 TOP = "ros2-course-kit"
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # one date for all: the same tree gives the same bytes
-_STUDENT = KIT / "grader" / "authoring" / "student_kit"
+_STUDENT_KIT = KIT / "grader" / "authoring" / "student_kit"
 _PAGES = ("handout", "live-view", "ros2-command", "ros2-session", "simulator", "launch", "ros-from-wheels", "setup")
-# The tools with which instructors and authors make, attack and release the course.
+# The tools with which instructors make, attack and release the course.
 _WITHHELD = ("grader/authoring/", "grader/selftest/")
 _NO_SOURCE = ("__pycache__", ".pyc", ".ipynb_checkpoints")
-_STAGES = f"grader/notebook/{course_stages.PACKED.name}"
+_SOLUTIONS = checkpoints.PACKED.relative_to(KIT).as_posix()
 
 
 @dataclass(frozen=True)
 class Released:
-    """A written kit: its files, below the top folder, and its size."""
+    """A written kit: its files, by their paths below the top folder, and its size."""
 
     files: tuple[str, ...]
     bytes: int
-    with_stages: bool
+    with_solutions: bool
 
     @property
     def words(self) -> str:
-        """Return what `start_at` can do in this kit."""
-        if self.with_stages:
-            return "with the packed solutions, so `start_at` works; --without-stages leaves them out"
+        """Return whether `start_at` works in this kit."""
+        if self.with_solutions:
+            return "with the packed solutions, so `start_at` works; --without-solutions leaves them out"
         return "without the solutions, so `start_at` lays out nothing"
 
 
-def release(out: Path, *, stages: bool = True) -> Released:
+def release(out: Path, *, solutions: bool = True) -> Released:
     """Write the students' kit to the zip `out`.
 
     Raises:
-        GraderError: this is no checkout of the whole kit, or `out` cannot be written.
+        GraderError: this is not a whole checkout, or `out` cannot be written.
     """
-    if not course_stages.REFERENCE.is_dir():
-        raise GraderError("This is a students' kit; a kit is released from the whole one, which holds solution_pkg.")
-    files = contents(stages=stages)
+    if not checkpoint_texts.REFERENCE.is_dir():
+        raise GraderError("There is no solution_pkg here. Release the students' kit from a whole checkout.")
+    files = contents(solutions=solutions)
     part = out.with_name(out.name + ".part")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -62,22 +67,22 @@ def release(out: Path, *, stages: bool = True) -> Released:
                 archive.writestr(entry, data)
         part.replace(out)
     except OSError as error:
-        raise GraderError(f"The kit cannot be written to {out}: {error}. Choose another --out.") from error
+        raise GraderError(f"Cannot write the kit to {out}: {error}. Choose another --out.") from error
     finally:
         part.unlink(missing_ok=True)
-    return Released(tuple(sorted(files)), out.stat().st_size, stages)
+    return Released(tuple(sorted(files)), out.stat().st_size, solutions)
 
 
-def contents(*, stages: bool = True) -> dict[str, bytes]:
-    """Return the files of the students' kit by their names."""
+def contents(*, solutions: bool = True) -> dict[str, bytes]:
+    """Return the files of the students' kit by their paths."""
     found = {name: (KIT / name).read_bytes() for name in _named()}
-    for path in sorted(_STUDENT.iterdir()):
+    for path in sorted(_STUDENT_KIT.iterdir()):
         found[path.name] = path.read_bytes()
     found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()
     found["requirements.txt"] = pins((KIT / "requirements.txt").read_text()).encode()
-    found.pop(_STAGES, None)
-    if stages:
-        found[_STAGES] = course_stages.pack()
+    found.pop(_SOLUTIONS, None)
+    if solutions:
+        found[_SOLUTIONS] = checkpoint_texts.pack()
     return found
 
 
@@ -94,36 +99,41 @@ def _named() -> Iterator[str]:
 
 
 def packaging(text: str) -> str:
-    """Return pyproject.toml without what only developers use: the extra `dev`, the settings of linters and tests."""
+    """Return pyproject.toml without what only developers use: the extra `dev`, entry points, linters' settings."""
     tables = re.split(r"(?m)^(?=\[)", text)
-    kept = [t for t in tables if not t.lstrip("[").startswith("tool.") or t.startswith("[tool.setuptools")]
+    kept = [t for t in tables if not t.startswith(("[tool.", "[[tool.", "[project.entry-points."))]
+    kept += [t for t in tables if t.startswith("[tool.setuptools")]
     return re.sub(r"(?m)^dev = .*\n", "", "".join(kept)).rstrip("\n") + "\n"
 
 
 def pins(text: str) -> str:
-    """Return requirements.txt without the packages that only the extra `dev` brings in.
+    """Return requirements.txt without the packages that only the extra `dev` needs.
 
-    What brings a package in stands below it ("# via"); the kit's own wishes are those of pyproject.toml.
+    The lines "# via" below a package name the packages that need it.
     """
-    blocks = re.findall(r"(?m)^[a-z0-9].*\n(?:^ +#.*\n)*", text if text.endswith("\n") else text + "\n")
-    wanted = _wanted()
-    parents = {_name(block): set(re.findall(r"(?m)^ +#(?: via)? +([A-Za-z0-9._-]+)(?= |$)", block)) for block in blocks}
-    kept = {name for name in parents if name in wanted}
-    while more := {name for name, by in parents.items() if name not in kept and by & kept}:
+    pinned: list[tuple[str, list[str]]] = []  # name and lines; a package may have one pin for each Python version
+    needed_by: dict[str, set[str]] = {}
+    for line in text.splitlines():
+        if line.startswith(" "):
+            name, lines = pinned[-1]
+            words = line.replace("#", "").split()
+            needed_by[name].update(words[words[:1] == ["via"] :][:1])
+            lines.append(line)
+        elif not line.startswith("#"):
+            name = canonicalize_name(Requirement(line).name)
+            needed_by.setdefault(name, set())
+            pinned.append((name, [line]))
+    kept = _wanted() & needed_by.keys()
+    while more := {name for name, parents in needed_by.items() if name not in kept and parents & kept}:
         kept |= more
-    return "".join(block for block in blocks if _name(block) in kept)
-
-
-def _name(block: str) -> str:
-    return re.split(r"[=\[ ;]", block, maxsplit=1)[0]
+    return "".join(f"{line}\n" for name, lines in pinned if name in kept for line in lines)
 
 
 def _wanted() -> set[str]:
-    import tomllib
-
-    project = tomllib.loads((KIT / "pyproject.toml").read_text())["project"]
-    extras = project["optional-dependencies"]
-    wishes = [*project["dependencies"], *(w for extra, held in extras.items() if extra != "dev" for w in held)]
-    # `make setup` builds the kit itself without fetching anything more.
-    wishes += tomllib.loads((KIT / "pyproject.toml").read_text())["build-system"]["requires"]
-    return {re.split(r"[\[<>=~! ]", wish, maxsplit=1)[0].lower().replace("_", "-") for wish in wishes}
+    """Return the packages that the kit names itself: all but those of the extra `dev`."""
+    settings = tomllib.loads((KIT / "pyproject.toml").read_text())
+    extras = settings["project"]["optional-dependencies"]
+    # `make setup` builds the kit without fetching anything more.
+    named = [*settings["project"]["dependencies"], *settings["build-system"]["requires"]]
+    named += [requirement for extra, listed in extras.items() if extra != "dev" for requirement in listed]
+    return {canonicalize_name(Requirement(requirement).name) for requirement in named}

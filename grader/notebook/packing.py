@@ -1,8 +1,7 @@
-"""Pack a package for handing in, and say what the grader will see of it: files, sizes, points, what is not own work."""
+"""Pack a package for submission and describe what the grader will see of it: files, sizes, points."""
 
 from __future__ import annotations
 
-import json
 import os
 import posixpath
 import tempfile
@@ -13,31 +12,27 @@ from pathlib import Path
 
 from grader import build, pipeline
 from grader.contract import spec
-from grader.errors import KitError, SubmissionError
+from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag
+from grader.intake import course_marker
 from grader.intake.plan import BUILD_MARKERS, BUILD_NAMES, VENV_MARKER, Limits
 from grader.intake.submission import open_submission
-from grader.notebook import checkpoints, workspace
+from grader.notebook import workspace
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, points
 from grader.scoring.rubric import RUBRIC
 from grader.scoring.scorecard import Outcome
 
-NEEDED = (
-    "package.xml",
-    "CMakeLists.txt",
-    f"{spec.PACKAGE}/robot_controller.py",
-    f"{spec.PACKAGE}/sensor_processor.py",
-)
+NEEDED = ("package.xml", "CMakeLists.txt", *spec.NODE_MODULES)
 _CACHES = {"__pycache__", "htmlcov", "node_modules"}
-_KEPT_DOTS = {checkpoints.MARKER, ".flake8", ".coveragerc", ".gitignore"}
+_KEPT_DOTS = {course_marker.MARKER, ".flake8", ".coveragerc", ".gitignore"}
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # one date for all: the same package gives the same bytes
 _LISTED = 40
 
 
 @dataclass(frozen=True)
-class HandedIn:
-    """A packed submission. `sizes` has each file's bytes; `laid_out` are those that the course, not you, wrote."""
+class PackedSubmission:
+    """A packed submission. `sizes` are in bytes, by file; `laid_out` names the files that the course wrote, not you."""
 
     archive: Path
     sizes: dict[str, int]
@@ -54,7 +49,7 @@ class HandedIn:
         return str(self)
 
     def lines(self) -> Iterator[str]:
-        """Give the account, line by line."""
+        """Yield the description, line by line."""
         total = sum(self.sizes.values())
         yield f"{self.archive.name}: {_count(len(self.sizes), 'file')}, {_size(total)}"
         for name, size in list(self.sizes.items())[:_LISTED]:
@@ -67,14 +62,14 @@ class HandedIn:
         for note in self.notes:
             yield f"note: {note}"
         for flag in self.flags:
-            yield f"an instructor will look at this: {flag.what}"
+            yield f"an instructor will review this: {flag.what}"
         if self.laid_out:
-            yield f"{len(self.laid_out)} of {len(self.sizes)} files were laid out by the course: not your own work."
+            yield f"{len(self.laid_out)} of {len(self.sizes)} files were laid out by the course, so not your work."
         yield from self._graded()
 
     def _graded(self) -> Iterator[str]:
         if self.grading is None:
-            yield "Nothing was checked. `grader submit` without --no-check says what the public checks give."
+            yield "Nothing was checked. Run `grader submit` without --no-check to see the points of the public checks."
             return
         card = self.grading.scorecard
         yield "The public checks give:"
@@ -84,8 +79,8 @@ class HandedIn:
         yield f"  {'Together':<20} {points(total):>5} of {points(worth)}"
         lost = [s.requirement.id for s in card.requirements if s.outcome not in (Outcome.PASSED, Outcome.NOT_GRADED)]
         if lost:
-            yield f"  points are lost in {', '.join(lost)}; `check(...)` in the notebook says why"
-        yield "Your instructor's grading uses other speeds, places and seeds, so it can differ."
+            yield f"  points lost in {', '.join(lost)}; `check(...)` in the notebook says why"
+        yield "Your instructor grades with other speeds, places and seeds, so the points can differ."
 
 
 def submit(
@@ -94,29 +89,29 @@ def submit(
     *,
     check: bool = True,
     progress: Callable[[str], None] = lambda _what: None,
-) -> HandedIn:
-    """Pack `package` (default: the workspace's) as the zip `out` (default: beside the workspace's src) and look at it.
+) -> PackedSubmission:
+    """Pack `package` (default: the workspace's) as the zip `out` (default: beside the workspace's src) and describe it.
 
-    With `check` the public checks run on the archive itself, as the grader will find it: a few minutes.
+    With `check`, run the public checks on the archive itself; this takes a few minutes.
 
     Raises:
         SubmissionError: there is no package to hand in, or it is too large.
-        GraderError: this host cannot check.
+        GraderError: the zip cannot be written, or this host cannot check.
     """
     package = (package or _workspace_package()).resolve()
     if not (package / "package.xml").is_file():
         raise SubmissionError(
             f"There is nothing to hand in: {package.name} holds no package.xml. "
-            "Notebook 01 makes one; `--package` names another folder."
+            "Write one in notebook 01, or name another folder with `--package`."
         )
     target = (out or _beside(package) / f"{spec.PACKAGE}.zip").resolve()
     sizes = _pack(package, target)
     with tempfile.TemporaryDirectory(prefix="submit-") as scratch:
         taken = open_submission(target, Path(scratch) / "submission")
-        found = HandedIn(
+        found = PackedSubmission(
             target,
             sizes,
-            laid_out=tuple(laid_out(package, sizes)),
+            laid_out=tuple(name for name in course_marker.unchanged(package) if name in sizes),
             missing=tuple(name for name in NEEDED if name not in sizes),
             notes=tuple(taken.intake.notes),
             flags=taken.flags,
@@ -129,21 +124,21 @@ def submit(
 
 
 def _workspace_package() -> Path:
-    """Return the present folder's package, else the workspace's."""
+    """Return the current folder if it holds a package, else the workspace's package."""
     here = Path.cwd()
     return here if (here / "package.xml").is_file() else workspace.find().package
 
 
 def _beside(package: Path) -> Path:
-    """Return the folder for the archive: the workspace, or what holds the package. Never the package itself."""
+    """Return the folder for the archive: the workspace, or the package's parent. Never the package itself."""
     return package.parent.parent if package.parent.name == "src" else package.parent
 
 
 def _pack(package: Path, target: Path) -> dict[str, int]:
-    """Write the package's own files into the zip, below one folder, and return their sizes."""
+    """Write the package's own files into the zip, below one folder, and return their sizes in bytes."""
     files = {path.relative_to(package).as_posix(): path for path in sorted(_own_files(package))}
     interfaces = package.with_name(spec.INTERFACES_PACKAGE)
-    if (interfaces / "package.xml").is_file():  # split off, which the grader takes too
+    if (interfaces / "package.xml").is_file():  # interfaces in a package of their own, which the grader accepts
         files |= {f"../{path.relative_to(package.parent).as_posix()}": path for path in sorted(_own_files(interfaces))}
     _refuse_large(files)
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -157,26 +152,26 @@ def _pack(package: Path, target: Path) -> dict[str, int]:
                 archive.writestr(entry, path.read_bytes())
         part.replace(target)
     except OSError as error:
-        raise KitError(f"Cannot write {target.name}: {error}. Name another place with --out.") from error
+        raise GraderError(f"Cannot write {target.name}: {error}. Choose another place with --out.") from error
     finally:
         part.unlink(missing_ok=True)
     return {name: path.stat().st_size for name, path in files.items()}
 
 
 def _own_files(folder: Path) -> Iterator[Path]:
-    """Give the files of the package, without build trees, caches, environments and version control."""
+    """Yield the files of the package, without build trees, caches, environments and version control."""
     for path in folder.iterdir():
         if path.is_symlink() or path.suffix in (".pyc", ".zip"):
             continue
         if path.is_file():
             if not path.name.startswith(".") or path.name in _KEPT_DOTS:
                 yield path
-        elif path.is_dir() and not _made(path):
+        elif path.is_dir() and not _made_by_a_tool(path):
             yield from _own_files(path)
 
 
-def _made(folder: Path) -> bool:
-    """Return whether a tool made the folder. A student's own `log` stays: a build tree has a marker in it."""
+def _made_by_a_tool(folder: Path) -> bool:
+    """Return whether a tool made the folder. A student's own `log` is not: a build tree has a marker in it."""
     if folder.name.startswith(".") or folder.name in _CACHES or folder.name.endswith(".egg-info"):
         return True
     held = {path.name for path in folder.iterdir()}
@@ -189,18 +184,9 @@ def _refuse_large(files: dict[str, Path]) -> None:
     if sum(sizes.values()) > limits.total_bytes or len(sizes) > limits.files:
         largest = max(sizes, key=lambda name: sizes[name])
         raise SubmissionError(
-            f"The package has {len(sizes)} files and {_size(sum(sizes.values()))}, more than the grader takes in. "
-            f"The largest is {largest} with {_size(sizes[largest])}; move what is no source out of the package."
+            f"The package has {len(sizes)} files and {_size(sum(sizes.values()))}, more than the grader accepts. "
+            f"The largest is {largest} with {_size(sizes[largest])}; move files that are not source out of the package."
         )
-
-
-def laid_out(package: Path, names: dict[str, int]) -> list[str]:
-    """Return the files that are still as `start_at` laid them out."""
-    try:
-        sums = json.loads((package / checkpoints.MARKER).read_text())["sha256"]
-        return [name for name in names if sums.get(name) == checkpoints.sha256((package / name).read_bytes())]
-    except (OSError, ValueError, KeyError, AttributeError, TypeError):
-        return []
 
 
 def _count(number: int, what: str) -> str:

@@ -159,7 +159,7 @@ class Run:
             self._tick()
         if goal.problem:
             print(f"not yet: {goal.problem}")
-        facts, result = goal.facts(), stage.result_of(goal)
+        facts, result = goal.facts(), goal.result
         return Went(
             status=facts.status,
             success=bool(facts.success),

@@ -11,12 +11,11 @@ from typing import Any
 
 from std_msgs.msg import Float32
 
-from grader.trials.catalog import TrialPlan
-from grader.trials.goal import GoalRun
 from grader.trials.interfaces import SERVICES, SensorFusionData
 from grader.trials.messages import fill
-from grader.trials.observation import Program
-from grader.trials.stage import Stage, TrialOver
+from grader.trials.observation import Program, TrialOver
+from grader.trials.plan import TrialPlan
+from grader.trials.stage import Stage
 from sim import Recorder, Simulator
 from sim.bridge import TICK_S
 from sim.sensors import Reading
@@ -77,11 +76,6 @@ class WatchedStage(Stage):
     def takes_goals(self) -> bool:
         """Return whether the node offers the action."""
         return self.action is not None and bool(self.action.server_is_ready())
-
-    @staticmethod
-    def result_of(goal: GoalRun) -> Any:
-        """Return a goal's result message, None if there is none."""
-        return goal._result.result if goal._result is not None else None
 
     def _hear(self, kind: Any, topic: str) -> None:
         def take(message: Any) -> None:

@@ -12,7 +12,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 
-from grader.authoring import notebook_run, notebook_source
+from grader.authoring import checkpoint_texts, notebook_run, notebook_source
 from grader.contract import spec
 from grader.notebook import checkpoints
 from grader.notebook.workspace import Workspace
@@ -50,7 +50,7 @@ class Course:
     def _play(self, name: str, workspace: Path, begins: bool) -> notebook_run.Performance:
         if begins:
             checkpoints.start_at(Workspace(workspace), name)
-        notebook = notebook_run.solved(name, notebook_source.read(name, self.rubric), checkpoints.exercise)
+        notebook = notebook_run.solved(name, notebook_source.read(name, self.rubric), checkpoint_texts.solution)
         return notebook_run.play(notebook, workspace)
 
     def untouched(self, name: str) -> Validation:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import functools
+import os
 import shutil
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from grader import KIT
 from grader.authoring import book, notebook_run, notebook_source
+from grader.notebook.workspace import VARIABLE, Workspace
 from grader.scoring.rubric import Rubric, load
 from helpers.notebook_rules import Page
 
@@ -64,3 +67,16 @@ def solution_of_the_example(_notebook: str, path: str) -> str:
 def answer() -> notebook_run.Solutions:
     """The solutions of the example."""
     return solution_of_the_example
+
+
+@pytest.fixture
+def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Workspace]:
+    """An empty workspace, which `find` finds; the process is restored afterwards."""
+    found = Workspace(tmp_path / "ws")
+    environment, path, bytecode = dict(os.environ), list(sys.path), sys.dont_write_bytecode
+    monkeypatch.chdir(tmp_path)
+    os.environ[VARIABLE] = str(found.root)
+    yield found
+    os.environ.clear()
+    os.environ.update(environment)
+    sys.path[:], sys.dont_write_bytecode = path, bytecode

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 import pytest
 from helpers.notebook_rules import OF_OUTPUTS, OF_SOURCES, Page, Rule, sections_of_the_rubric_are_there
 
-from grader.authoring import book, notebook_source
+from grader.authoring import book, checkpoint_texts, notebook_source
 from grader.notebook import checkpoints
 from grader.scoring.rubric import Rubric
 
@@ -50,21 +50,11 @@ def test_requirements_are_taught_where_the_rubric_says(name: str, rubric: Rubric
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_each_file_of_a_stage_has_one_cell(name: str, source_page: Callable[[str], Page]):
-    stage = checkpoints.stage(name)
-    for tag, files in ((notebook_source.EXERCISE, stage.exercises), (notebook_source.GIVEN, stage.given)):
+def test_each_file_of_a_checkpoint_has_one_cell(name: str, source_page: Callable[[str], Page]):
+    checkpoint = checkpoints.checkpoint(name)
+    for tag, files in ((notebook_source.EXERCISE, checkpoint.exercises), (notebook_source.GIVEN, checkpoint.given)):
         cells = [cell for cell in source_page(name).code() if tag in notebook_source.tags(cell)]
         assert sorted(filter(None, map(notebook_source.written_file, cells))) == sorted(files), f"cells tagged {tag}"
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_what_a_notebook_gives_is_what_start_at_lays_out(name: str, source_page: Callable[[str], Page]):
-    given = {
-        path: notebook_source.body(cell)
-        for cell in source_page(name).code()
-        if notebook_source.GIVEN in notebook_source.tags(cell) and (path := notebook_source.written_file(cell))
-    }
-    assert given == {path: checkpoints.given_text(name, path) for path in given}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -72,7 +62,7 @@ def test_no_exercise_ships_its_solution(name: str, source_page: Callable[[str], 
     for cell in source_page(name).code():
         path = notebook_source.written_file(cell)
         if path and notebook_source.EXERCISE in notebook_source.tags(cell):
-            assert notebook_source.body(cell) != checkpoints.exercise(name, path), path
+            assert notebook_source.body(cell) != checkpoint_texts.solution(name, path), path
 
 
 def test_each_requirement_is_checked_in_some_notebook(rubric: Rubric, source_page: Callable[[str], Page]):

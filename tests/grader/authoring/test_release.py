@@ -13,20 +13,14 @@ from pathlib import Path
 import pytest
 from helpers.notebook_rules import Page, links_lead_somewhere
 
-from grader.authoring import book, notebook_run, notebook_source, release
+from grader.authoring import book, checkpoint_texts, notebook_run, notebook_source, release
+from grader.contract.spec import PACKAGE
 from grader.notebook import checkpoints
 from grader.scoring.rubric import Rubric
 
 WITHHELD = (
-    "solution_pkg/",
-    "tests/",
-    ".git/",
-    ".github/",
-    "grader/attacks",
-    "notebooks/source",
-    "out/",
-    "grader/certify",
-)
+    "solution_pkg/", "tests/", ".git/", ".github/", "grader/authoring", "grader/selftest", "notebooks/source", "out/",
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -67,10 +61,10 @@ def test_no_exercise_lies_solved_in_it(kit: Path):
     texts = {name: (kit / name).read_text(errors="replace") for name in names(kit)}
     held = "\n".join(text.replace("\\n", "\n").replace('\\"', '"') for text in texts.values())
     for notebook in checkpoints.NOTEBOOKS:
-        for path in checkpoints.stage(notebook).exercises:
+        for path in checkpoints.checkpoint(notebook).exercises:
             if path.startswith(("msg/", "srv/", "action/")):
                 continue
-            longest = max(checkpoints.exercise(notebook, path).split("\n\n"), key=len)
+            longest = max(checkpoint_texts.solution(notebook, path).split("\n\n"), key=len)
             assert longest not in held, path
 
 
@@ -90,14 +84,14 @@ def test_the_program_of_the_kit_quotes_no_solution(kit: Path):
     programs = {name: (kit / name).read_text() for name in names(kit) if name.endswith((".py", ".txt", ".yaml"))}
     assert "grader/notebook/checkpoints.py" in programs
     for notebook in checkpoints.NOTEBOOKS:
-        for path in checkpoints.stage(notebook).exercises:
+        for path in checkpoints.checkpoint(notebook).exercises:
             for name, text in programs.items():
-                quoted = longest_quotation(checkpoints.exercise(notebook, path), text)
+                quoted = longest_quotation(checkpoint_texts.solution(notebook, path), text)
                 assert len(quoted) <= 7, f"{name} has of {path}:\n" + "\n".join(quoted)
 
 
-def test_without_stages_the_solutions_are_not_even_packed(tmp_path: Path):
-    release.release(tmp_path / "kit.zip", stages=False)
+def test_without_solutions_none_are_packed(tmp_path: Path):
+    release.release(tmp_path / "kit.zip", solutions=False)
     with zipfile.ZipFile(tmp_path / "kit.zip") as opened:
         assert [name for name in opened.namelist() if name.endswith(".bin")] == []
 
@@ -152,17 +146,17 @@ def test_the_course_is_gone_through_in_the_released_kit(kit: Path, rubric: Rubri
     workspace = kit / "ws"
     for name in checkpoints.NOTEBOOKS:
         notebook = book.read_stored(kit / "notebooks" / f"{name}.ipynb")
-        played = notebook_run.play(notebook_run.solved(name, notebook, checkpoints.exercise), workspace, kit)
+        played = notebook_run.play(notebook_run.solved(name, notebook, checkpoint_texts.solution), workspace, kit)
         assert played.error is None
         assert notebook_run.unpassed(played.notebook) == [], "\n".join(notebook_run.said_by_checks(played.notebook))
-    graded = in_kit(kit, "grade", str(workspace / "src" / checkpoints.PACKAGE), "--out", str(tmp_path))
+    graded = in_kit(kit, "grade", str(workspace / "src" / PACKAGE), "--out", str(tmp_path))
     assert graded.returncode == 0, graded.stderr
     assert json.loads((tmp_path / "report.json").read_text())["total"] == 100
 
 
 @pytest.mark.ros
 def test_start_at_works_in_the_released_kit(kit: Path, tmp_path: Path):
-    """The kit has no solution_pkg: what is laid out comes from the packed stages."""
+    """The kit has no solution_pkg: what is laid out comes from the packed checkpoints."""
     code = "import grader; from grader.notebook import start_at; print(grader.__file__); start_at('05')"
     ran = subprocess.run(
         [sys.executable, "-c", code], cwd=tmp_path, env=notebook_run.environment(tmp_path / "ws", kit),
@@ -170,5 +164,5 @@ def test_start_at_works_in_the_released_kit(kit: Path, tmp_path: Path):
     )  # fmt: skip
     assert ran.returncode == 0, ran.stderr
     assert ran.stdout.startswith(str(kit))
-    package = tmp_path / "ws" / "src" / checkpoints.PACKAGE
-    assert (package / checkpoints.PACKAGE / "sensor_processor.py").is_file()
+    package = tmp_path / "ws" / "src" / PACKAGE
+    assert (package / PACKAGE / "sensor_processor.py").is_file()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 import zipfile
@@ -10,14 +11,17 @@ from pathlib import Path
 import pytest
 
 from grader import cli
+from grader.authoring.checkpoint_texts import REFERENCE
+from grader.contract.spec import PACKAGE
 from grader.errors import SubmissionError
-from grader.notebook import checkpoints, packing
+from grader.intake import course_marker
+from grader.notebook import packing
 
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
     """A student's package in a workspace: the reference's files, all their own work."""
-    return Path(shutil.copytree(checkpoints.REFERENCE, tmp_path / "ws" / "src" / checkpoints.PACKAGE))
+    return Path(shutil.copytree(REFERENCE, tmp_path / "ws" / "src" / PACKAGE))
 
 
 def packed(archive: Path) -> list[str]:
@@ -66,8 +70,8 @@ def test_an_executable_stays_one(package: Path):
 
 
 def test_files_that_the_course_laid_out_are_named(package: Path):
-    sums = {name: checkpoints.sha256((package / name).read_bytes()) for name in ("package.xml", "setup.py")}
-    (package / checkpoints.MARKER).write_text(json.dumps({"laid_out_before": "05", "sha256": sums}))
+    sums = {name: hashlib.sha256((package / name).read_bytes()).hexdigest() for name in ("package.xml", "setup.py")}
+    (package / course_marker.MARKER).write_text(json.dumps({"laid_out_before": "05", "sha256": sums}))
     (package / "setup.py").write_text("# mine now\n")
     handed_in = packing.submit(package, check=False)
     assert handed_in.laid_out == ("package.xml",)
@@ -76,7 +80,7 @@ def test_files_that_the_course_laid_out_are_named(package: Path):
 
 
 def test_a_damaged_marker_counts_for_nothing(package: Path):
-    (package / checkpoints.MARKER).write_text('{"sha256": [1]}')
+    (package / course_marker.MARKER).write_text('{"sha256": [1]}')
     assert packing.submit(package, check=False).laid_out == ()
 
 

@@ -1,4 +1,4 @@
-"""What a check answers at once, because it is evidently out of reach."""
+"""The answer for a package that lacks what a requirement needs: what is missing and how to get it."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ import pytest
 
 from grader.contract.spec import PACKAGE
 from grader.evidence import Build
+from grader.intake import course_marker
 from grader.notebook import checkpoints, prerequisites
 from grader.notebook.checking import RUBRIC
 from grader.scoring import rubric
 
 
 def lay_out(folder: Path, notebook: str) -> Path:
-    """The package as it is after a notebook."""
+    """Write the package as a notebook leaves it."""
     for path, text in checkpoints.files_after(notebook).items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_text(text)
@@ -27,10 +28,10 @@ def gap(package: Path, requirement: str, notebook: str = "") -> tuple[str, str]:
 
 
 def test_every_requirement_has_its_files() -> None:
-    assert set(prerequisites._FILES) == {requirement.id for requirement in rubric.load(RUBRIC).requirements}
+    assert set(prerequisites.FILES) == {requirement.id for requirement in rubric.load(RUBRIC).requirements}
 
 
-@pytest.mark.parametrize("requirement", sorted(prerequisites._FILES))
+@pytest.mark.parametrize("requirement", sorted(prerequisites.FILES))
 def test_nothing_is_missing_from_the_finished_package(tmp_path: Path, requirement: str) -> None:
     assert prerequisites.first_gap(lay_out(tmp_path, "10"), requirement) is None
 
@@ -42,19 +43,19 @@ def test_an_empty_package_names_the_first_notebook(tmp_path: Path) -> None:
     assert gap(tmp_path / "nowhere", "F4")[0] == "your package is empty"
 
 
-def test_the_courses_marker_alone_is_an_empty_package(tmp_path: Path) -> None:
-    (tmp_path / checkpoints.MARKER).write_text("{}")
+def test_a_package_with_only_the_courses_marker_counts_as_empty(tmp_path: Path) -> None:
+    (tmp_path / course_marker.MARKER).write_text("{}")
     assert gap(tmp_path, "I2")[0] == "your package is empty"
 
 
-def test_a_file_of_this_notebook_is_to_be_written_here(tmp_path: Path) -> None:
+def test_a_missing_file_of_this_notebook_is_asked_for_here(tmp_path: Path) -> None:
     (lay_out(tmp_path, "02") / "README.md").write_text("# Mine")
     assert gap(tmp_path, "F14", "03") == (
         f"there is no {PACKAGE}/utils/conversions.py", "write it in this notebook's exercise, and run that cell"
     )  # fmt: skip
 
 
-def test_a_file_of_a_later_notebook_is_named_with_it(tmp_path: Path) -> None:
+def test_a_missing_file_of_a_later_notebook_names_that_notebook(tmp_path: Path) -> None:
     assert gap(lay_out(tmp_path, "07"), "T1", "07")[1] == "notebook 09 writes it"
 
 
@@ -72,7 +73,7 @@ def test_a_module_that_is_imported_and_missing_is_named_with_its_notebook(tmp_pa
     assert try_.startswith("notebook 05 writes it")
 
 
-def test_generated_interfaces_and_relative_imports_are_no_missing_modules(tmp_path: Path) -> None:
+def test_generated_interfaces_and_relative_imports_are_not_missing_modules(tmp_path: Path) -> None:
     lay_out(tmp_path, "10")
     (tmp_path / PACKAGE / "robot_controller.py").write_text(
         f"from . import driver\nimport {PACKAGE}.srv\nfrom {PACKAGE}.msg import SensorFusionData\nimport rclpy.node\n"
@@ -80,7 +81,7 @@ def test_generated_interfaces_and_relative_imports_are_no_missing_modules(tmp_pa
     assert prerequisites.first_gap(tmp_path, "F1") is None
 
 
-def test_the_first_error_of_a_build_is_told_without_our_paths() -> None:
+def test_the_first_error_of_a_build_is_shown_without_our_paths() -> None:
     log = "--- output\nCMake Error at CMakeLists.txt:9 (find_package):\n  By not providing\n\n  more\nnext\nError 2\n"
     found = Build(ok=False, cached=False, wall_seconds=1.0, exit_code=1, timed_out=False, log_tail=log)
     assert prerequisites.first_error(found) == "CMake Error at CMakeLists.txt:9 (find_package): By not providing more"
@@ -98,12 +99,12 @@ def test_the_first_error_of_a_build_is_told_without_our_paths() -> None:
         (0, "Summary: 1 package finished\n", "does CMakeLists.txt end with ament_package()?"),
     ],
 )  # fmt: skip
-def test_errors_that_tools_wrap_are_told_bare(exit_code: int, log: str, words: str) -> None:
+def test_errors_that_tools_wrap_are_unwrapped(exit_code: int, log: str, words: str) -> None:
     found = Build(ok=False, cached=False, wall_seconds=1.0, exit_code=exit_code, timed_out=False, log_tail=log)
     assert prerequisites.first_error(found).endswith(words)
 
 
-def test_a_build_without_a_marked_error_tells_its_exit_status() -> None:
+def test_a_build_without_a_marked_error_shows_its_exit_status() -> None:
     found = Build(ok=False, cached=False, wall_seconds=1.0, exit_code=3, timed_out=False, log_tail="hm\n")
     assert prerequisites.first_error(found) == "`colcon build` ended with exit status 3"
 
@@ -111,11 +112,11 @@ def test_a_build_without_a_marked_error_tells_its_exit_status() -> None:
 @pytest.mark.parametrize(
     ("because", "advice"),
     [
-        ("the robot did not drive before the obstacle came (F2)", 'mend F2 first: `check("F2")` says more'),
-        ("there is no executable robot_controller in lib/x", 'install(PROGRAMS ...) in CMakeLists.txt puts it there'),
-        ("there is no service set_speed of the contract's type", "write the exercise that offers it"),
+        ("the robot did not drive before the obstacle came (F2)", 'fix F2 first: `check("F2")` says more'),
+        ("there is no executable robot_controller in lib/x", 'install it with install(PROGRAMS ...) in CMakeLists.txt'),
+        ("there is no service set_speed of the contract's type", "complete the exercise that provides it"),
         ("the node ended at 0.1 s; its last words were: KeyError", "its last words say where"),
     ],
 )  # fmt: skip
-def test_what_stood_in_the_way_comes_with_advice(because: str, advice: str) -> None:
+def test_the_reason_why_a_check_could_not_be_judged_comes_with_advice(because: str, advice: str) -> None:
     assert advice in prerequisites.advice(because)
