@@ -30,8 +30,8 @@ from pathlib import Path
 from grader import build
 from grader.host import namespaces
 from grader.trials import scheduler
-from grader.trials.catalog import TrialPlan
-from grader.trials.request import Request
+from grader.trials.plan import TrialPlan
+from grader.trials.request import TrialRequest
 
 _ROOT = Path(__file__).parents[1]
 
@@ -105,7 +105,7 @@ def measure(install: str, seconds: float, seed: int) -> _Timing:
         return seconds / (time.perf_counter() - wall), seconds / (_cpu_s() - cpu)
 
     plan = TrialPlan("lockstep", "", script, "robot_controller", "open_field", ())
-    facts = run_trial(plan, Request("lockstep", install, seed, 1 + seed % 100, ""))
+    facts = run_trial(plan, TrialRequest("lockstep", install, seed, 1 + seed % 100, ""))
     if facts.ended or facts.script_error:
         sys.exit(facts.ended or facts.script_error)
     return timing
@@ -168,7 +168,7 @@ def main() -> None:
         return
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
-        contract = build.contract(build.cache_folder()).install
+        contract = build.build_contract(build.cache_folder()).install
         chosen = [(path.name, [path]) for path in options.packages] or packages(folder)
         print(f"{options.seconds:g} s driving, then as long navigating; median (worst) of {options.repeat}", end="; ")
         print(f"load {os.getloadavg()[0]:.1f}, {os.cpu_count()} cores; times real time\n")

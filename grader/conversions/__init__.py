@@ -1,1 +1,1 @@
-"""Call the package's own functions in a sandbox and bring back what they return. Data only, no verdicts."""
+"""Call the package's own functions in a sandbox and record what they return. Data only, no verdicts."""

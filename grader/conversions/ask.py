@@ -1,4 +1,4 @@
-"""Ask the package's conversions for their answers, at their edges and at places that the seed chooses."""
+"""Call the package's conversions with edge cases and with arguments that the seed chooses."""
 
 from __future__ import annotations
 
@@ -19,51 +19,58 @@ _WORKER = Path(__file__).parent / "worker.py"
 def ask_conversions(install: Path, seed: int) -> list[FunctionAnswer]:
     """Return what the four functions of utils/conversions.py answer, each with its arguments.
 
-    A quaternion is a list [x, y, z, w], as an argument and as an answer. What does not come back in the form it was
-    asked for counts as no answer.
+    A quaternion is a list [x, y, z, w], as an argument and as an answer. An answer of any other form than a number or
+    a quaternion counts as none.
     """
     asked = questions(seed)
-    with tempdir.folder("conversions") as room:
-        (room / "out").mkdir()
-        (room / "questions.json").write_text(json.dumps(asked))
+    with tempdir.folder("conversions") as folder:
+        questions_file, out = folder / "questions.json", folder / "out"
+        out.mkdir()
+        questions_file.write_text(json.dumps(asked))
+        inside, program = "/ws/questions.json", "/ws/conversions_worker.py"
         box = sandbox.Sandbox(
-            read_only={
-                install: str(build.INSTALL), _WORKER: "/ws/conversions_worker.py", room / "questions.json": "/ws/questions.json",
-            },
-            writable={room / "out": "/ws/out"},
+            read_only={install: str(build.INSTALL), _WORKER: program, questions_file: inside},
+            writable={out: "/ws/out"},
             environment=ros_env.environment(build.INSTALL, home=sandbox.HOME),
-        )  # fmt: skip
-        command = ["python3", "/ws/conversions_worker.py", "/ws/questions.json", "/ws/out/answers.json"]
+        )
+        command = ["python3", program, inside, "/ws/out/answers.json"]
         result = sandbox.run(command, box, sandbox.Limits(wall_seconds=30.0))
-        answers = _read(room / "out" / "answers.json")
-    last = result.output.strip().splitlines()[-1:] or [f"ended with status {result.exit_code}"]
-    return [_answer(q, answers[i] if i < len(answers) else {"problem": last[0][:200]}) for i, q in enumerate(asked)]
+        answers = untrusted.read_json(out / "answers.json")
+    if not isinstance(answers, list):
+        answers = []
+    last_line = (result.output.strip().splitlines() or [f"ended with status {result.exit_code}"])[-1]
+    missing = [{"problem": last_line[:200]}] * (len(asked) - len(answers))
+    return [_answer(question, found) for question, found in zip(asked, [*answers, *missing], strict=False)]
 
 
 def questions(seed: int) -> list[dict[str, Any]]:
-    """Return what is asked: edges first, then places of the seed's choice. Angles in radians."""
-    chance = random.Random(f"{seed}:conversions")
+    """Return the calls to make, as function and arguments: edge cases first, then random ones. Angles in radians."""
+    rng = random.Random(f"{seed}:conversions")
     pi = math.pi
     angles = [0.0, pi, -pi, 3 * pi, -3 * pi, 2 * pi, pi / 2, -pi / 2, pi + 0.1, -pi - 0.1, 7.0, -7.0, 100.0]
-    angles += [round(chance.uniform(-50, 50), 3) for _ in range(8)]
-    yaws = [0.0, pi, pi / 2, -pi / 2, 3.1, -3.1] + [round(chance.uniform(-3.1, 3.1), 3) for _ in range(6)]
-    halves = [[0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)] for yaw in yaws]
-    # The same turn has two quaternions.
-    halves += [[-value for value in half] for half in halves]
+    angles += [round(rng.uniform(-50, 50), 3) for _ in range(8)]
+    yaws = [0.0, pi, pi / 2, -pi / 2, 3.1, -3.1] + [round(rng.uniform(-3.1, 3.1), 3) for _ in range(6)]
+    quaternions = [[0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)] for yaw in yaws]
+    # q and -q are the same rotation.
+    quaternions += [[-value for value in quaternion] for quaternion in quaternions]
     # A robot on a ramp has a yaw as well.
-    halves += [_turn(0.3, 0.0, 2.5), _turn(0.0, -0.4, -1.0), _turn(-0.25, 0.35, round(chance.uniform(-3.0, 3.0), 3))]
+    quaternions += [
+        _quaternion(0.3, 0.0, 2.5),
+        _quaternion(0.0, -0.4, -1.0),
+        _quaternion(-0.25, 0.35, round(rng.uniform(-3.0, 3.0), 3)),
+    ]
     limits = [(0.5, 0.0, 1.0), (-2.0, 0.0, 1.0), (7.0, 0.0, 1.0), (0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (-0.5, -1.0, 1.0)]
     limits += [(-3.0, -1.0, -0.5), (0.0, -1.0, -0.5), (5.0, 2.0, 2.0)]
-    limits += [(round(chance.uniform(-9, 9), 2), -3.5, 4.25) for _ in range(4)]
+    limits += [(round(rng.uniform(-9, 9), 2), -3.5, 4.25) for _ in range(4)]
     return [
         *({"function": "normalize_angle", "arguments": [angle]} for angle in angles),
-        *({"function": "yaw_from_quaternion", "arguments": [half]} for half in halves),
+        *({"function": "yaw_from_quaternion", "arguments": [quaternion]} for quaternion in quaternions),
         *({"function": "quaternion_from_yaw", "arguments": [yaw]} for yaw in [*yaws, 2 * pi, -4.0]),
         *({"function": "clamp", "arguments": list(triple)} for triple in limits),
     ]
 
 
-def _turn(roll: float, pitch: float, yaw: float) -> list[float]:
+def _quaternion(roll: float, pitch: float, yaw: float) -> list[float]:
     """Return the quaternion [x, y, z, w] of a roll, then a pitch, then a yaw, about the fixed axes x, y and z."""
     (sr, cr), (sp, cp), (sy, cy) = ((math.sin(angle / 2), math.cos(angle / 2)) for angle in (roll, pitch, yaw))
     return [
@@ -75,6 +82,7 @@ def _turn(roll: float, pitch: float, yaw: float) -> list[float]:
 
 
 def _answer(question: dict[str, Any], found: Any) -> FunctionAnswer:
+    """Return an answer as a fact; `found` is whatever the sandbox left."""
     value = found.get("answer") if isinstance(found, dict) else None
     problem = str(found.get("problem", ""))[:200] if isinstance(found, dict) else ""
     numbers: list[Any] = value if isinstance(value, list) else [value]
@@ -82,11 +90,6 @@ def _answer(question: dict[str, Any], found: Any) -> FunctionAnswer:
         if any(not isinstance(n, int | float) or isinstance(n, bool) for n in numbers) or len(numbers) > 4:
             problem = problem or f"returned {value!r}"[:200]
         answer = [] if problem else [float(n) for n in numbers]
-    except (OverflowError, ValueError, RecursionError):  # a number, or a list, of more than anybody can tell
-        answer, problem = [], "returned what is no number in reach"
+    except (OverflowError, ValueError, RecursionError):  # a number, or a list, that is too large
+        answer, problem = [], "returned a number that is too large"
     return FunctionAnswer(question["function"], question["arguments"], answer, problem)
-
-
-def _read(path: Path) -> list[Any]:
-    found = untrusted.read_json(path)
-    return found if isinstance(found, list) else []

@@ -1,6 +1,6 @@
-"""Runs behind the wall: call utils/conversions.py with the arguments of a file and write down what comes back.
+"""Runs in the sandbox: call utils/conversions.py with the arguments of a file and write down the answers.
 
-It knows no right answers, and it is mounted alone: nothing else of the kit is in sight.
+It knows no right answers, and it is mounted alone: nothing else of the kit is visible.
 """
 
 import importlib
@@ -14,7 +14,7 @@ MODULE = "ros2_robot_controller.utils.conversions"
 
 
 def plain(value: object) -> object:
-    """Return a float or a quaternion as JSON knows them; anything else as the name of its type."""
+    """Return a number or a quaternion as JSON can hold it; anything else as the name of its type."""
     if isinstance(value, Quaternion):
         return [value.x, value.y, value.z, value.w]
     if isinstance(value, int | float) and not isinstance(value, bool):
@@ -35,7 +35,7 @@ def answer(module: object, question: dict[str, object]) -> dict[str, object]:
 
 
 def main() -> None:
-    """Answer the questions of argv[1] into argv[2]."""
+    """Answer the questions in the file argv[1] and write the answers to argv[2]."""
     questions, answers = sys.argv[1:]
     asked = json.loads(Path(questions).read_text())
     try:

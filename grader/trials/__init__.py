@@ -1,1 +1,1 @@
-"""Trials: what is done to a robot and its node. `catalog.trials()` lists them; each is a short script over a Stage."""
+"""Trials: what is done to a robot and its node. Each is a short script over a Stage; `catalog.trials()` lists them."""

@@ -1,17 +1,16 @@
-"""One goal of the navigation action, as its client sees it."""
+"""One goal of the navigation action, from its client's side."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from action_msgs.msg import GoalStatus
 
 from grader import evidence
 from grader.trials.interfaces import NavigateToPosition
-
-if TYPE_CHECKING:
-    from grader.trials.stage import Stage
+from sim.bridge import Bridge
+from sim.simulator import Simulator
 
 _STATUS = {
     GoalStatus.STATUS_SUCCEEDED: "succeeded",
@@ -22,12 +21,24 @@ _SILENT_S = 0.6
 _FEEDBACK_KEPT = 20_000  # a flood must not fill our memory
 
 
-class GoalRun:
-    """A goal that was sent: its progress and, in the end, its facts."""
+class Observer(Protocol):
+    """What a goal needs of the observation that it belongs to."""
 
-    def __init__(self, stage: Stage, x: float, y: float, tolerance: float) -> None:
-        self._stage = stage
-        self._sent_t = stage.t
+    action: Any
+    bridge: Bridge
+    simulator: Simulator
+
+    @property
+    def t(self) -> float:
+        """Return the simulated time since the trial began, in seconds."""
+
+
+class SentGoal:
+    """A goal that was sent: its progress and, in the end, its facts. Position in the odom frame, in metres."""
+
+    def __init__(self, observer: Observer, x: float, y: float, tolerance: float) -> None:
+        self._observer = observer
+        self._sent_t = observer.t
         self._x, self._y, self._tolerance = x, y, tolerance
         self._feedback: list[list[float]] = []
         self._ended_t = math.nan
@@ -40,8 +51,8 @@ class GoalRun:
         goal.target_pose.position.x, goal.target_pose.position.y = float(x), float(y)
         goal.target_pose.orientation.w = 1.0
         goal.tolerance = float(tolerance)
-        self._sending = stage.action.send_goal_async(goal, feedback_callback=self._take_feedback)
-        self._sending.add_done_callback(self._take_answer)
+        sending = observer.action.send_goal_async(goal, feedback_callback=self._take_feedback)
+        sending.add_done_callback(self._take_answer)
 
     @property
     def answered(self) -> bool:
@@ -55,29 +66,34 @@ class GoalRun:
 
     @property
     def ended(self) -> bool:
-        """Return whether the result is there, or will never be."""
+        """Return whether the result has come, or never will because the goal was rejected."""
         return self._result is not None or (self.answered and not self.accepted)
 
     @property
     def running(self) -> bool:
-        """Return whether the node is at work on the goal."""
+        """Return whether the node is working on the goal."""
         return self.accepted and not self.ended
 
     @property
     def silent(self) -> bool:
-        """Return whether feedback is missing now: the contract asks for some every half second."""
+        """Return whether feedback is overdue: the contract asks for some every half second."""
         last = self._feedback[-1][0] if self._feedback else self._sent_t
-        return self.running and self._stage.t - last > _SILENT_S
+        return self.running and self._observer.t - last > _SILENT_S
+
+    @property
+    def result(self) -> Any:
+        """Return the result message, None until it has come."""
+        return None if self._result is None else self._result.result
 
     def cancel(self) -> None:
         """Ask the node to cancel the goal."""
-        self._cancel_t = self._stage.t
-        if self._handle is not None and self._handle.accepted:
+        self._cancel_t = self._observer.t
+        if self.accepted:
             self._cancel = self._handle.cancel_goal_async()
 
     def facts(self) -> evidence.Goal:
-        """Return what has come of the goal so far."""
-        result = self._result.result if self._result is not None else None
+        """Return what has become of the goal so far."""
+        result = self.result
         status = "unfinished" if result is None else _STATUS.get(self._result.status, "unfinished")
         if self.answered and not self.accepted:
             status = "rejected"
@@ -106,12 +122,11 @@ class GoalRun:
 
     def _take_result(self, future: Any) -> None:
         self._result = future.result()
-        self._ended_t = self._stage.t
+        self._ended_t = self._observer.t
 
     def _take_feedback(self, message: Any) -> None:
-        pose = self._stage.simulator.pose
-        true = math.hypot(self._x - pose.x, self._y - pose.y)
-        self._stage.bridge.note_feedback()
-        if len(self._feedback) >= _FEEDBACK_KEPT:
-            return
-        self._feedback.append([self._stage.t, float(message.feedback.distance_remaining), true])
+        pose = self._observer.simulator.pose
+        true_distance = math.hypot(self._x - pose.x, self._y - pose.y)
+        self._observer.bridge.note_feedback()
+        if len(self._feedback) < _FEEDBACK_KEPT:
+            self._feedback.append([self._observer.t, float(message.feedback.distance_remaining), true_distance])

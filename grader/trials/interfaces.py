@@ -1,7 +1,7 @@
 """The contract's interface types, for the observer. They come from the contract's own build, never a submission's.
 
-Importable only in the process of grader/trials/worker.py, whose path is set to that build. It holds the types under one
-name: the package's, or that of the package for which a submission has split its interfaces off.
+Importable only where the path leads to that build, as in grader/trials/worker.py. It has the types under one package
+name: the package's own, or the one into which a submission has moved its interfaces.
 """
 
 from __future__ import annotations
@@ -25,5 +25,3 @@ GetRobotStatus = _type("srv", "GetRobotStatus")
 SetSpeed = _type("srv", "SetSpeed")
 
 SERVICES = {"set_speed": SetSpeed, "get_status": GetRobotStatus}
-
-__all__ = ["SERVICES", "GetRobotStatus", "NavigateToPosition", "SensorFusionData", "SetSpeed"]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-_CAP = 2000  # a student's string is evidence, not a place to store a novel
+_CAP = 2000  # characters of a string, bytes or items: evidence is not a place to store a novel
 
 
 def plain(message: Any) -> Any:
@@ -29,9 +28,3 @@ def fill(message: Any, fields: dict[str, Any]) -> Any:
         else:
             setattr(message, name, value)
     return message
-
-
-def yaw(orientation: Any) -> float:
-    """Return the yaw of a quaternion in radians, in [-pi, pi]."""
-    x, y, z, w = orientation.x, orientation.y, orientation.z, orientation.w
-    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))

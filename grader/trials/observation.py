@@ -1,6 +1,6 @@
-"""A trial while it runs: one tick after the other, everything that is seen kept, and the evidence that comes of it.
+"""A trial while it runs: tick after tick, record everything that is observed, and return it as evidence.
 
-This is the side of the trial's host. What a script can do with it stands in stage.py.
+What a script can do is in stage.py.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from rclpy.parameter_client import AsyncParameterClient
 from grader import evidence
 from grader.sandbox.cpu_clock import WorkClock
 from grader.trials import graph
-from grader.trials.catalog import TrialPlan
-from grader.trials.cpu_affinity import OneCore
-from grader.trials.goal import GoalRun
+from grader.trials.cpu_affinity import AffinityTuner
+from grader.trials.goal import SentGoal
 from grader.trials.interfaces import SERVICES, NavigateToPosition, SensorFusionData
-from grader.trials.service_proxy import Relay
+from grader.trials.plan import TrialPlan
+from grader.trials.service_proxy import ServiceProxy
 from sim.bridge import CONTROLLER, PROCESSOR, Bridge, Topics
 from sim.sensors import BatteryReading, ImuReading, Reading, ScanReading
 from sim.simulator import Simulator
 
 ACTION = "navigate_to_position"
 _ENDING_ROUNDS = 8
-# Of each kind. An honest trial has a thousand at most; a node that floods its observer must not fill our memory.
-_KEPT = 20_000
-_LOOK_EVERY = 10  # ticks
+# Of each kind of message. An honest trial has a thousand at most; a node that floods us must not fill our memory.
+_MAX_KEPT = 20_000
+_CLOCK_CHECK_TICKS = 10
 _SECTOR = math.radians(60)
 
 
@@ -42,7 +42,7 @@ class TrialOver(Exception):
 
 
 class Program(Protocol):
-    """A running program of the submission's: behind a wall in a grading, the student's own in a notebook."""
+    """A running program of the submission's: in a sandbox for grading, an ordinary process in a notebook."""
 
     @property
     def wall_seconds(self) -> float:
@@ -50,16 +50,16 @@ class Program(Protocol):
 
     @property
     def output(self) -> str:
-        """Return what it has printed, on both streams."""
+        """Return its output, stdout and stderr together."""
 
     def exit_code(self) -> int | None:
         """Return its exit code, None while it runs."""
 
     def interrupt(self) -> None:
-        """Send it what Ctrl-C sends."""
+        """Send it SIGINT, as Ctrl-C does."""
 
     def stopped(self) -> str:
-        """Return the limit that it has met, "" for none."""
+        """Return the limit that it exceeded, "" if none."""
 
     def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return for each of its threads the seconds that it has run, and has waited for a core."""
@@ -68,14 +68,14 @@ class Program(Protocol):
         """Let all its threads run on these cores only."""
 
 
-class Running:
+class Observation:
     """A node, a robot and a world under observation. Times are simulated seconds since the start."""
 
     def __init__(self, plan: TrialPlan, seed: int, simulator: Simulator, process: Program, domain_id: int) -> None:
         self.plan = plan
         self.simulator = simulator
         self.process = process
-        # Seeded with a text, so that each trial draws its own numbers from the instructor's one seed.
+        # Seeded with a string, so that each trial draws its own numbers from the instructor's one seed.
         self.random = random.Random(f"{seed}:{plan.name}")
         self.bridge = Bridge(
             simulator,
@@ -83,16 +83,15 @@ class Running:
             plan.node,
             domain_id=domain_id,
             alive=lambda: process.exit_code() is None,
-            reliable=plan.reliable,
-            # Nobody can address the observer who does not know its name.
+            # A random name, so that the submission cannot address the observer.
             own_name=f"observer_{random.SystemRandom().getrandbits(48):012x}",
         )
         self.bridge.on_command = self._take_command
         self.bridge.on_published = self._take_published
         self.start: Callable[[Sequence[str]], Program]
-        """Start another command of the submission behind the same wall; the host provides it."""
+        """Start another command of the submission in the same sandbox; set by the worker."""
         self.others: dict[str, Program] = {}
-        self._relay: Relay | None = None
+        self._service_proxy: ServiceProxy | None = None
         self._domain_id = domain_id
         self.ready = False
         self.interrupted = False
@@ -102,7 +101,7 @@ class Running:
         self.samples: list[evidence.Sample] = []
         self.scans: list[evidence.ScanSummary] = []
         self.calls: list[evidence.Call] = []
-        self.goals: list[GoalRun] = []
+        self.goals: list[SentGoal] = []
         self.messages: list[evidence.Message] = []
         self.published: list[evidence.Message] = []
         self.parameters: list[evidence.ParameterAnswer] = []
@@ -110,11 +109,10 @@ class Running:
         self.other_graph: evidence.Graph | None = None
         self._foreign: list[str] = []
         self._dropped = 0
-        self._odometry = simulator.odometry()
         self._started = time.monotonic()
         self._clock = WorkClock(process, [os.getpid()])
         self._work_limit_s = 120.0
-        self._one_core = OneCore(process, self._clock.seconds)
+        self._affinity = AffinityTuner(process, self._clock.seconds)
         node = self.bridge.node
         self._clients: dict[str, Any] = {}
         self.action: Any = None
@@ -132,15 +130,15 @@ class Running:
         return self.bridge.time
 
     def open(self) -> None:
-        """Wait for the node to come up and look at the graph.
+        """Wait for the node to come up and record the graph.
 
         Raises:
-            TrialOver: it does not come up.
+            TrialOver: the node does not come up.
         """
-        # Nodes of one launch file come up one after the other, and on a busy machine seconds apart.
+        # The nodes of a launch file come up one after another, seconds apart on a busy machine.
         patience = {"quiet_s": 3.0} if self.plan.launch else {}
         self.ready = self.bridge.await_node(self._all_there, clock=self._clock.seconds, **patience)
-        self.graph = graph.look(self.bridge.node, self.plan.node)
+        self.graph = graph.snapshot(self.bridge.node, self.plan.node)
         if not self.ready:
             raise TrialOver(self._why_not_ready())
         if self.plan.real_time:
@@ -149,8 +147,6 @@ class Running:
 
     def facts(self, ended: str, script_error: str) -> evidence.Trial:
         """Return everything that was recorded."""
-        code = self.process.exit_code()
-        by = "us" if code is None else "interrupt" if self.interrupted else "itself"
         return evidence.Trial(
             name=self.plan.name,
             node=self.plan.node,
@@ -177,7 +173,7 @@ class Running:
             graph=self.graph,
             other_graph=self.other_graph,
             launch=self.plan.launch,
-            process=evidence.ProcessEnd(by, code, round(self.process.wall_seconds, 2), self.process.output[-4000:]),
+            process=_end(self.process, "interrupt" if self.interrupted else "itself"),
             wall_seconds=round(time.monotonic() - self._started, 2),
             others={name: _end(process) for name, process in self.others.items()},
             foreign=self._foreign_publishers(),
@@ -187,8 +183,8 @@ class Running:
 
     def close(self) -> None:
         """Leave the graph."""
-        if self._relay is not None:
-            self._relay.close()
+        if self._service_proxy is not None:
+            self._service_proxy.close()
         self.bridge.close()
 
     def _tick(self) -> None:
@@ -200,18 +196,18 @@ class Running:
         going = any(goal.running for goal in self.goals)
         self.bridge.tick(further_rounds=int(going))
         if self.bridge.pace == "lockstep":
-            self._one_core.tick()
-        if going and self.commands and _stands(self.commands[-1]):
-            # It may be there: it is some rounds from the timer that stops it to the result.
+            self._affinity.tick()
+        if going and self.commands and self.commands[-1].v == self.commands[-1].omega == 0.0:
+            # The robot may have arrived: from the timer that stops it to the result takes some rounds.
             self.bridge.settle(_ENDING_ROUNDS)
         self._sample()
-        if len(self.samples) % _LOOK_EVERY == 0 and self.bridge.node.count_publishers("/clock") > 1:
+        if len(self.samples) % _CLOCK_CHECK_TICKS == 0 and self.bridge.node.count_publishers("/clock") > 1:
             self._foreign_publishers()
         if any(goal.silent for goal in self.goals):
             self.bridge.await_feedback()
 
     def _foreign_publishers(self) -> list[str]:
-        """Return who has published, at any time so far, what the simulator alone publishes."""
+        """Return who else has published, at any time so far, what only the simulator should publish."""
         self._foreign = graph.foreign_publishers(self.bridge.node, ["/clock", *self._own_topics()], self._foreign)
         return self._foreign
 
@@ -222,14 +218,14 @@ class Running:
         self.calls.append(evidence.Call(asked, service, dict(request), response, answered, problem))
         return self.calls[-1]
 
-    def _has_room(self, kept: list[Any]) -> bool:
-        """Return whether one more may be kept; count it if not."""
-        full = len(kept) >= _KEPT
+    def _may_keep(self, kept: list[Any]) -> bool:
+        """Return whether one more message may be kept; count it as dropped if not."""
+        full = len(kept) >= _MAX_KEPT
         self._dropped += full
         return not full
 
     def _own_topics(self) -> list[str]:
-        """Return the sensors' topics: nobody but the simulator publishes them."""
+        """Return the sensors' topics, which only the simulator should publish."""
         topics = self.bridge.topics
         return [f"/{name}" for name in (topics.scan, topics.odom, topics.imu, topics.battery) if name]
 
@@ -247,7 +243,7 @@ class Running:
         return f"no node {self.plan.node} came up within 20 s; the graph shows {others}"
 
     def _take_command(self, t: float, message: Any) -> None:
-        if not self._has_room(self.commands):
+        if not self._may_keep(self.commands):
             return
         others = (message.linear.y, message.linear.z, message.angular.x, message.angular.y)
         other = max((abs(value) for value in others), default=0.0)
@@ -269,7 +265,7 @@ class Running:
     def _scene(self) -> dict[str, Any]:
         world = self.simulator.world
         found = {
-            # When it was taken away, so that a picture can draw it as something that passed.
+            # When it was removed, so that a picture can draw it as temporary.
             p.obstacle.name: replace(p.obstacle, vanishes=round(p.until, 3)) if math.isfinite(p.until) else p.obstacle
             for p in self.simulator.presences
         }
@@ -283,10 +279,6 @@ class Running:
                 self.simulator.clearance(),
             )
         )  # fmt: skip
-
-
-def _stands(command: evidence.Command) -> bool:
-    return command.v == command.omega == 0.0
 
 
 def _summary(scan: ScanReading) -> evidence.ScanSummary:
@@ -304,12 +296,12 @@ def _summary(scan: ScanReading) -> evidence.ScanSummary:
 
 
 def _topics(plan: TrialPlan) -> Topics:
-    """Return what the robot publishes: for the node, and for one beside it."""
+    """Return the robot's topics: those for the node, and for a node beside it."""
     own, other = (CONTROLLER, PROCESSOR) if plan.node == "robot_controller" else (PROCESSOR, CONTROLLER)
     return replace(own, imu=own.imu or other.imu, battery=own.battery or other.battery) if plan.beside else own
 
 
-def _end(process: Program) -> evidence.ProcessEnd:
+def _end(process: Program, by: str = "itself") -> evidence.ProcessEnd:
     code = process.exit_code()
-    by = "us" if code is None else "itself"
+    by = "us" if code is None else by
     return evidence.ProcessEnd(by, code, round(process.wall_seconds, 2), process.output[-4000:])

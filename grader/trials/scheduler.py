@@ -1,4 +1,4 @@
-"""Run trials in parallel, each worker in a network namespace of its own. The side that the grader sees."""
+"""Run trials in parallel, each worker process in a network namespace of its own. This is the grader's side."""
 
 from __future__ import annotations
 
@@ -11,22 +11,25 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterable
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from grader import evidence
 from grader.errors import GraderError
 from grader.host import namespaces, ros_env, shortage
-from grader.trials.catalog import TrialPlan
-from grader.trials.request import CANNOT, LATE_VARIABLE, OBSERVER_ENDED, READY, Request, unjudged
+from grader.trials.plan import TrialPlan
+from grader.trials.request import CANNOT, LATE_VARIABLE, OBSERVER_ENDED, READY, TrialRequest, not_started
 
-_KILLED = (-signal.SIGKILL, 128 + signal.SIGKILL)  # bubblewrap itself, or the host within
+_KILLED = (-signal.SIGKILL, 128 + signal.SIGKILL)  # bubblewrap itself, or the worker in it
 _CRASHED = {
     status
     for crash in (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGILL, signal.SIGFPE)
     for status in (-crash, 128 + crash)
 }
-_TRIAL_CAP_S = 900.0  # of wall time: those inside count no time in which others had the cores
+_TRIAL_CAP_S = 900.0  # of wall time; the limits inside a trial exclude time spent waiting for a CPU
+_DISCOVERY = Path(__file__).parent / "discovery.xml"
+
+Queue = queue.SimpleQueue[TrialPlan]
 
 
 def run(
@@ -46,69 +49,58 @@ def run(
         plans: the trials.
         install: the submission's install tree.
         contract: the install tree of the contract's interfaces.
-        folder: where workers leave what they saw, one file a trial.
+        folder: where workers write the evidence, one file for each trial.
         seed: decides speeds, places and noise.
-        workers: how many trials run at once; by default one more than cores, for each waits at times, and three at
-            most. Those in real time, which mostly wait, run beside them.
+        workers: how many trials run at once; by default one more than cores, because each waits at times, and at most
+            three. Trials in real time, which mostly wait, run beside them.
         package: the package's source folder.
-        progress: told the name of each trial that has ended.
+        progress: called with the name of each trial that has ended.
+
+    Raises:
+        GraderError: this machine cannot run the trials.
     """
-    todo: queue.SimpleQueue[TrialPlan] = queue.SimpleQueue()
-    slow: queue.SimpleQueue[TrialPlan] = queue.SimpleQueue()
+    lockstep, real_time = Queue(), Queue()
     for plan in plans:
-        (slow if plan.real_time else todo).put(plan)
-    found: dict[str, evidence.Trial] = {}
+        (real_time if plan.real_time else lockstep).put(plan)
+    trials = _Trials(install, contract, folder, seed, package, progress)
     count = workers or min(3, 1 + (os.cpu_count() or 1))
-    queues = [todo] * count + [slow] * (not slow.empty())
-    workers_ = [_Worker(each, found, install, contract, folder, seed, package, progress) for each in queues]
-    for worker in workers_:
-        worker.start()
-    for worker in workers_:
-        worker.join()
-    problem = next((worker.problem for worker in workers_ if worker.problem), None)
+    threads = [_Worker(each, trials) for each in [lockstep] * count + [real_time] * (not real_time.empty())]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    problem = next((thread.problem for thread in threads if thread.problem), None)
     if problem:
         raise problem
-    return found
+    return trials.found
 
 
 def observer_environment(contract: Path, *, home: Path) -> dict[str, str]:
-    """Return the environment of a process that observes nodes, with the contract's interfaces on top."""
+    """Return the environment of a process that observes nodes, with the contract's interfaces first on its path."""
     return ros_env.environment(contract, home=home) | {"FASTRTPS_DEFAULT_PROFILES_FILE": str(_DISCOVERY)}
 
 
-_DISCOVERY = Path(__file__).parent / "discovery.xml"
+@dataclass(frozen=True)
+class _Trials:
+    """What all trials of a run share; `found` collects their facts."""
 
-
-def _end(host: subprocess.Popen[str], capped: threading.Event) -> None:
-    capped.set()
-    host.kill()
-
-
-def _passed_on() -> dict[str, str]:
-    """Return what a host hears of our environment: how late to join, and whether to do without walls."""
-    return {name: os.environ[name] for name in (LATE_VARIABLE, namespaces.UNSAFE_VARIABLE) if name in os.environ}
+    install: Path
+    contract: Path
+    folder: Path
+    seed: int
+    package: Path | None
+    progress: Callable[[str], None]
+    found: dict[str, evidence.Trial] = field(default_factory=dict)
 
 
 class _Worker(threading.Thread):
-    """Feeds one host process with trials until there are none left; starts it anew when it dies."""
+    """Feeds trials to one worker process until the queue is empty; starts a new process when that ends early."""
 
-    def __init__(
-        self,
-        todo: queue.SimpleQueue[TrialPlan],
-        found: dict[str, evidence.Trial],
-        install: Path,
-        contract: Path,
-        folder: Path,
-        seed: int,
-        package: Path | None,
-        progress: Callable[[str], None],
-    ) -> None:
+    def __init__(self, todo: Queue, trials: _Trials) -> None:
         super().__init__(daemon=True)
         self.problem: Exception | None = None
-        self._todo, self._found = todo, found
-        self._install, self._contract, self._folder = install, contract, folder
-        self._seed, self._package, self._progress = seed, package, progress
-        self._host: subprocess.Popen[str] | None = None
+        self._todo, self._trials = todo, trials
+        self._process: subprocess.Popen[str] | None = None
 
     def run(self) -> None:
         try:
@@ -117,84 +109,96 @@ class _Worker(threading.Thread):
                     plan = self._todo.get_nowait()
                 except queue.Empty:
                     return
-                self._found[plan.name] = self._trial(plan)
-                self._progress(plan.name)
-        except Exception as error:  # handed to the caller, who joins
+                self._trials.found[plan.name] = self._run_trial(plan)
+                self._trials.progress(plan.name)
+        except Exception as error:  # re-raised by the caller, who joins this thread
             self.problem = error
         finally:
             self._stop()
 
-    def _trial(self, plan: TrialPlan, *, has_crashed: bool = False) -> evidence.Trial:
-        host = self._host or self._start()
-        out = self._folder.resolve() / f"{plan.name}.json"
-        # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones.
-        domain_id, package = 1 + secrets.randbelow(100), str(self._package or "")
+    def _run_trial(self, plan: TrialPlan, *, has_crashed: bool = False) -> evidence.Trial:
+        process, trials = self._process or self._start(), self._trials
+        out = trials.folder.resolve() / f"{plan.name}.json"
         out.unlink(missing_ok=True)
-        request = Request(plan.name, str(self._install), self._seed, domain_id, str(out), package)
-        assert host.stdin is not None
-        assert host.stdout is not None
-        capped = threading.Event()
-        timer = threading.Timer(_TRIAL_CAP_S, _end, [host, capped])
-        timer.start()
-        try:
-            host.stdin.write(json.dumps(asdict(request)) + "\n")
-            host.stdin.flush()
-            answer = host.stdout.readline().strip()
-        except OSError:
-            answer = ""
-        finally:
-            timer.cancel()
+        # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones.
+        domain_id, package = 1 + secrets.randbelow(100), str(trials.package or "")
+        request = TrialRequest(plan.name, str(trials.install), trials.seed, domain_id, str(out), package)
+        answer, out_of_time = _ask(process, request)
         if answer.startswith(CANNOT):
             raise GraderError(answer.removeprefix(CANNOT))
-        if answer != plan.name:
-            self._stop()
-            if out.is_file():  # the trial was over when its host died
-                return evidence.from_json(out.read_text(), evidence.Trial)
-            if host.returncode in _KILLED and not capped.is_set():
-                raise GraderError(shortage.KILLED)
-            if host.returncode in _CRASHED:
-                if not has_crashed:
-                    return self._trial(plan, has_crashed=True)
-                # Once may be chance. Whoever makes it happen whenever it is looked at has nothing to gain by it.
-                return unjudged(plan, self._seed, "", ended=OBSERVER_ENDED)
-            return unjudged(plan, self._seed, f"the trial's host ended (answer {answer!r}, status {host.returncode})")
-        return evidence.from_json(out.read_text(), evidence.Trial)
+        if answer == plan.name:
+            return evidence.from_json(out.read_text(), evidence.Trial)
+        self._stop()
+        if out.is_file():  # the trial was over when its worker died
+            return evidence.from_json(out.read_text(), evidence.Trial)
+        status = process.returncode
+        if status in _KILLED and not out_of_time:
+            raise GraderError(shortage.KILLED)
+        if status in _CRASHED:
+            if not has_crashed:
+                return self._run_trial(plan, has_crashed=True)
+            # Once may be chance. A submission that crashes the observer every time scores nothing.
+            return not_started(plan, trials.seed, "", ended=OBSERVER_ENDED)
+        return not_started(plan, trials.seed, f"the trial's worker ended (answer {answer!r}, status {status})")
 
     def _start(self) -> subprocess.Popen[str]:
-        home = self._folder / "host-home"
+        folder = self._trials.folder
+        home = folder / "worker-home"
         home.mkdir(parents=True, exist_ok=True)
-        command = [sys.executable, "-m", "grader.trials.worker"]
-        log_path = self._folder / f"host-{self.name}.log"
+        log_path = folder / f"worker-{self.name}.log"
+        inherited = {k: os.environ[k] for k in (LATE_VARIABLE, namespaces.UNSAFE_VARIABLE) if k in os.environ}
         with log_path.open("w") as log:
-            self._host = subprocess.Popen(
-                namespaces.private_network(command),
+            self._process = subprocess.Popen(
+                namespaces.private_network([sys.executable, "-m", "grader.trials.worker"]),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=log,
-                env=observer_environment(self._contract, home=home) | _passed_on(),
-                cwd=self._folder,
+                env=observer_environment(self._trials.contract, home=home) | inherited,
+                cwd=folder,
                 text=True,
             )
-        assert self._host.stdout is not None
-        if self._host.stdout.readline().strip() != READY:
-            said = log_path.read_text().strip()[-2000:]
+        assert self._process.stdout is not None
+        if self._process.stdout.readline().strip() != READY:
+            log_tail = log_path.read_text().strip()[-2000:]
             raise GraderError(
-                shortage.in_text(said)
-                or shortage.full(self._folder)
-                or f"The host of the trials did not start:\n{said}\nRun `grader doctor`."
+                shortage.in_text(log_tail)
+                or shortage.full(folder)
+                or f"The trial worker did not start:\n{log_tail}\nRun `grader doctor`."
             )
-        return self._host
+        return self._process
 
     def _stop(self) -> None:
-        host, self._host = self._host, None
-        if host is None:
+        process, self._process = self._process, None
+        if process is None:
             return
-        assert host.stdin is not None
-        assert host.stdout is not None
-        host.stdin.close()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.close()
         try:
-            host.wait(5.0)
+            process.wait(5.0)
         except subprocess.TimeoutExpired:
-            host.kill()
-            host.wait()
-        host.stdout.close()
+            process.kill()
+            process.wait()
+        process.stdout.close()
+
+
+def _ask(process: subprocess.Popen[str], request: TrialRequest) -> tuple[str, bool]:
+    """Return a worker's answer to a request ("" if it ended without one), and whether it was killed for its time."""
+    assert process.stdin is not None
+    assert process.stdout is not None
+    out_of_time = threading.Event()
+
+    def end() -> None:
+        out_of_time.set()
+        process.kill()
+
+    timer = threading.Timer(_TRIAL_CAP_S, end)
+    timer.start()
+    try:
+        process.stdin.write(json.dumps(asdict(request)) + "\n")
+        process.stdin.flush()
+        return process.stdout.readline().strip(), out_of_time.is_set()
+    except OSError:
+        return "", out_of_time.is_set()
+    finally:
+        timer.cancel()

@@ -1,6 +1,6 @@
-"""Offer a node's services in its place and pass the calls on, so that calls by others are seen.
+"""Offer a node's services in its place and forward the calls, so that calls made by others are recorded.
 
-In a thread of its own: a call shall not wait for the simulator's next tick.
+Runs in a thread of its own: a call must not wait for the simulator's next tick.
 """
 
 from __future__ import annotations
@@ -20,34 +20,36 @@ from rclpy.task import Future
 
 Note = Callable[[str, Any, Any], None]
 
-_AGAIN_S = 1.0  # wall time; a node that runs answers in milliseconds
+_RETRY_S = 1.0  # wall time; a node that runs answers in milliseconds
 
 
-class Relay:
-    """Passes calls of each service on to another name; `note` is told service, request, answer.
+class ServiceProxy:
+    """Forwards the calls of services to the same services under other names.
 
-    `services` maps the name that is offered to its type and the name behind.
+    A request or its answer can get lost while both sides are still discovering each other. A call without an answer is
+    repeated every `_RETRY_S` seconds, without holding up other calls, so the caller waits but is always answered.
 
-    A request or its answer may get lost while the two sides are still finding each other. A call without an answer is
-    made again every `_AGAIN_S` seconds, and other calls go on meanwhile: the caller waits, it is never let down.
+    Args:
+        services: for each name that is offered, the type and the name to forward to.
+        note: called with service, request and answer of each call.
     """
 
     def __init__(self, domain_id: int, services: Mapping[str, tuple[Any, str]], note: Note) -> None:
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain_id)
-        name = f"relay_{random.SystemRandom().getrandbits(48):012x}"
+        name = f"service_proxy_{random.SystemRandom().getrandbits(48):012x}"
         self._node = rclpy.create_node(name, context=self._context, enable_rosout=False)
         self._group = ReentrantCallbackGroup()
-        self._clients = [self._offer(name, *behind, note) for name, behind in services.items()]
+        self._clients = [self._offer(name, *target, note) for name, target in services.items()]
         self._waiting: dict[int, tuple[Client, Any, Future]] = {}
-        self._node.create_timer(_AGAIN_S, self._call_again, callback_group=self._group)
+        self._node.create_timer(_RETRY_S, self._retry, callback_group=self._group)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
 
     def is_ready(self) -> bool:
-        """Has every service that calls are passed on to been found?"""
+        """Return whether every service to forward to has been found."""
         return all(client.service_is_ready() for client in self._clients)
 
     def close(self) -> None:
@@ -56,32 +58,32 @@ class Relay:
         self._context.try_shutdown()
         self._thread.join(5.0)
 
-    def _offer(self, name: str, kind: Any, behind: str, note: Note) -> Client:
-        client = self._node.create_client(kind, behind, callback_group=self._group)
+    def _offer(self, name: str, kind: Any, target: str, note: Note) -> Client:
+        client = self._node.create_client(kind, target, callback_group=self._group)
 
-        async def pass_on(request: Any, _response: Any) -> Any:
+        async def forward(request: Any, _response: Any) -> Any:
             answer = await self._call(client, request)
             note(name, request, answer)
             return answer
 
-        self._node.create_service(kind, name, pass_on, callback_group=self._group)
+        self._node.create_service(kind, name, forward, callback_group=self._group)
         return client
 
     async def _call(self, client: Client, request: Any) -> Any:
         answered = Future()
         self._waiting[id(answered)] = client, request, answered
         try:
-            self._ask(client, request, answered)
+            self._send(client, request, answered)
             return await answered
         finally:
             del self._waiting[id(answered)]
 
-    def _call_again(self) -> None:
+    def _retry(self) -> None:
         for client, request, answered in list(self._waiting.values()):
-            self._ask(client, request, answered)
+            self._send(client, request, answered)
 
     @staticmethod
-    def _ask(client: Client, request: Any, answered: Future) -> None:
+    def _send(client: Client, request: Any, answered: Future) -> None:
         def answer(future: Future) -> None:
             if not answered.done():
                 answered.set_result(future.result())

@@ -1,4 +1,4 @@
-"""The trials as a source of evidence: which requirements they serve, and what they show that needs a second look."""
+"""The trials as a source of evidence: which requirements they serve, and which flags they raise."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from grader.trials.request import OBSERVER_ENDED
 
 
 class Trials:
-    """Drives the package's nodes through every trial that serves a wanted requirement."""
+    """Runs every trial that serves a wanted requirement."""
 
     name = "trials"
     phase = Phase.RUN
 
     @cached_property
     def serves(self) -> frozenset[str]:
-        """Return what the trials say they serve."""
+        """Return the requirements that any trial serves."""
         return frozenset(requirement for plan in catalog.trials().values() for requirement in plan.serves)
 
     def collect(self, subject: Subject) -> Collected:
@@ -36,7 +36,7 @@ class Trials:
 
 
 def integrity_flags(ran: Mapping[str, Trial]) -> list[Flag]:
-    """Return what an instructor should look at in the trials, each thing once with the trials that showed it."""
+    """Return what an instructor should look at in the trials: each finding once, with the trials that showed it."""
     seen: dict[tuple[str, str], list[str]] = {}
     for name, trial in ran.items():
         for publisher in trial.foreign:

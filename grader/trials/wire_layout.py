@@ -1,7 +1,7 @@
-"""Read a message by the layout that a submission gave it, where that is not the contract's.
+"""Read a message by a submission's own field order, where that differs from the contract's.
 
-A message comes as bytes, and the contract's type reads them in the contract's order. Two fields exchanged would make
-wrong values of right ones, and cost the points for the values as well as those for the type.
+A message arrives as bytes, which the contract's type reads in the contract's order. Two fields exchanged would turn
+right values into wrong ones, and cost the points for the values as well as those for the type.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from grader.trials.messages import plain
 
 _FIELD = re.compile(r"([a-z0-9]+|(?:std|geometry)_msgs/(?:msg/)?[A-Z]\w*)\s+([a-z]\w*)")
 _NUMBERS = {f"{kind}{bits}" for kind in ("int", "uint") for bits in (8, 16, 32, 64)} | {"float32", "float64"}
-_PYTHON = {"float": "float32", "double": "float64"}  # as rclpy calls them
+_ROS_NAMES = {"float": "float32", "double": "float64"}  # rclpy's names -> those of .msg files
 _NAME = "submission/msg/Read"
 
-Read = Callable[[bytes], dict[str, Any] | None]
-"""Returns a message as `flatten.plain` does, None for bytes that are no such message."""
+Reader = Callable[[bytes], dict[str, Any] | None]
+"""Returns a message as `messages.plain` does, None for bytes that are not such a message."""
 
 
-def reader(text: str, contract: Any) -> Read | None:
-    """Return a function that reads a message by the definition `text`, None if the contract's type does as well.
+def reader(text: str, contract: Any) -> Reader | None:
+    """Return a function that reads messages by the definition `text`, None if the contract's type is to read them.
 
-    It does where the fields are the contract's, or have other names than those: then which is which cannot be told.
+    It is where the fields are the same, or have other names: then there is no telling which is which.
 
     Args:
         text: the submission's .msg file.
@@ -34,7 +34,7 @@ def reader(text: str, contract: Any) -> Read | None:
     """
     own = _fields(text)
     wanted = {
-        name: _PYTHON.get(kind, kind).replace("/msg/", "/")
+        name: _ROS_NAMES.get(kind, kind).replace("/msg/", "/")
         for name, kind in contract.get_fields_and_field_types().items()
     }
     if own is None or own.keys() != wanted.keys() or list(own.items()) == list(wanted.items()):
@@ -45,13 +45,13 @@ def reader(text: str, contract: Any) -> Read | None:
 
 
 def _fields(text: str) -> dict[str, str] | None:
-    """Return each field's type in the order of the text; None if it holds anything else than plain fields."""
+    """Return each field's type in the order of the text; None if it has anything but plain fields."""
     found = {}
     for line in text.splitlines():
-        words = line.partition("#")[0].strip()
-        if not words:
+        code = line.partition("#")[0].strip()
+        if not code:
             continue
-        field = _FIELD.fullmatch(words)
+        field = _FIELD.fullmatch(code)
         if field is None:
             return None
         found[field[2]] = field[1].replace("/msg/", "/")
@@ -59,8 +59,8 @@ def _fields(text: str) -> dict[str, str] | None:
 
 
 @cache
-def _reader(definition: str) -> Read:
-    # Few submissions need it, and hosts start often.
+def _reader(definition: str) -> Reader:
+    # Imported here: few submissions need it, and workers start often.
     from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
     store = get_typestore(Stores.ROS2_JAZZY)
@@ -69,7 +69,7 @@ def _reader(definition: str) -> Read:
     def read(data: bytes) -> dict[str, Any] | None:
         try:
             return dict(_plain(store.deserialize_cdr(data, _NAME)))
-        except Exception:  # whatever bytes a node publishes are its affair, and no fault of ours
+        except Exception:  # a node may publish any bytes; none of them are an error of ours
             return None
 
     return read

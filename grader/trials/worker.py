@@ -1,7 +1,7 @@
-"""The trusted process that runs trials, inside a network namespace of its own. One request line in, one answer out.
+"""The trusted process that runs trials, in a network namespace of its own.
 
-Its standard input brings one JSON object a trial; it writes the evidence file and answers with the trial's name. The
-node under trial sits behind a wall of its own inside the same network; nothing of this process is visible to it.
+For each trial it reads one line of JSON (TrialRequest) from stdin, writes the evidence file and answers with the
+trial's name. The node under test runs in a sandbox inside the same network; it can see nothing of this process.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ import time
 import traceback
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,67 +25,68 @@ from grader.host import ros_env, shortage
 from grader.trials import catalog, parameter_files, wire_layout
 from grader.trials.interfaces import SensorFusionData
 from grader.trials.observation import TrialOver
-from grader.trials.request import CANNOT, LATE_VARIABLE, READY, Request, unjudged
+from grader.trials.plan import OWN_LAUNCH, TrialPlan
+from grader.trials.request import CANNOT, LATE_VARIABLE, READY, TrialRequest, not_started
 from grader.trials.stage import SOURCE, Stage
 from sim import Simulator, World, load_world
 
+# The `ros2` command and our own launch files; each is mounted alone, so that nothing else of the kit is visible.
+_ROS2 = Path(__file__).parents[1] / "ros2"
+_LAUNCH = Path(__file__).parent / "launch"
+
+# Two nodes and a launch file take 0.3 GB.
+_LIMITS = sandbox.Limits(wall_seconds=300.0, resident_bytes=1536 * sandbox.MIB)
+
 
 def main() -> int:
-    """Run the trials that standard input asks for."""
+    """Run the trials that stdin asks for."""
     plans = catalog.trials()
     print(READY, flush=True)
     for line in sys.stdin:
-        request = Request(**json.loads(line))
+        request = TrialRequest(**json.loads(line))
         plan = plans[request.trial]
         try:
             run_trial(plan, request)
-        except Exception as error:  # the one place where a fault of ours must not take the other trials along
-            if Path(request.out).is_file():  # the trial was over; a process that cannot leave the graph begins no other
+        except Exception as error:  # an error of ours must not take the other trials along
+            if Path(request.out).is_file():  # the trial was over; a process that cannot leave the graph starts no other
                 traceback.print_exc()
                 return 1
-            if said := _of_this_machine(error):
-                print(CANNOT + said, flush=True)
+            if problem := _host_problem(error):
+                print(CANNOT + problem, flush=True)
                 continue
-            _keep(request, unjudged(plan, request.seed, traceback.format_exc()))
+            _save(request, not_started(plan, request.seed, traceback.format_exc()))
         print(request.trial, flush=True)
     return 0
 
 
-def _of_this_machine(error: Exception) -> str:
-    """Return in one line why this machine can run no trial now, "" for any other error."""
+def _host_problem(error: Exception) -> str:
+    """Return in one line why this machine cannot run a trial now, "" for any other error."""
     return " ".join((str(error) if isinstance(error, GraderError) else shortage.explain(error)).split())
 
 
-def _keep(request: Request, facts: evidence.Trial) -> None:
-    """Write the facts, whole or not at all: who asked for them believes the file even if this process ends badly."""
+def _save(request: TrialRequest, facts: evidence.Trial) -> None:
+    """Write the facts, whole or not at all: the scheduler believes the file even if this process crashes later."""
     part = Path(f"{request.out}.part")
     part.write_text(evidence.to_json(facts))
     part.replace(request.out)
 
 
-def run_trial(plan: catalog.TrialPlan, request: Request) -> None:
-    """Start the node behind its wall, play the trial's script, keep what was seen, and leave the graph."""
+def run_trial(plan: TrialPlan, request: TrialRequest) -> None:
+    """Start the node in a sandbox, run the trial's script, save what was observed, and leave the graph."""
     install = Path(request.install)
     missing = _missing(plan, install)
     if missing:
-        _keep(request, unjudged(plan, request.seed, "", ended=missing))
+        _save(request, not_started(plan, request.seed, "", ended=missing))
         return
-    simulator = Simulator(_variant(plan, request.seed), seed=request.seed)
-    box = _wall(install, request)
-    telltales: dict[str, float] = {}
-    if plan.launch or plan.params_file:
-        names = plan.params_file or "*.yaml"
-        copies, telltales = parameter_files.changed(_share(install) / "config", Path(f"{request.out}.config"), names)
-        files = {copy: f"{_share(build.INSTALL)}/config/{name}" for copy, name in copies.items()}
-        tools = {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"} if plan.launch else {}
-        box = replace(box, read_only={**box.read_only, **files, **tools})
+    simulator = Simulator(_transformed_world(plan, request.seed), seed=request.seed)
+    box, telltales = _sandbox(plan, request)
     with ExitStack() as others, sandbox.Process(_command(plan), box, _LIMITS) as process:
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
         stage = Stage(plan, request.seed, simulator, process, request.domain_id)
         stage.start = lambda command: others.enter_context(sandbox.Process(command, box, _LIMITS))
         stage.readers = _readers(install)
         for name, remappings in plan.beside.items():
-            stage.others[name] = stage.start(_start(name) + _remap(remappings))
+            stage.others[name] = stage.start(_node_command(name, remappings))
         stage.choices.update(telltales)
         ended = script_error = ""
         try:
@@ -95,81 +95,79 @@ def run_trial(plan: catalog.TrialPlan, request: Request) -> None:
         except TrialOver as over:
             ended = str(over)
         except Exception as error:
-            if _of_this_machine(error):
+            if _host_problem(error):
                 raise
             script_error = traceback.format_exc()
-        _keep(request, stage.facts(ended, script_error))  # first: Fast DDS has been seen to crash on leaving
+        _save(request, stage.facts(ended, script_error))  # first: Fast DDS has been seen to crash on leaving
         stage.close()
 
 
-def _readers(install: Path) -> dict[str, wire_layout.Read]:
-    """Return by topic how to read the messages of a type that the submission has laid out in its own way."""
+def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, dict[str, float]]:
+    """Return the trial's sandbox, and the values that were changed in its parameter files."""
+    install = Path(request.install)
+    visible = {install: str(build.INSTALL)}
+    if request.package:
+        visible[Path(request.package)] = str(SOURCE)
+    telltales: dict[str, float] = {}
+    if plan.launch or plan.params_file:
+        copies, telltales = parameter_files.write_changed(
+            _share(install) / "config", Path(f"{request.out}.config"), plan.params_file or "*.yaml"
+        )
+        visible |= {copy: f"{_share(build.INSTALL)}/config/{name}" for copy, name in copies.items()}
+    if plan.launch:
+        visible |= {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"}
+    environment = ros_env.environment(build.INSTALL, home=sandbox.HOME) | {"ROS_DOMAIN_ID": str(request.domain_id)}
+    return sandbox.Sandbox(read_only=visible, environment=environment, network=True), telltales
+
+
+def _readers(install: Path) -> dict[str, wire_layout.Reader]:
+    """Return by topic how to read the messages of a type whose fields the submission has in its own order."""
     text = build.interface_text(install / "share", "msg/SensorFusionData")
     read = wire_layout.reader(text, SensorFusionData)
     return {"sensor_fusion_data": read} if read else {}
 
 
-def _missing(plan: catalog.TrialPlan, install: Path) -> str:
-    """Return what the trial needs and the package has not installed, in words, "" if it is all there."""
-    if plan.launch and plan.launch != catalog.OWN_LAUNCH:
-        there = (_share(install) / "launch" / plan.launch).is_file()
-        return "" if there else f"there is no launch/{plan.launch} in share/{spec.PACKAGE}"
-    there = (install / "lib" / spec.PACKAGE / plan.node).is_file()
-    return "" if there else f"there is no executable {plan.node} in lib/{spec.PACKAGE}"
+def _missing(plan: TrialPlan, install: Path) -> str:
+    """Return in words what the trial needs and the package has not installed, "" if nothing is missing."""
+    if plan.launch and plan.launch != OWN_LAUNCH:
+        found = (_share(install) / "launch" / plan.launch).is_file()
+        return "" if found else f"there is no launch/{plan.launch} in share/{spec.PACKAGE}"
+    found = (install / "lib" / spec.PACKAGE / plan.node).is_file()
+    return "" if found else f"there is no executable {plan.node} in lib/{spec.PACKAGE}"
 
 
 def _share(install: Path) -> Path:
     return install / "share" / spec.PACKAGE
 
 
-# The `ros2` command and our own launch files; each is mounted alone, so that nothing else of the kit is in sight.
-_ROS2 = Path(__file__).parents[1] / "ros2"
-_LAUNCH = Path(__file__).parent / "launch"
-
-
-def _variant(plan: catalog.TrialPlan, seed: int) -> World:
-    """Return the trial's world turned, mirrored and shifted by the seed: no place in it is worth learning by heart."""
-    chance = random.Random(f"{seed}:{plan.name}:world")
+def _transformed_world(plan: TrialPlan, seed: int) -> World:
+    """Return the trial's world turned, mirrored and shifted by the seed, so that memorising places does not help."""
+    rng = random.Random(f"{seed}:{plan.name}:world")
     return load_world(plan.world).transformed(
-        rotate=chance.uniform(-math.pi, math.pi),
-        mirror=chance.random() < 0.5,
-        shift=(chance.uniform(-5.0, 5.0), chance.uniform(-5.0, 5.0)),
+        rotate=rng.uniform(-math.pi, math.pi),
+        mirror=rng.random() < 0.5,
+        shift=(rng.uniform(-5.0, 5.0), rng.uniform(-5.0, 5.0)),
     )
 
 
-# Two nodes and a launch file take 0.3 GB.
-_LIMITS = sandbox.Limits(wall_seconds=300.0, resident_bytes=1536 * sandbox.MIB)
-
-
-def _wall(install: Path, request: Request) -> sandbox.Sandbox:
-    environment = ros_env.environment(build.INSTALL, home=sandbox.HOME)
-    source = {Path(request.package): str(SOURCE)} if request.package else {}
-    return sandbox.Sandbox(
-        read_only={install: str(build.INSTALL), **source},
-        environment=environment | {"ROS_DOMAIN_ID": str(request.domain_id)},
-        network=True,
-    )
-
-
-def _command(plan: catalog.TrialPlan) -> list[str]:
+def _command(plan: TrialPlan) -> list[str]:
     if plan.launch:
-        own = plan.launch == catalog.OWN_LAUNCH
-        file = f"/ws/launch/{plan.launch}" if own else f"{_share(build.INSTALL)}/launch/{plan.launch}"
-        return ["python3", "/ws/ros2", "launch", file, f"use_sim_time:={_parameter(plan.use_sim_time)}"]
-    command = _start(plan.node) + _remap(plan.remappings)
+        folder = "/ws/launch" if plan.launch == OWN_LAUNCH else f"{_share(build.INSTALL)}/launch"
+        sim_time = f"use_sim_time:={_parameter(plan.use_sim_time)}"
+        return ["python3", "/ws/ros2", "launch", f"{folder}/{plan.launch}", sim_time]
+    command = _node_command(plan.node, plan.remappings)
     if plan.params_file:
-        command += ["--params-file", f"{build.INSTALL}/share/{spec.PACKAGE}/config/{plan.params_file}"]
+        command += ["--params-file", f"{_share(build.INSTALL)}/config/{plan.params_file}"]
     for name, value in plan.parameters.items():
         command += ["-p", f"{name}:={_parameter(value)}"]
     return command
 
 
-def _start(executable: str) -> list[str]:
-    return [f"{build.INSTALL}/lib/{spec.PACKAGE}/{executable}", "--ros-args", "-p", "use_sim_time:=true"]
-
-
-def _remap(remappings: Mapping[str, str]) -> list[str]:
-    return [word for name, new in remappings.items() for word in ("-r", f"{name}:={new}")]
+def _node_command(executable: str, remappings: Mapping[str, str]) -> list[str]:
+    command = [f"{build.INSTALL}/lib/{spec.PACKAGE}/{executable}", "--ros-args", "-p", "use_sim_time:=true"]
+    for name, new in remappings.items():
+        command += ["-r", f"{name}:={new}"]
+    return command
 
 
 def _parameter(value: Any) -> str:

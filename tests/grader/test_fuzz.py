@@ -29,8 +29,7 @@ from grader.quality import junit
 from grader.ros2.launching import command, modules
 from grader.student_tests import warm_worker
 from grader.trials import parameter_files
-from sim.world import load_world
-from sim.worldfile import WorldError
+from sim.world import WorldError, load_world
 
 QUICK, MANY = 40, 1100  # nine readers: with the archives' 2000, more than 10,000 inputs
 ROOT = KIT
@@ -87,7 +86,7 @@ WORLD = pieces(
 
 def parameters(data: bytes | str) -> None:
     with written("robot_params.yaml", data) as path:
-        copies, values = parameter_files.changed(path.parent, path.parent / "out")
+        copies, values = parameter_files.write_changed(path.parent, path.parent / "out")
         assert set(copies.values()) <= {"robot_params.yaml"}
         assert set(values) <= set(parameter_files.TELLTALES)
 

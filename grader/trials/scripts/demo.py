@@ -22,9 +22,9 @@ _LIMIT_S = 60.0  # the contract's robot crosses its world in less
 )
 def demo(stage: Stage) -> None:
     """The package's demonstration script against both nodes, in real time."""
-    stage.relay(["set_speed", "get_status"])
+    stage.proxy_services(["set_speed", "get_status"])
     stage.watch_goals()
     stage.run(0.5)
-    script = stage.play("scripts/demo.py")
+    script = stage.run_script("scripts/demo.py")
     stage.run_until(lambda: script.exit_code() is not None, _LIMIT_S)
     stage.run(0.2)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @trial(serves=["F12", "F13", "I6", "I7"], node="sensor_processor")
 def fusion(stage: Stage) -> None:
     """The sensors begin to speak one after the other; things come near, some beams go bad, some read range_min."""
-    stage.narrow(*NARROW)
+    stage.set_range_limits(*NARROW)
     stage.listen("sensor_fusion_data")
     stage.listen("obstacle_distance")
     stage.mute(ScanReading, ImuReading, BatteryReading)
@@ -35,7 +35,7 @@ def fusion(stage: Stage) -> None:
     stage.simulator.command(0.0, 0.5)
     stage.run(0.6)
     stage.mark("near")
-    stage.put_ahead(stage.between("distance", 0.8, 1.5), bearing=stage.between("bearing", -3.0, 3.0))
+    stage.add_obstacle(stage.between("distance", 0.8, 1.5), bearing=stage.between("bearing", -3.0, 3.0))
     stage.run(0.6)
     stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 5 == 0, np.nan, ranges))
     stage.run(0.4)
@@ -53,10 +53,10 @@ def fusion(stage: Stage) -> None:
 @trial(serves=["F12"], node="sensor_processor")
 def nothing_to_fuse(stage: Stage) -> None:
     """An obstacle, and then scans in which there is none: all out of range, and no readings at all."""
-    stage.narrow(*NARROW)
+    stage.set_range_limits(*NARROW)
     stage.listen("sensor_fusion_data")
     stage.run(0.5)
-    stage.put_ahead(stage.between("distance", 0.8, 1.5), bearing=stage.between("bearing", -3.0, 3.0))
+    stage.add_obstacle(stage.between("distance", 0.8, 1.5), bearing=stage.between("bearing", -3.0, 3.0))
     for kind, change in (
         ("nothing in range", lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, BAD["above range_max"], np.inf)),
         ("no readings", lambda ranges: ranges[:0]),

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from grader.contract.spec import NODES
-from grader.trials.catalog import OWN_LAUNCH, trial
+from grader.trials.catalog import trial
+from grader.trials.plan import OWN_LAUNCH
 
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
@@ -14,9 +15,9 @@ if TYPE_CHECKING:
 def _ask(stage: Stage, nodes: tuple[str, ...]) -> None:
     """Ask each node for simulated time and for the parameters that were changed in the package's files."""
     for node in nodes:
-        stage.ask_parameter("use_sim_time", node)
+        stage.get_parameter("use_sim_time", node)
         for name in stage.choices:
-            stage.ask_parameter(name, node)
+            stage.get_parameter(name, node)
 
 
 @trial(serves=["I5"], launch="robot_controller_launch.py", awaits=NODES)
@@ -29,17 +30,17 @@ def launch_both(stage: Stage) -> None:
 def launch_processor(stage: Stage) -> None:
     """Run sensor_processor_launch.py with changed parameter files."""
     _ask(stage, ("sensor_processor",))
-    stage.look_again()  # a second node that should not be there may come up later
+    stage.refresh_graph()  # a second node that should not be there may come up later
 
 
 @trial(serves=["I5"], launch="robot_controller_launch.py", use_sim_time=False, awaits=NODES)
 def launch_by_wall(stage: Stage) -> None:
     """Run robot_controller_launch.py as on a real robot, without simulated time."""
     for node in NODES:
-        stage.ask_parameter("use_sim_time", node)
+        stage.get_parameter("use_sim_time", node)
 
 
 @trial(serves=["I5"], launch=OWN_LAUNCH, awaits=NODES)
 def launch_remapped(stage: Stage) -> None:
     """Run a launch file of ours that gives both nodes other topic names."""
-    stage.look_at("sensor_processor")
+    stage.record_graph_of("sensor_processor")

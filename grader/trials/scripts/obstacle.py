@@ -34,7 +34,7 @@ def wall_slow(stage: Stage) -> None:
 @trial(serves=["F4", "F7", "F11"])
 def wall_backward(stage: Stage) -> None:
     """Drive backwards at something behind."""
-    stage.put_ahead(1.5, bearing=3.14159, radius=0.3)
+    stage.add_obstacle(1.5, bearing=3.14159, radius=0.3)
     stage.choices["speed"] = -0.375
     stage.run(0.3)
     stage.call("set_speed", speed=-0.375)
@@ -52,8 +52,8 @@ def pole_aside(stage: Stage) -> None:
     stage.call("set_speed", speed=0.25)
     stage.run(0.7)
     # Few beams see the pole, many a wall that is far behind it: the closest reading is one of the few.
-    stage.put_ahead(2.5, radius=6.0)
-    stage.put_ahead(0.44, bearing=side * math.radians(stage.between("degrees", 38.0, 48.0)), radius=0.025)
+    stage.add_obstacle(2.5, radius=6.0)
+    stage.add_obstacle(0.44, bearing=side * math.radians(stage.between("degrees", 38.0, 48.0)), radius=0.025)
     stage.run(2.0)
 
 
@@ -63,7 +63,7 @@ def creeping(stage: Stage) -> None:
     stage.run(0.3)
     stage.call("set_speed", speed=stage.choose("speed", [0.0625, 0.09375]))
     stage.run(0.7)
-    stage.put_ahead(0.56, radius=0.3)
+    stage.add_obstacle(0.56, radius=0.3)
     stage.run(4.0)
 
 
@@ -73,24 +73,24 @@ def obstacle_vanishes(stage: Stage) -> None:
     stage.run(0.3)
     stage.call("set_speed", speed=stage.choose("speed", [0.4375, 0.46875]))
     stage.run(1.0)
-    name = stage.put_ahead(0.45)
+    name = stage.add_obstacle(0.45)
     stage.mark("blocked")
     stage.run(0.8)
-    beside = stage.put_ahead(0.185, bearing=1.9, radius=0.1)  # nearer than emergency_stop_distance
+    beside = stage.add_obstacle(0.185, bearing=1.9, radius=0.1)  # nearer than emergency_stop_distance
     stage.run(0.7)
-    stage.take_away(name)
-    stage.take_away(beside)
+    stage.remove_obstacle(name)
+    stage.remove_obstacle(beside)
     stage.mark("free")
     stage.run(1.0)
     stage.mark("cruise")
     stage.run(1.5)
     stage.mark("cruise_end")
-    far = stage.put_ahead(0.78)
+    far = stage.add_obstacle(0.78)
     stage.run(0.6)
-    near = stage.put_ahead(0.4)
+    near = stage.add_obstacle(0.4)
     stage.run(0.8)
-    stage.take_away(far)
-    stage.take_away(near)
+    stage.remove_obstacle(far)
+    stage.remove_obstacle(near)
     stage.run(1.0)
     stage.mark("again")
     stage.run(1.0)
@@ -100,7 +100,7 @@ def obstacle_vanishes(stage: Stage) -> None:
 @trial(serves=["F5", "F7"])
 def obstacle_behind(stage: Stage) -> None:
     """Drive forward with something right behind the robot."""
-    stage.put_ahead(stage.between("distance", 0.35, 0.45), bearing=3.14159)
+    stage.add_obstacle(stage.between("distance", 0.35, 0.45), bearing=3.14159)
     stage.run(0.3)
     stage.call("set_speed", speed=0.25)
     stage.mark("start")
@@ -116,13 +116,13 @@ def status(stage: Stage) -> None:
     stage.call("set_speed", speed=stage.choose("speed", [0.25, 0.375]))
     stage.run(1.5)
     stage.call("get_status")
-    name = stage.put_ahead(0.45)
+    name = stage.add_obstacle(0.45)
     stage.run(1.0)
     stage.call("get_status")
-    stage.take_away(name)
+    stage.remove_obstacle(name)
     stage.run(1.0)
     stage.call("get_status")
     # 64 degrees to one side at the least, and soon square to the robot: no more than 60 count as ahead.
-    stage.put_ahead(0.4, bearing=math.radians(stage.choose("aside", [-70.0, 70.0])), radius=0.05)
+    stage.add_obstacle(0.4, bearing=math.radians(stage.choose("aside", [-70.0, 70.0])), radius=0.05)
     stage.run(0.2)
     stage.call("get_status")

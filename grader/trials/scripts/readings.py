@@ -26,7 +26,7 @@ BAD = {
 @trial(serves=["F6"])
 def bad_readings(stage: Stage) -> None:
     """Drive through scans full of readings that mean nothing, one kind after the other."""
-    stage.narrow(*NARROW)
+    stage.set_range_limits(*NARROW)
     stage.run(0.3)
     stage.call("set_speed", speed=0.25)
     stage.run(1.0)
@@ -58,7 +58,7 @@ def empty_scans(stage: Stage) -> None:
 @trial(serves=["F6"])
 def obstacle_among_bad_readings(stage: Stage) -> None:
     """Something stands in the way, seen by a few good beams among many bad ones; then the least that is valid."""
-    stage.narrow(*NARROW)
+    stage.set_range_limits(*NARROW)
     stage.run(0.3)
     stage.call("set_speed", speed=0.25)
     stage.run(1.0)
@@ -70,10 +70,10 @@ def obstacle_among_bad_readings(stage: Stage) -> None:
         return np.where(beams % 4 == 2, ranges, kinds[beams % len(kinds)])
 
     stage.distort(spoil)
-    name = stage.put_ahead(0.45, radius=0.3)
+    name = stage.add_obstacle(0.45, radius=0.3)
     stage.mark("obstacle")
     stage.run(1.5)
-    stage.take_away(name)
+    stage.remove_obstacle(name)
     stage.distort(lambda ranges: np.full_like(ranges, np.inf))
     stage.mark("nothing in range")
     stage.run(1.2)

@@ -21,14 +21,14 @@ PROCESSOR = ("fusion_frequency", "battery_low_threshold", "battery_critical_thre
 def file_controller(stage: Stage) -> None:
     """The controller with its parameter file, in which some values were changed."""
     for name in CONTROLLER:
-        stage.ask_parameter(name)
+        stage.get_parameter(name)
 
 
 @trial(serves=["I6"], node="sensor_processor", params_file="sensor_params.yaml")
 def file_processor(stage: Stage) -> None:
     """The sensor processor with its parameter file, in which some values were changed."""
     for name in PROCESSOR:
-        stage.ask_parameter(name)
+        stage.get_parameter(name)
 
 
 @trial(serves=["F3", "I6"], parameters={"max_linear_speed": 0.25})
@@ -73,16 +73,16 @@ def senseless_settings_processor(stage: Stage) -> None:
     stage.run(0.5)
 
 
-@trial(serves=["I6"], parameters={"max_linear_speed": -1.0}, may_refuse=True)
+@trial(serves=["I6"], parameters={"max_linear_speed": -1.0})
 def senseless_start(stage: Stage) -> None:
     """The controller is started with a speed limit below zero."""
-    stage.ask_parameter("max_linear_speed")
+    stage.get_parameter("max_linear_speed")
 
 
-@trial(serves=["I6"], node="sensor_processor", parameters={"fusion_frequency": 0.0}, may_refuse=True)
+@trial(serves=["I6"], node="sensor_processor", parameters={"fusion_frequency": 0.0})
 def senseless_start_processor(stage: Stage) -> None:
     """The sensor processor is started with a rate of zero."""
-    stage.ask_parameter("fusion_frequency")
+    stage.get_parameter("fusion_frequency")
 
 
 @trial(serves=["I7"])
@@ -90,7 +90,7 @@ def standing_clock(stage: Stage) -> None:
     """The clock stands still for a while, then goes on; the robot drives, so that there is something to say."""
     stage.call("set_speed", speed=0.25)
     stage.run(2.0)
-    stage.choices["held"] = stage.hold(1.0)
+    stage.choices["held"] = stage.freeze_clock(1.0)
     stage.run(1.0)
 
 
@@ -98,7 +98,7 @@ def standing_clock(stage: Stage) -> None:
 def standing_clock_processor(stage: Stage) -> None:
     """The clock stands still for a while beside the sensor processor."""
     stage.run(2.0)
-    stage.choices["held"] = stage.hold(1.0)
+    stage.choices["held"] = stage.freeze_clock(1.0)
     stage.run(1.0)
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 import pytest
 
 from grader.sandbox import Limits, Process, Sandbox
-from grader.trials.cpu_affinity import OneCore
+from grader.trials.cpu_affinity import AffinityTuner
 
 CORES = [0, 1, 2, 3]
 
@@ -26,7 +26,7 @@ class Node:
         self.times_held += self.cores == 1
 
     def run(self, ticks: int) -> None:
-        one_core = OneCore(self, lambda: self.seconds)
+        one_core = AffinityTuner(self, lambda: self.seconds)
         for _ in range(ticks):
             self.seconds += self.alone if self.cores == 1 else self.spread
             one_core.tick()

@@ -26,7 +26,7 @@ def test_a_topic_whose_name_rclpy_refuses_hides_no_other():
         get_publishers_info_by_topic=ask,
         get_subscriptions_info_by_topic=lambda topic: ask(topic)[:0],
     )
-    assert [endpoint.topic for endpoint in graph._endpoints(observer, "odd")] == ["cmd_vel"]
+    assert [endpoint.topic for endpoint in graph.endpoints(observer, "odd")] == ["cmd_vel"]
 
 
 def test_who_published_the_clock_for_a_moment_stays_on_record():

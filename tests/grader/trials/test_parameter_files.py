@@ -16,7 +16,7 @@ def changed(tmp_path: Path, text: str, names: str = "*.yaml") -> tuple[dict[str,
     folder.mkdir()
     (folder / "sensor_params.yaml").write_text(text)
     (folder / "robot_params.yaml").write_text("/**:\n  ros__parameters:\n    max_linear_speed: 0.5\n")
-    copies, values = parameter_files.changed(folder, tmp_path / "out", names)
+    copies, values = parameter_files.write_changed(folder, tmp_path / "out", names)
     copy = next(copy for copy, name in copies.items() if name == "sensor_params.yaml")
     (node,) = yaml.safe_load(copy.read_text()).values()
     return node["ros__parameters"], values
@@ -51,7 +51,7 @@ def test_what_is_no_number_is_left_to_the_node_that_reads_it(tmp_path: Path, val
 
 def test_a_number_that_can_be_read_and_not_written_back_is_no_fault_of_ours(tmp_path: Path):
     (tmp_path / "big.yaml").write_text(FILE.format(rate="20.0") + f"    big: 0x{'f' * 5000}\n")
-    assert parameter_files.changed(tmp_path, tmp_path / "out") == ({}, {})
+    assert parameter_files.write_changed(tmp_path, tmp_path / "out") == ({}, {})
 
 
 @pytest.mark.parametrize("value", ["!!bool perhaps", "!!int none", "!!timestamp x", "{[1]: 2}", "2024-99-99"])
@@ -59,7 +59,7 @@ def test_a_value_that_is_not_what_it_says_leaves_the_file_alone(tmp_path: Path, 
     """PyYAML's own errors are not all YAMLErrors."""
     (tmp_path / "config").mkdir()
     (tmp_path / "config" / "a.yaml").write_text(f"ready: {value}\n")
-    assert parameter_files.changed(tmp_path / "config", tmp_path / "out")[1] == {}
+    assert parameter_files.write_changed(tmp_path / "config", tmp_path / "out")[1] == {}
 
 
 def test_an_ampersand_in_a_comment_is_no_anchor(tmp_path: Path):
@@ -69,4 +69,4 @@ def test_an_ampersand_in_a_comment_is_no_anchor(tmp_path: Path):
 
 def test_a_file_with_anchors_is_left_alone(tmp_path: Path):
     (tmp_path / "big.yaml").write_text("a: &a [1]\nb: [*a, *a]\n")
-    assert parameter_files.changed(tmp_path, tmp_path / "out") == ({}, {})
+    assert parameter_files.write_changed(tmp_path, tmp_path / "out") == ({}, {})

@@ -15,7 +15,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_srvs.srv import SetBool
 
-from grader.trials.service_proxy import Relay
+from grader.trials.service_proxy import ServiceProxy
 
 pytestmark = pytest.mark.ros
 
@@ -60,7 +60,7 @@ def test_a_call_made_before_the_node_was_found_is_answered_when_it_is(graph):
         seen.append((name, request.data, answer.success))
         noted.set()
 
-    relay = Relay(DOMAIN, {"switch": (SetBool, "behind/switch")}, note)
+    relay = ServiceProxy(DOMAIN, {"switch": (SetBool, "behind/switch")}, note)
     try:
         assert not relay.is_ready()
         client = node.create_client(SetBool, "switch")

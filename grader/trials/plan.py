@@ -1,0 +1,46 @@
+"""The plan of a trial: what is run, in which world, and for which requirements. Data only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+OWN_LAUNCH = "remapping_launch.py"
+"""The grader's own launch file, in grader/trials/launch."""
+
+
+@dataclass(frozen=True)
+class TrialPlan:
+    """One trial.
+
+    Attributes:
+        sentence: what happens in it, for the instructor.
+        script: what is done; it takes a Stage.
+        node: the node under test.
+        serves: the requirements that the trial is evidence for.
+        parameters: overrides of the node's parameters.
+        params_file: the file in the package's config/ that the node is started with.
+        beside: other executables that run beside the node, each with its remappings.
+        remappings: the node's remappings, old name -> new name.
+        real_time: keep simulated time in step with wall time, for a script of the package's own.
+        launch: the launch file (the package's, or OWN_LAUNCH) to run instead of the node alone, with changed parameter
+            files (parameter_files.py).
+        awaits: the nodes that must be up before a trial with `launch` begins.
+        use_sim_time: the launch file's argument of that name.
+    """
+
+    name: str
+    sentence: str
+    script: Callable[[Any], None]
+    node: str = "robot_controller"
+    world: str = "lone_post"
+    serves: tuple[str, ...] = ()
+    parameters: Mapping[str, object] = field(default_factory=dict)
+    params_file: str = ""
+    beside: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    remappings: Mapping[str, str] = field(default_factory=dict)
+    real_time: bool = False
+    launch: str = ""
+    awaits: tuple[str, ...] = ()
+    use_sim_time: bool = True
