@@ -1,11 +1,11 @@
-"""Which key of package.xml stands for what the code names. Pure, and light: the checks use it too."""
+"""Which key in package.xml declares a package or module that the code names."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
 
-# What a name in code is called among rosdep's keys, where taking "python3-" away does not tell.
+# Names in code whose rosdep keys are more than "python3-" and the name.
 _ALSO = {
     "yaml": ("pyyaml",),
     "cv2": ("opencv", "libopencv-dev", "cv-bridge", "vision-opencv"),
@@ -15,7 +15,7 @@ _ALSO = {
     "skimage": ("skimage", "scikit-image"),
     "usb": ("usb", "pyusb"),
     "pkg_resources": ("pkg-resources", "setuptools"),
-    # A package's linter tests are also declared by the two that bring all linters.
+    # A package's linter tests may also be declared by the two packages that bring all linters.
     "ament_copyright": ("ament-lint-common", "ament-lint-auto", "ament-cmake-copyright"),
     "ament_flake8": ("ament-lint-common", "ament-lint-auto", "ament-cmake-flake8"),
     "ament_pep257": ("ament-lint-common", "ament-lint-auto", "ament-cmake-pep257"),
@@ -24,11 +24,10 @@ _ALSO = {
 
 
 def is_declared(name: str, declared: Sequence[str]) -> bool:
-    """Return whether one of the `declared` keys stands for the package or module `name`: numpy is python3-numpy."""
+    """Return whether one of the `declared` keys declares the package or module `name`: python3-numpy does numpy."""
     wanted = {_key(name), *_ALSO.get(name, ())}
     return bool(wanted & {_key(other) for other in declared})
 
 
 def _key(name: str) -> str:
-    plain = name.lower().replace("_", "-")
-    return re.sub(r"^python3?-|-pip$", "", plain)
+    return re.sub(r"^python3?-|-pip$", "", name.lower().replace("_", "-"))

@@ -24,6 +24,9 @@ LAUNCH_FILES = ("launch/robot_controller_launch.py", "launch/sensor_processor_la
 NODE_TESTS = ("test/test_robot_controller.py", "test/test_sensor_processor.py")
 """Files of the contract's layout, one for each node, and their place in the package."""
 
+CONVERSIONS = ("yaw_from_quaternion", "quaternion_from_yaw", "normalize_angle", "clamp")
+"""The functions of CONVERSIONS_MODULE."""
+
 PARAMETERS: dict[str, dict[str, float]] = {
     "robot_controller": {
         "max_linear_speed": 0.5,

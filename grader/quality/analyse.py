@@ -1,4 +1,4 @@
-"""Read a package with our own reader, then with ROS's linters, and put what they say together."""
+"""Read a package's text with our own worker and with ROS's linters, and combine what they find."""
 
 from __future__ import annotations
 
@@ -16,58 +16,83 @@ import ament_flake8
 from grader import evidence
 from grader.errors import GraderError
 from grader.evidence import Definition, Finding, Manifest, Quality, SourceFile, reading_limits
-from grader.quality import bisect_failures, source_files
+from grader.quality import source_files
+from grader.quality.bisect_failures import run_python, run_without_culprits
+from grader.quality.definitions import definitions_of_unreadable
 from grader.quality.source_files import Source
-from grader.quality.unreadable import definitions as definitions_of_unreadable
 from grader.sanitize import printable
 
 # flake8's own rules. With ROS from apt, ament_flake8 brings plugins for quotes, import order and more; the wheels do
-# not depend on them, so a student who runs ament_flake8 here is not told of those, and they cost nothing.
+# not depend on them, so a student who runs ament_flake8 here does not see their findings, and they cost nothing.
 _RULES = re.compile(r"[EWF]\d")
 _CONFIGURATION = Path(ament_flake8.__file__).parent / "configuration" / "ament_flake8.ini"
 MOST_COMPLEX = 10
 _LINE = re.compile(r"^(?:\./)?(\d{4}/[^:]+):(\d+):([A-Z]+\d+):(.*)$")
 _MOST_FINDINGS = 500
+_MOST_VIOLATIONS = 5  # of one docstring
 
-_Found = tuple[str, int, int, str, str]
+_Violations = dict[tuple[str, int], list[Finding]]
+"""What docstrings violate, by path and line of the definition."""
 
 
 def analyse_package(package: Path, interfaces: Path | None = None, *, lint: bool = True) -> Quality:
-    """Return what the text of `package` shows. Nothing of it is run; what cannot be read is said so.
+    """Return the facts of the text of `package`, with the reason for each file that cannot be read. Nothing is run.
 
-    Without `lint` nothing is said of style and docstrings: package.xml needs no linter, and they take most of the time.
+    Without `lint`, style and docstrings are left out: package.xml needs no linter, and they take most of the time.
 
     Raises:
-        GraderError: a tool of ours is missing or broken.
+        GraderError: a tool of the grader is missing or broken.
     """
-    with tempfile.TemporaryDirectory(prefix="quality-") as scratch:
-        room = Path(scratch)
-        every = source_files.copy(source_files.find(package), room)
+    with tempfile.TemporaryDirectory(prefix="quality-") as name:
+        scratch = Path(name)
+        every = source_files.copy(source_files.find(package), scratch)
         good = [source for source in every if not source.problem]
-        found, unreadable = _facts(package, interfaces, good, room)
-        # What is no Python would only tell a linter's weak spots: it is not shown to them.
+        found, unreadable = _facts(package, interfaces, good, scratch)
+        # Linters see only what can be parsed: anything else would merely probe their weak spots.
         readable = {file.path for file in found.files if not file.problem} - {source.path for source in unreadable}
         good = [source for source in good if source.path in readable] if lint else []
         with ThreadPoolExecutor(2) as pool:
-            style = pool.submit(bisect_failures.run_without_culprits, lambda items: _flake8(items, room), good)
-            docstrings = pool.submit(bisect_failures.run_without_culprits, lambda items: _pep257(items, room), good)
-            return _together(found, every, unreadable, style.result(), docstrings.result())
+            style = pool.submit(run_without_culprits, lambda items: _flake8(items, scratch), good)
+            docstrings = pool.submit(run_without_culprits, lambda items: _pep257(items, scratch), good)
+            (linted, too_much), (violations, too_much_too) = style.result(), docstrings.result()
+        return _combine(found, every, [*unreadable, *too_much, *too_much_too], linted or [], violations or {})
 
 
-def _flake8(items: Sequence[Source], room: Path) -> list[Finding] | None:
-    """Return what flake8 finds under ament_flake8's configuration, and functions that are too complex."""
+def _facts(
+    package: Path, interfaces: Path | None, good: Sequence[Source], scratch: Path
+) -> tuple[Quality, list[Source]]:
+    """Return what the worker finds, and the files that it cannot read."""
+    beside = str(interfaces.resolve()) if interfaces else ""
+
+    def run(items: Sequence[Source]) -> Quality | None:
+        listing = scratch / f"sources-{len(items)}-{items[0].copy[:4] if items else ''}.json"
+        listing.write_text(json.dumps([[item.path, item.copy] for item in items]))
+        done = run_python(["-m", "grader.quality.worker", str(package.resolve()), beside, str(listing)], scratch)
+        if done is None or done.returncode:
+            _raise_if_broken("grader.quality.worker", done)
+            return None
+        return evidence.from_json(done.stdout, Quality)
+
+    found, unreadable = run_without_culprits(run, good)
+    if found is None:
+        found = run([]) or Quality(manifest=Manifest(found=False, problems=["package.xml could not be read"]))
+    return found, unreadable
+
+
+def _flake8(items: Sequence[Source], scratch: Path) -> list[Finding] | None:
+    """Return flake8's findings under ament_flake8's configuration, too complex functions among them."""
     if not items:
         return []
-    done = bisect_failures.python(
+    done = run_python(
         [
             "-m", "flake8", f"--config={_CONFIGURATION}", "--disable-noqa", "--no-show-source", "--jobs=1",
             f"--max-complexity={MOST_COMPLEX}",
             "--format=%(path)s:%(row)d:%(code)s:%(text)s", *(item.copy for item in items),
         ],
-        room,
+        scratch,
     )  # fmt: skip
     if done is None or done.returncode not in (0, 1):
-        _complain_if_broken("flake8", done)
+        _raise_if_broken("flake8", done)
         return None
     by_copy = {item.copy: item for item in items}
     found = []
@@ -77,102 +102,77 @@ def _flake8(items: Sequence[Source], room: Path) -> list[Finding] | None:
             path, number, rule, words = match.groups()
             found.append(Finding(by_copy[path].path, int(number), rule, printable(words.strip())))
     if done.returncode == 1 and not found:
-        _complain_if_broken("flake8", done)
+        _raise_if_broken("flake8", done)
         return None
     return found
 
 
-def _pep257(items: Sequence[Source], room: Path) -> list[_Found] | None:
-    """Return what ament_pep257's rules find: (path, line of the definition, line, rule, words)."""
+def _pep257(items: Sequence[Source], scratch: Path) -> _Violations | None:
+    """Return what docstrings violate of ament_pep257's rules."""
     if not items:
-        return []
-    done = bisect_failures.python(["-m", "grader.quality.pep257", *(item.copy for item in items)], room)
+        return {}
+    done = run_python(["-m", "grader.quality.pep257", *(item.copy for item in items)], scratch)
     if done is None or done.returncode:
-        _complain_if_broken("pydocstyle", done)
+        _raise_if_broken("pydocstyle", done)
         return None
-    by_copy = {item.copy: item for item in items}
-    return [
-        (by_copy[path].path, start, line, rule, printable(words))
-        for path, start, line, rule, words in json.loads(done.stdout)
-    ]
+    paths = {item.copy: item.path for item in items}
+    found: _Violations = {}
+    for copy, start, line, rule, words in json.loads(done.stdout):
+        found.setdefault((paths[copy], start), []).append(Finding(paths[copy], line, rule, printable(words)))
+    return found
 
 
-def _complain_if_broken(tool: str, done: subprocess.CompletedProcess[str] | None) -> None:
-    """Say so if it is the tool that does not work at all, and not the text that was too much for it."""
+def _raise_if_broken(tool: str, done: subprocess.CompletedProcess[str] | None) -> None:
+    """Raise a GraderError if the tool does not work at all, rather than not on this text."""
     said = done.stdout[-500:] + done.stderr[-500:] if done else ""
     if any(sign in said for sign in ("No module named", "required plugins", "ImportError", "config file does not")):
         raise GraderError(f"{tool} does not work on this machine: {said.strip()}. Run `make setup`.")
 
 
-def _facts(package: Path, interfaces: Path | None, good: Sequence[Source], room: Path) -> tuple[Quality, list[Source]]:
-    beside = str(interfaces.resolve()) if interfaces else ""
-
-    def run(items: Sequence[Source]) -> Quality | None:
-        listing = room / f"sources-{len(items)}-{items[0].copy[:4] if items else ''}.json"
-        listing.write_text(json.dumps([[item.path, item.copy] for item in items]))
-        done = bisect_failures.python(
-            ["-m", "grader.quality.worker", str(package.resolve()), beside, str(listing)], room
-        )
-        if done is None or done.returncode:
-            _complain_if_broken("the reader", done)
-            return None
-        return evidence.from_json(done.stdout, Quality)
-
-    found, unreadable = bisect_failures.run_without_culprits(run, good)
-    if found is None:
-        found = run([]) or Quality(manifest=Manifest(found=False, problems=["package.xml could not be read"]))
-    return found, unreadable
-
-
-def _together(
-    found: Quality,
-    every: Sequence[Source],
-    unreadable: Sequence[Source],
-    style: tuple[list[Finding] | None, list[Source]],
-    docstrings: tuple[list[_Found] | None, list[Source]],
+def _combine(
+    found: Quality, every: Sequence[Source], too_much: Sequence[Source], linted: Sequence[Finding], broken: _Violations
 ) -> Quality:
-    too_much = {source.path for source in (*unreadable, *style[1], *docstrings[1])}
+    files = _files(found, every, {source.path for source in too_much})
+    readable = {file.path for file in files if not file.problem}
+    linted = [finding for finding in linted if finding.path in readable]
+    style = [finding for finding in linted if _RULES.match(finding.rule)]
+    # pydocstyle gives a module and a definition on its first line the same line, as the worker does.
+    public = [_with_violations(item, broken) for item in found.definitions if item.path in readable]
+    # Code in a file that cannot be read counts as undocumented.
+    hidden = [
+        item
+        for source in every
+        if source.path not in readable
+        for item in definitions_of_unreadable(printable(source.path), source.data)
+    ]
+    suppressions = [
+        Finding(printable(source.path), line, "suppression", printable(words))
+        for source in every
+        for line, words in source.suppressions()
+    ]
+    return replace(
+        found,
+        files=files,
+        style=style[:_MOST_FINDINGS],
+        style_count=len(style),
+        complex=[finding for finding in linted if finding.rule == "C901"][:_MOST_FINDINGS],
+        suppressions=suppressions[:_MOST_FINDINGS],
+        definitions=public + hidden[: reading_limits.MOST_DEFINITIONS],
+    )
+
+
+def _files(found: Quality, every: Sequence[Source], too_much: set[str]) -> list[SourceFile]:
+    """Return every file, ordered by path, with its lines and the reason why it cannot be read, if so."""
     files = {file.path: file for file in found.files}
     for source in every:
         known = files.get(source.path)
         problem = source.problem or (known.problem if known else "")
         if not problem and source.path in too_much:
-            problem = "too much for the tools: they ran out of time or memory on it"
+            problem = "made the tools run out of time or memory"
         lines = known.lines if known and not problem else source.rough_lines
         files[source.path] = SourceFile(printable(source.path), lines, problem)
-    readable = {path for path, file in files.items() if not file.problem}
-    linted = [finding for finding in style[0] or [] if finding.path in readable]
-    rules = [finding for finding in linted if _RULES.match(finding.rule)]
-    public = [thing for thing in found.definitions if thing.path in readable]
-    # What hides in a file that cannot be read is not thereby documented.
-    hidden = [
-        thing
-        for source in every
-        if source.path not in readable
-        for thing in definitions_of_unreadable(printable(source.path), source.data)
-    ]
-    return replace(
-        found,
-        files=[files[path] for path in sorted(files)],
-        style=rules[:_MOST_FINDINGS],
-        style_count=len(rules),
-        complex=[finding for finding in linted if finding.rule == "C901"][:_MOST_FINDINGS],
-        suppressions=[
-            Finding(printable(source.path), line, "suppression", printable(words))
-            for source in every
-            for line, words in source.suppressions()
-        ][:_MOST_FINDINGS],
-        definitions=_with_faults(public, docstrings[0] or []) + hidden[: reading_limits.MOST_DEFINITIONS],
-    )
+    return [files[path] for path in sorted(files)]
 
 
-def _with_faults(definitions: Sequence[Definition], found: Sequence[_Found]) -> list[Definition]:
-    """Return the definitions, each with what its docstring breaks."""
-    faults: dict[tuple[str, int], list[Finding]] = {}
-    for path, start, line, rule, words in found:
-        faults.setdefault((path, start), []).append(Finding(path, line, rule, words))
-    taken = []
-    for item in definitions:
-        # A module and its first definition may both begin on line 1; pydocstyle tells them apart by the same lines.
-        taken.append(replace(item, violations=faults.get((item.path, item.line), [])[:5]))
-    return taken
+def _with_violations(item: Definition, broken: _Violations) -> Definition:
+    return replace(item, violations=broken.get((item.path, item.line), [])[:_MOST_VIOLATIONS])

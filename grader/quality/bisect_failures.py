@@ -1,4 +1,4 @@
-"""Run a tool of ours over text that may be hostile: with limits, and with the file found that broke it."""
+"""Run a tool over text that may be hostile: with limits, and without the files that break it."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from grader.errors import GraderError
 T = TypeVar("T")
 R = TypeVar("R")
 
-CPU_SECONDS = 60  # a whole package takes 1 to 2, the most that is read 20
+CPU_SECONDS = 60  # a whole package takes 1 to 2, one at the reading limits 20
 _WALL_SECONDS = 300.0  # far above, for a busy machine: the limit on CPU time is the one that decides
 _MEMORY = 2 * 1024**3
 _SEARCH_SECONDS = 120.0
 
 
-def python(arguments: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str] | None:
-    """Run our Python with `arguments` in `folder`, isolated. Return None if it went beyond its limits or crashed."""
+def run_python(arguments: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str] | None:
+    """Run our Python with `arguments` in `folder`, isolated. Return None if it exceeded its limits or crashed."""
     command = ["prlimit", f"--as={_MEMORY}", f"--cpu={CPU_SECONDS}", "--core=0", "--", sys.executable, "-I", *arguments]
     # The variable keeps the ROS wheels from starting Python a second time: no ROS is needed here.
     environment = {"PATH": os.environ.get("PATH", ""), "LANG": "C.UTF-8", "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
@@ -39,9 +39,9 @@ def python(arguments: Sequence[str], folder: Path) -> subprocess.CompletedProces
 
 
 def run_without_culprits(run: Callable[[Sequence[T]], R | None], items: Sequence[T]) -> tuple[R | None, list[T]]:
-    """Return what `run` makes of as many items as it can take, and the items that it cannot.
+    """Return what `run` returns for the items that it can take, and the items that make it fail (return None).
 
-    Most of the time that is one run over all of them. When it fails, halves are tried until the culprits are found.
+    Usually that is one run over all of them. When it fails, halves are tried until the culprits are found.
     """
     result = run(items)
     if result is not None or not items:

@@ -1,14 +1,15 @@
-"""Who calls whom inside the package, by name: enough to tell what a callback can reach."""
+"""Which function of the package calls which, by name: enough to see what a callback can reach."""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from grader.quality.modules import Function, Imports, Module, imports, last_name
+from grader.python_ast import Function, called, last_name
+from grader.quality.parsed_module import Imports, Module, imports
 
-# What hands a function to the executor: it is then called back, and while it runs nothing else is.
+# Calls that hand a function to the executor, which calls it back and does nothing else while it runs.
 _REGISTER = {
     "create_subscription", "create_timer", "create_service", "ActionServer", "add_on_set_parameters_callback",
     "add_pre_set_parameters_callback", "add_post_set_parameters_callback", "add_done_callback",
@@ -18,27 +19,27 @@ _REGISTER = {
 
 
 @dataclass(frozen=True)
-class Node:
+class GraphNode:
     """A function of the package; `owner` is the name of its class, "" outside of one."""
 
     module: Module
     owner: str
-    tree: Function
+    function: Function
 
     @property
     def key(self) -> tuple[str, str, str]:
-        """Return what tells it from every other function."""
-        return self.module.path, self.owner, f"{self.tree.name}:{self.tree.lineno}"
+        """Return what distinguishes it from every other function."""
+        return self.module.path, self.owner, f"{self.function.name}:{self.function.lineno}"
 
 
-class Calls:
+class CallGraph:
     """The functions of the package's modules and the calls between them."""
 
     def __init__(self, modules: Sequence[Module]) -> None:
         self.modules = [module for module in modules if module.role == "module"]
         self.imports: dict[str, Imports] = {module.path: imports(module) for module in self.modules}
-        self.nodes = [node for module in self.modules for node in _functions(module)]
-        self._outside = {(node.module.name, node.tree.name): node for node in self.nodes if not node.owner}
+        self._nodes = [node for module in self.modules for node in _functions(module)]
+        self._outside = {(node.module.name, node.function.name): node for node in self._nodes if not node.owner}
         self.classes = {
             class_.name: (module, class_)
             for module in self.modules
@@ -46,65 +47,18 @@ class Calls:
             if isinstance(class_, ast.ClassDef)
         }
 
-    def in_callbacks(self) -> list[tuple[Node, str]]:
+    def in_callbacks(self) -> list[tuple[GraphNode, str]]:
         """Return the functions that run in a callback, each with the name of a callback that leads to it."""
-        found: dict[tuple[str, str, str], tuple[Node, str]] = {}
-        todo = [(callback, callback.tree.name) for node in self.nodes for callback in self._registered(node)]
+        found: dict[tuple[str, str, str], tuple[GraphNode, str]] = {}
+        todo = [(callback, callback.function.name) for node in self._nodes for callback in self._registered(node)]
         while todo:
             node, root = todo.pop()
             if node.key not in found:
                 found[node.key] = node, root
-                todo += [(called, root) for called in self._called(node, own_body(node.tree))]
+                todo += [(callee, root) for callee in self._callees(node, own_body(node.function))]
         return list(found.values())
 
-    def _registered(self, node: Node) -> Iterator[Node]:
-        """Yield the functions that `node` hands to the executor."""
-        for call in own_body(node.tree):
-            if not isinstance(call, ast.Call) or last_name(call.func) not in _REGISTER:
-                continue
-            for given in [*call.args, *(keyword.value for keyword in call.keywords)]:
-                if isinstance(given, ast.Lambda):
-                    yield from self._called(node, ast.walk(given))
-                elif isinstance(given, ast.Call) and last_name(given.func) == "partial" and given.args:
-                    yield from self._named(node, given.args[0])
-                elif isinstance(given, ast.Name) and not any(True for _ in self._named(node, given)):
-                    # A variable: it may stand for any method that the function mentions without calling it.
-                    if given.id in _variables(node.tree):
-                        yield from self._mentioned(node)
-                else:
-                    yield from self._named(node, given)
-
-    def _mentioned(self, node: Node) -> Iterator[Node]:
-        called = {id(call.func) for call in ast.walk(node.tree) if isinstance(call, ast.Call)}
-        for part in own_body(node.tree):
-            if isinstance(part, ast.Attribute) and id(part) not in called:
-                yield from self._named(node, part)
-
-    def _called(self, node: Node, parts: Iterator[ast.AST]) -> Iterator[Node]:
-        for part in parts:
-            if isinstance(part, ast.Call):
-                yield from self._named(node, part.func)
-
-    def _named(self, node: Node, name: ast.AST) -> Iterator[Node]:
-        """Yield the functions that `name` may stand for, seen from inside `node`."""
-        if isinstance(name, ast.Attribute) and isinstance(name.value, ast.Name) and name.value.id in ("self", "cls"):
-            family = self.made_of(node.owner) | self._made_from(node.owner)
-            yield from (other for other in self.nodes if other.owner in family and other.tree.name == name.attr)
-        elif isinstance(name, ast.Attribute) and isinstance(name.value, ast.Call):
-            if last_name(name.value.func) == "super":
-                family = self.made_of(node.owner) - {node.owner}
-                yield from (other for other in self.nodes if other.owner in family and other.tree.name == name.attr)
-        elif isinstance(name, ast.Name):
-            yield from (
-                other
-                for other in self.nodes
-                if other.module is node.module and not other.owner and other.tree.name == name.id
-            )
-        where, _, what = self.imports[node.module.path].meaning(name).rpartition(".")
-        if (where, what) in self._outside:
-            yield self._outside[where, what]
-
-    def made_of(self, owner: str) -> set[str]:
+    def bases_of(self, owner: str) -> set[str]:
         """Return the names of a class and of all that it inherits from; the empty set for ""."""
         family: set[str] = set()
         todo = [owner] if owner else []
@@ -116,9 +70,53 @@ class Calls:
                 todo += [last_name(base) for base in class_.bases] if class_ else []
         return family
 
+    def _registered(self, node: GraphNode) -> Iterator[GraphNode]:
+        """Yield the functions that `node` hands to the executor."""
+        for call in own_body(node.function):
+            if not isinstance(call, ast.Call) or last_name(call.func) not in _REGISTER:
+                continue
+            for given in [*call.args, *(keyword.value for keyword in call.keywords)]:
+                if isinstance(given, ast.Lambda):
+                    yield from self._callees(node, ast.walk(given))
+                elif isinstance(given, ast.Call) and last_name(given.func) == "partial" and given.args:
+                    yield from self._named(node, given.args[0])
+                elif isinstance(given, ast.Name) and not any(True for _ in self._named(node, given)):
+                    # A variable: it may refer to any method that the function mentions without calling it.
+                    if given.id in _variables(node.function):
+                        yield from self._mentioned(node)
+                else:
+                    yield from self._named(node, given)
+
+    def _mentioned(self, node: GraphNode) -> Iterator[GraphNode]:
+        called_parts = {id(call.func) for call in ast.walk(node.function) if isinstance(call, ast.Call)}
+        for part in own_body(node.function):
+            if isinstance(part, ast.Attribute) and id(part) not in called_parts:
+                yield from self._named(node, part)
+
+    def _callees(self, node: GraphNode, parts: Iterable[ast.AST]) -> Iterator[GraphNode]:
+        for part in parts:
+            if isinstance(part, ast.Call):
+                yield from self._named(node, part.func)
+
+    def _named(self, node: GraphNode, name: ast.AST) -> Iterator[GraphNode]:
+        """Yield the functions that `name` may refer to inside `node`."""
+        if isinstance(name, ast.Attribute) and isinstance(name.value, ast.Name) and name.value.id in ("self", "cls"):
+            yield from self._methods(name.attr, self.bases_of(node.owner) | self._made_from(node.owner))
+        elif isinstance(name, ast.Attribute) and called(name.value) == "super":
+            yield from self._methods(name.attr, self.bases_of(node.owner) - {node.owner})
+        elif isinstance(name, ast.Name):
+            same = (other for other in self._nodes if other.module is node.module and not other.owner)
+            yield from (other for other in same if other.function.name == name.id)
+        where, _, what = self.imports[node.module.path].meaning(name).rpartition(".")
+        if (where, what) in self._outside:
+            yield self._outside[where, what]
+
+    def _methods(self, name: str, owners: set[str]) -> Iterator[GraphNode]:
+        return (node for node in self._nodes if node.owner in owners and node.function.name == name)
+
     def _made_from(self, owner: str) -> set[str]:
         """Return the names of the classes that inherit from a class: `self` in its methods may be one of them."""
-        return {name for name in self.classes if owner in self.made_of(name)} if owner else set()
+        return {name for name in self.classes if owner in self.bases_of(name)} if owner else set()
 
 
 def own_body(function: ast.AST) -> Iterator[ast.AST]:
@@ -131,14 +129,14 @@ def own_body(function: ast.AST) -> Iterator[ast.AST]:
             todo += ast.iter_child_nodes(node)
 
 
-def _functions(module: Module) -> Iterator[Node]:
+def _functions(module: Module) -> Iterator[GraphNode]:
     todo: list[tuple[ast.AST, str]] = [(module.tree, "")]
     while todo:
         node, owner = todo.pop()
         for child in ast.iter_child_nodes(node):
             if isinstance(child, Function):
                 # A function inside a method may use `self` like the method itself, and is called by its bare name.
-                yield Node(module, owner if isinstance(node, ast.ClassDef) else "", child)
+                yield GraphNode(module, owner if isinstance(node, ast.ClassDef) else "", child)
             todo.append((child, child.name if isinstance(child, ast.ClassDef) else owner))
 
 

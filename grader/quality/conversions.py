@@ -5,84 +5,72 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Sequence
 
-from grader.contract.spec import NODES
+from grader.contract.spec import CONVERSIONS, NODES
 from grader.evidence import Conversions, Finding
-from grader.quality.call_graph import Calls
-from grader.quality.modules import Function, Module, last_name
+from grader.python_ast import Function, called, last_name
+from grader.quality.call_graph import CallGraph
+from grader.quality.parsed_module import Module
 
-FUNCTIONS = ("yaw_from_quaternion", "quaternion_from_yaw", "normalize_angle", "clamp")
 _ARCS = ("atan2", "arctan2", "asin", "arcsin", "acos", "arccos")
+_MOST = 50
 
 
-def conversions(calls: Calls) -> Conversions:
+def conversion_use(graph: CallGraph) -> Conversions:
     """Return what utils/conversions.py defines, the calls of it that the nodes lead to, and work done elsewhere."""
-    home = next((module for module in calls.modules if module.path.endswith("utils/conversions.py")), None)
+    home = next((module for module in graph.modules if module.path.endswith("utils/conversions.py")), None)
+    elsewhere = [finding for module in graph.modules if module is not home for finding in _by_hand(module)]
     if home is None:
-        return Conversions(elsewhere=list(_elsewhere(calls.modules)))
+        return Conversions(elsewhere=elsewhere)
     defined = [node.name for node in home.tree.body if isinstance(node, Function)]
-    others = [module for module in calls.modules if module is not home]
-    reached = _reached_from_nodes(calls)
-    return Conversions(
-        defined=defined[:50],
-        calls=[
-            finding
-            for module in others
-            if module.path in reached
-            for finding in _calls_of(home, defined, module, calls)
-        ][:50],
-        elsewhere=list(_elsewhere(others))[:50],
-    )
+    users = [module for module in _reached_from_nodes(graph) if module is not home]
+    calls = [finding for module in users for finding in _calls_of(home, defined, module, graph)]
+    return Conversions(defined[:_MOST], calls[:_MOST], elsewhere[:_MOST])
 
 
-def _reached_from_nodes(calls: Calls) -> set[str]:
-    """Return the paths of the modules that the nodes import, directly or not, and of the nodes."""
-    by_name = {module.name: module for module in calls.modules}
-    todo = [module for module in calls.modules if module.stem in NODES]
+def _reached_from_nodes(graph: CallGraph) -> list[Module]:
+    """Return the nodes' modules and those that they import, directly or not."""
+    by_name = {module.name: module for module in graph.modules}
+    todo = [module for module in graph.modules if module.stem in NODES]
     found: set[str] = set()
     while todo:
         module = todo.pop()
         if module.path not in found:
             found.add(module.path)
-            todo += [by_name[name] for name in calls.imports[module.path].modules if name in by_name]
-    return found
+            todo += [by_name[name] for name in graph.imports[module.path].modules if name in by_name]
+    return [module for module in graph.modules if module.path in found]
 
 
-def _calls_of(home: Module, defined: Sequence[str], module: Module, calls: Calls) -> Iterator[Finding]:
-    places = {f"{home.name}.{name}" for name in defined}
-    # utils/__init__.py may hand them on, which makes `from ..utils import clamp` mean the same.
+def _calls_of(home: Module, defined: Sequence[str], module: Module, graph: CallGraph) -> Iterator[Finding]:
+    names = {f"{home.name}.{name}" for name in defined}
+    # utils/__init__.py may re-export them: `from ..utils import clamp` then means the same.
     package = home.name.rpartition(".")[0]
-    init = next((other for other in calls.modules if other.name == package), None)
+    init = next((other for other in graph.modules if other.name == package), None)
     if init is not None:
-        handed_on = calls.imports[init.path].names.values()
-        stars = {source for source, name in handed_on if name == "*"}
-        places |= {
-            f"{package}.{name}"
-            for name in defined
-            if (home.name, name) in handed_on or home.name in stars
-        }  # fmt: skip
-    imported = calls.imports[module.path]
-    everything = ("*" in imported.names) and imported.names["*"][0] in (home.name, package)
+        exported = graph.imports[init.path].names.values()
+        whole = (home.name, "*") in exported
+        names |= {f"{package}.{name}" for name in defined if whole or (home.name, name) in exported}
+    imported = graph.imports[module.path]
+    star = imported.names.get("*", ("", ""))[0] in (home.name, package)
     for node in ast.walk(module.tree):
         if isinstance(node, ast.Call):
             bare = node.func.id if isinstance(node.func, ast.Name) else ""
-            if imported.meaning(node.func) in places or (everything and bare in defined):
+            if imported.meaning(node.func) in names or (star and bare in defined):
                 yield Finding(module.path, node.lineno, "conversion", last_name(node.func))
 
 
-def _elsewhere(modules: Sequence[Module]) -> Iterator[Finding]:
-    for module in modules:
-        for node in ast.walk(module.tree):
-            words = _by_hand(node)
-            if words:
-                yield Finding(module.path, getattr(node, "lineno", 1), "conversion-by-hand", words)
+def _by_hand(module: Module) -> Iterator[Finding]:
+    for node in ast.walk(module.tree):
+        if words := _conversion(node):
+            yield Finding(module.path, getattr(node, "lineno", 1), "conversion-by-hand", words)
 
 
-def _by_hand(node: ast.AST) -> str:
-    if isinstance(node, Function) and node.name.strip("_") in FUNCTIONS:
+def _conversion(node: ast.AST) -> str:
+    """Return which conversion a node makes itself, in words; "" if none."""
+    if isinstance(node, Function) and node.name.strip("_") in CONVERSIONS:
         return f"`{node.name}` is defined here"
-    if isinstance(node, ast.Call) and last_name(node.func) in _ARCS:
+    if isinstance(node, ast.Call) and called(node) in _ARCS:
         names = {last_name(part).lower() for argument in node.args for part in ast.walk(argument)}
-        if any(name in ("z", "qz") for name in names) and any(name in ("w", "qw") for name in names):
+        if names & {"z", "qz"} and names & {"w", "qw"}:
             return "a yaw is computed from a quaternion by hand"
         if len(node.args) == 2 and {"sin", "cos"} <= names:
             return "an angle is normalised by hand"

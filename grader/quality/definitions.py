@@ -1,30 +1,48 @@
-"""Public modules, classes and functions: have they docstrings, have they annotations?"""
+"""Public modules, classes and functions: do they have docstrings and annotations?"""
 
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import PurePosixPath
 
 from grader.contract.layout import JUDGED, role
 from grader.evidence import Definition
-from grader.quality.modules import Function, Module, last_name
+from grader.python_ast import Function, last_name
+from grader.quality.parsed_module import Module
 
-# One docstring says it all for a property and its setter, and for a function and its overloads.
+# One docstring is enough for a property and its setter, and for a function and its overloads.
 _SAME_THING = ("setter", "deleter", "getter", "overload")
+_DEFINITION = re.compile(rb"[ \t]*(?:async[ \t]+)?(def|class)[ \t]+([A-Za-z]\w*)")
 
 
-def definitions(module: Module) -> Iterator[Definition]:
+def public_definitions(module: Module) -> Iterator[Definition]:
     """Yield what is public in a module of the package, a launch file or a script: no leading _ on the way to it."""
-    if not is_judged(module.path):
+    if not _is_judged(module.path):
         return
     if module.tree.body or module.stem != "__init__":
         yield Definition(module.path, 1, "module", module.name, bool(ast.get_docstring(module.tree)))
     yield from _inside(module.path, module.tree.body, "")
 
 
-def is_judged(path: str) -> bool:
-    """Return whether what stands in this file is public: no test, and no leading _ on the way to it."""
+def definitions_of_unreadable(path: str, data: bytes) -> Iterator[Definition]:
+    """Yield the module and the public definitions that its lines begin with, as undocumented and unannotated."""
+    if not _is_judged(path):
+        return
+    yield Definition(path, 1, "module", path, documented=False)
+    for number, line in enumerate(data.splitlines(), 1):
+        if match := _DEFINITION.match(line):
+            name = match[2][:200].decode("ascii")
+            if match[1] == b"class":
+                yield Definition(path, number, "class", name, documented=False)
+            else:
+                missing = ["the file cannot be read"]
+                yield Definition(path, number, "function", name, documented=False, unannotated=missing)
+
+
+def _is_judged(path: str) -> bool:
+    """Return whether this file can hold public names: it is not a test, and no part of its path begins with _."""
     parts = PurePosixPath(path).with_suffix("").parts
     return role(path) in JUDGED and not any(part.startswith("_") and part != "__init__" for part in parts)
 

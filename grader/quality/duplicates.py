@@ -1,4 +1,4 @@
-"""Blocks of code that stand in the package twice."""
+"""Find blocks of code that occur more than once in the package."""
 
 from __future__ import annotations
 
@@ -9,10 +9,13 @@ from dataclasses import dataclass
 
 from grader.contract.layout import JUDGED
 from grader.evidence import Copy
-from grader.quality.modules import Function, Module, is_docstring, last_name
+from grader.python_ast import Function, is_docstring, last_name
+from grader.quality.parsed_module import Module
 
 BLOCK = 6  # lines, each with a statement of its own or the head of one
 _MOST_PLACES = 20
+_MOST_COPIES = 50
+_BODIES = ("body", "handlers", "orelse", "finalbody", "cases")
 
 
 @dataclass(frozen=True)
@@ -23,35 +26,38 @@ class _Line:
     code: str
 
 
-def copies(modules: Sequence[Module]) -> list[Copy]:
+def duplicated_blocks(modules: Sequence[Module]) -> list[Copy]:
     """Return the blocks of six or more lines that occur more than once, the longest first.
 
-    Spaces, comments and line breaks make no difference. Imports, docstrings and what every ROS node has at its end
-    (`main` and the lines that call it) are no copies, and neither are tests.
+    Spaces, comments and line breaks make no difference. Imports, docstrings, tests and the end of every ROS node
+    (`main` and the lines that call it) do not count.
     """
     runs = [list(_lines(module)) for module in modules if module.role in JUDGED]
     places: dict[tuple[str, ...], list[tuple[int, int]]] = defaultdict(list)
     for number, run in enumerate(runs):
         for start in range(len(run) - BLOCK + 1):
-            places[tuple(line.code for line in run[start : start + BLOCK])].append((number, start))
+            places[_block(run, start)].append((number, start))
     found = []
-    told: set[tuple[int, int]] = set()
+    seen: set[tuple[int, int]] = set()
     for number, run in enumerate(runs):
         for start in range(len(run) - BLOCK + 1):
             here = (number, start)
-            if here in told:
+            if here in seen:
                 continue
-            block = tuple(line.code for line in run[start : start + BLOCK])
-            candidates = [place for place in places[block] if place > here and place not in told][:_MOST_PLACES]
-            lengths = {place: _common(runs, here, place) for place in candidates}
+            candidates = [place for place in places[_block(run, start)] if place > here and place not in seen]
+            lengths = {place: _common(runs, here, place) for place in candidates[:_MOST_PLACES]}
             others = [place for place, length in lengths.items() if length >= BLOCK]
             if not others:
                 continue
             length = min(lengths[place] for place in others)
             group = [here, *others]
-            told |= {(n, s + step) for n, s in group for step in range(length - BLOCK + 1)}
+            seen |= {(n, s + step) for n, s in group for step in range(length - BLOCK + 1)}
             found.append(Copy(length, [_place(runs[n][s : s + length]) for n, s in group[:5]]))
-    return sorted(found, key=lambda copy: -copy.lines)[:50]
+    return sorted(found, key=lambda copy: -copy.lines)[:_MOST_COPIES]
+
+
+def _block(run: Sequence[_Line], start: int) -> tuple[str, ...]:
+    return tuple(line.code for line in run[start : start + BLOCK])
 
 
 def _common(runs: Sequence[Sequence[_Line]], a: tuple[int, int], b: tuple[int, int]) -> int:
@@ -75,15 +81,13 @@ def _lines(module: Module) -> Iterator[_Line]:
     todo: list[ast.AST] = list(reversed(module.tree.body))
     while todo:
         node = todo.pop()
-        if isinstance(node, ast.Import | ast.ImportFrom) or (isinstance(node, ast.stmt) and is_docstring(node)):
+        if isinstance(node, ast.Import | ast.ImportFrom) or is_docstring(node) or _is_ending(node):
             continue
-        if _is_ending(node):
-            continue
-        bodies = _bodies(node)
+        inner = _inner(node)
         first = getattr(node, "lineno", 0)
-        last = getattr(node, "end_lineno", first) if not bodies else first
+        last = getattr(node, "end_lineno", first) if not inner else first
         yield _Line(module.path, first, last, _code(node))
-        todo += reversed(bodies)
+        todo += reversed(inner)
 
 
 def _is_ending(node: ast.AST) -> bool:
@@ -93,22 +97,17 @@ def _is_ending(node: ast.AST) -> bool:
     return isinstance(node, ast.If) and "__name__" in {last_name(part) for part in ast.walk(node.test)}
 
 
-def _bodies(node: ast.AST) -> list[ast.AST]:
+def _inner(node: ast.AST) -> list[ast.AST]:
     """Return the statements inside a compound statement, in the order of the text."""
-    found: list[ast.AST] = []
-    for name in ("body", "handlers", "orelse", "finalbody", "cases"):
-        part = getattr(node, name, None)
-        if isinstance(part, list):
-            found += part
-    return found
+    parts = (getattr(node, name, None) for name in _BODIES)
+    return [inner for part in parts if isinstance(part, list) for inner in part]
 
 
 def _code(node: ast.AST) -> str:
-    """Return a statement's structure as text, of a compound one only the head."""
+    """Return a statement's structure as text; for a compound statement, only its head's."""
     parts = [type(node).__name__]
     for name, value in ast.iter_fields(node):
-        if name in ("body", "handlers", "orelse", "finalbody", "cases", "type_comment"):
-            continue
-        for part in value if isinstance(value, list) else [value]:
-            parts.append(ast.dump(part) if isinstance(part, ast.AST) else repr(part))
+        if name not in (*_BODIES, "type_comment"):
+            for part in value if isinstance(value, list) else [value]:
+                parts.append(ast.dump(part) if isinstance(part, ast.AST) else repr(part))
     return " ".join(parts)

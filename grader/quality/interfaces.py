@@ -7,20 +7,20 @@ from collections.abc import Iterator
 
 from grader.contract.spec import NODES
 from grader.evidence import CodeInterface
-from grader.quality.call_graph import Calls
-from grader.quality.modules import argument, last_name, text
+from grader.python_ast import argument, called, last_name, literal_string
+from grader.quality.call_graph import CallGraph
 
 _CREATE = {"create_publisher": "publisher", "create_subscription": "subscription", "create_service": "service"}
 
 
-def interfaces(calls: Calls) -> Iterator[CodeInterface]:
-    """Yield what the nodes' modules create, and the classes elsewhere in the package that theirs inherit from."""
-    for module in calls.modules:
+def created_interfaces(graph: CallGraph) -> Iterator[CodeInterface]:
+    """Yield what the nodes' modules create, and what the classes do that theirs inherit from elsewhere."""
+    for module in graph.modules:
         if module.stem in NODES:
             yield from _created(module.stem, module.tree)
-            own = [name for name, (home, _) in calls.classes.items() if home is module]
-            for name in sorted(set().union(*map(calls.made_of, own))):
-                home, class_ = calls.classes.get(name, (module, None))
+            own = [name for name, (home, _) in graph.classes.items() if home is module]
+            for name in sorted(set().union(*map(graph.bases_of, own))):
+                home, class_ = graph.classes.get(name, (module, None))
                 if class_ is not None and home is not module:
                     yield from _created(module.stem, class_)
 
@@ -29,14 +29,12 @@ def _created(node_name: str, tree: ast.AST) -> Iterator[CodeInterface]:
     for node in ast.walk(tree):
         if not isinstance(node, ast.Call):
             continue
-        called = last_name(node.func)
-        if called in _CREATE:
-            kind = _CREATE[called]
+        if kind := _CREATE.get(called(node), ""):
             type_, name = argument(node, 0, "msg_type", "srv_type"), argument(node, 1, "topic", "srv_name")
-        elif called == "ActionServer":
+        elif called(node) == "ActionServer":
             kind = "action"
             type_, name = argument(node, 1, "action_type"), argument(node, 2, "action_name")
         else:
             continue
-        if text(name) and type_ is not None:
-            yield CodeInterface(node_name, kind, text(name).lstrip("/"), last_name(type_))
+        if literal_string(name) and type_ is not None:
+            yield CodeInterface(node_name, kind, literal_string(name).lstrip("/"), last_name(type_))

@@ -1,4 +1,4 @@
-"""package.xml against what the package really is and uses."""
+"""Compare package.xml with what the package really has and uses."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from packaging.licenses import InvalidLicenseExpression, canonicalize_license_ex
 from grader.contract.spec import PACKAGE
 from grader.evidence import Manifest
 from grader.intake.package_xml import MOST_BYTES, PackageXml, read_package_xml
-from grader.quality.modules import Module, argument, last_name, text
+from grader.python_ast import argument, called, last_name, literal_string
+from grader.quality.parsed_module import Module
 from grader.sanitize import printable
 
 _DEPENDS = (
@@ -24,18 +25,24 @@ _DEPENDS = (
 )  # fmt: skip
 _FIELD = re.compile(r"^\s*([A-Za-z]\w*)(?:/(?:msg/)?[A-Za-z]\w*)?(?:<=\d+)?(?:\[[^\]]*\])?\s+[A-Za-z]\w*")
 _CMAKE = re.compile(r"^[^#\n]*?\bfind_package\s*\(\s*([a-z][a-z0-9_]*)\b", re.MULTILINE)
+# Calls in launch files that name a package: by the keyword `package`, or first.
+_BY_KEYWORD = {"Node", "LifecycleNode", "ComposableNode", "ExecutableInPackage"}
+_FIRST = {
+    "FindPackageShare", "FindPackagePrefix", "get_package_share_directory", "get_package_share_path",
+    "get_package_prefix",
+}  # fmt: skip
 _MOST_TEXT = 256 * 1024
 _MOST_PLACES = 3
+_MOST_NAMES = 200
 
 
 def read_manifest(package: Path, files: Sequence[str], modules: Sequence[Module]) -> Manifest:
-    """Return what package.xml says and what `package`, whose own files are `files`, has and uses."""
-    used = _uses(package, files, modules)
+    """Return what package.xml says, and what the package has and uses. `files` are the package's own files."""
     cmake = _read(package / "CMakeLists.txt") if "CMakeLists.txt" in files else ""
     path = package / "package.xml"
     found = "package.xml" in files
     xml = read_package_xml(path) if found else PackageXml()
-    licences = [printable(text) for text in xml.texts("license")]
+    licences = [printable(licence) for licence in xml.texts("license")]
     return Manifest(
         found=found,
         problems=[f"package.xml {xml.problem}"] if xml.problem else _problems(path) if found else [],
@@ -46,14 +53,14 @@ def read_manifest(package: Path, files: Sequence[str], modules: Sequence[Module]
         build_type=printable(xml.build_type),
         has_cmake="CMakeLists.txt" in files,
         generates_interfaces="rosidl_generate_interfaces" in cmake,
-        declared=sorted({printable(text) for text in xml.texts(*_DEPENDS)})[:200],
-        declared_to_run=sorted({printable(text) for text in xml.texts(*_DEPENDS[:-2])})[:200],
-        used=dict(sorted(used.items())[:200]),
+        declared=sorted({printable(name) for name in xml.texts(*_DEPENDS)})[:_MOST_NAMES],
+        declared_to_run=sorted({printable(name) for name in xml.texts(*_DEPENDS[:-2])})[:_MOST_NAMES],
+        used=dict(sorted(_uses(package, files, modules).items())[:_MOST_NAMES]),
     )
 
 
 def _problems(path: Path) -> list[str]:
-    """Return what ROS's own reader of package.xml does not accept."""
+    """Return what ROS's own parser of package.xml rejects."""
     try:
         parse_package_string(path.read_bytes()[:MOST_BYTES], filename="package.xml")
     except InvalidPackage as error:
@@ -82,11 +89,8 @@ def _is_spdx(licence: str) -> bool:
     return True
 
 
-# -- what the package uses --------------------------------------------------------------------------------------------
-
-
 def _uses(package: Path, files: Sequence[str], modules: Sequence[Module]) -> dict[str, list[str]]:
-    """Return the packages that the code, the launch files, CMake and the interfaces use, each with places."""
+    """Return the packages that code, launch files, CMake and interfaces use, each with places."""
     found: dict[str, list[str]] = defaultdict(list)
     python = [PurePosixPath(path) for path in files if path.endswith(".py")]
     own = {PACKAGE, *(path.parent.name if path.stem == "__init__" else path.stem for path in python)}
@@ -104,7 +108,7 @@ def _in_python(modules: Sequence[Module], own: set[str]) -> Iterator[tuple[str, 
             continue
         optional = _optional(module.tree)
         for node in ast.walk(module.tree):
-            if isinstance(node, ast.Call) and last_name(node.func) in _NAMES_A_PACKAGE:
+            if isinstance(node, ast.Call) and called(node) in _BY_KEYWORD | _FIRST:
                 yield from ((name, f"{module.path}:{node.lineno}") for name in _named(node))
             elif isinstance(node, ast.Import | ast.ImportFrom) and id(node) not in optional:
                 yield from ((name, f"{module.path}:{node.lineno}") for name in _imported(node) if name not in known)
@@ -116,27 +120,20 @@ def _imported(node: ast.Import | ast.ImportFrom) -> list[str]:
     return [] if node.level or not node.module else [node.module.partition(".")[0]]
 
 
-_NAMES_A_PACKAGE = {
-    "Node", "LifecycleNode", "ComposableNode", "FindPackageShare", "FindPackagePrefix", "get_package_share_directory",
-    "get_package_share_path", "get_package_prefix", "ExecutableInPackage",
-}  # fmt: skip
-
-
 def _named(call: ast.Call) -> list[str]:
     """Return the package that a call in a launch file names: Node(package='x'), FindPackageShare('x')."""
-    by_name = last_name(call.func) in ("Node", "LifecycleNode", "ComposableNode", "ExecutableInPackage")
-    name = text(argument(call, 99 if by_name else 0, "package", "package_name"))
+    name = literal_string(argument(call, 99 if called(call) in _BY_KEYWORD else 0, "package", "package_name"))
     return [name] if re.fullmatch(r"[a-z][a-z0-9_]*", name) else []
 
 
 def _optional(tree: ast.Module) -> set[int]:
-    """Return the imports that the code can do without: those in a `try` that catches ImportError."""
+    """Return the ids of optional imports: those in a `try` that catches ImportError."""
     found = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Try):
             caught = {last_name(part) for handler in node.handlers if handler.type for part in ast.walk(handler.type)}
             if caught & {"ImportError", "ModuleNotFoundError"}:
-                # An alternative in the handler is as optional as what it stands in for.
+                # The alternative in the handler is as optional as the import that it replaces.
                 found |= {id(part) for statement in [*node.body, *node.handlers] for part in ast.walk(statement)}
     return found
 
@@ -149,7 +146,7 @@ def _in_cmake(package: Path, files: Sequence[str]) -> Iterator[tuple[str, str]]:
 
 
 def _in_interfaces(package: Path, files: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """Yield the packages of the field types. The interfaces of a package of their own are that one's matter."""
+    """Yield the packages of the field types. A package of interfaces declares its own dependencies."""
     for path in files:
         parts = PurePosixPath(path)
         if parts.suffix not in (".msg", ".srv", ".action") or len(parts.parts) != 2:

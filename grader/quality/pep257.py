@@ -1,4 +1,4 @@
-"""Run ament_pep257's rules over files and print what they find as JSON. A process of its own: python -I -m ..."""
+"""Run ament_pep257's rules over files and print the findings as JSON. A process of its own: python -I -m ..."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def main() -> int:
     logging.disable()
     found: list[list[Any]] = []
     for error in pydocstyle.check(sys.argv[1:], ignore=_ament_ignore, ignore_inline_noqa=True):
-        # Anything else is a file that cannot be parsed, which the reader says better.
+        # Anything else is a file that cannot be parsed, which worker.py reports better.
         if isinstance(error, Error):
             rule, _, text = error.message.partition(": ")
             found.append([error.definition.module.name, error.definition.start, error.line, rule, text])

@@ -1,4 +1,4 @@
-"""The Python files of a package as bytes: found, bounded, and copied for tools to read. No judgement, no parsing."""
+"""The Python files of a package as bytes: found, within limits, and copied for tools to read. Nothing is parsed."""
 
 from __future__ import annotations
 
@@ -9,28 +9,22 @@ from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 
+from grader.contract.layout import LAYOUT
 from grader.contract.spec import PACKAGE
 from grader.evidence import reading_limits
 from grader.intake.names import never_kept
 
 DEEPEST_BRACKETS = 100
 
-# The build leaves these out wherever they stand, so nothing in them can run.
+# The build leaves these out wherever they are, so nothing in them can run.
 _NOT_BUILT = {"__pycache__", "build", "install", "log"}
-# Made by tools, beside the student's own folders. A build can still install from them, and then they are read.
+# Made by tools, beside the student's own folders. They are read only if the build installs something from them.
 _OF_TOOLS = {".github", ".gitlab", ".circleci", ".history", ".devcontainer", ".direnv", ".cache", ".local"}
-# What a node can come from is read before whatever else lies in the package.
-_CONTRACTS = {
-    f"{PACKAGE}/__init__.py", f"{PACKAGE}/robot_controller.py", f"{PACKAGE}/sensor_processor.py",
-    f"{PACKAGE}/utils/__init__.py", f"{PACKAGE}/utils/conversions.py", "launch/robot_controller_launch.py",
-    "launch/sensor_processor_launch.py", "scripts/demo.py", "test/test_robot_controller.py",
-    "test/test_sensor_processor.py",
-}  # fmt: skip
 _FOLDERS = (PACKAGE, "launch", "scripts", "test", "tests")
 _SHEBANG = re.compile(rb"#!.*python")
 _LONGEST_SHEBANG = 200
-_LONGEST_COMMENT = 2000  # what is looked through for a suppression
-_WEIGHT = 100  # bytes of a line that weigh as much as a line of their own
+_LONGEST_COMMENT = 2000  # bytes searched for a suppression
+_BYTES_OF_A_LINE = 100  # a longer line counts as several
 _MOST_CMAKE = 256 * 1024
 # A linter that honours suppressions would judge the student's comments, not the code.
 _SUPPRESSION = re.compile(
@@ -43,7 +37,7 @@ _NOQA = re.compile(rb"noqa", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class Source:
-    """One Python file. `copy` is where the tools find it; `problem` says why they are not shown it."""
+    """One Python file. `copy` is the path of the copy for the tools; `problem` says why there is none."""
 
     path: str
     data: bytes
@@ -54,13 +48,13 @@ class Source:
     def rough_lines(self) -> int:
         """Return the number of lines that are neither blank nor comment, for a file that cannot be parsed.
 
-        A long line weighs as several, for otherwise a file on one line would be next to nothing.
+        A long line counts as several: otherwise a file on one line would count for next to nothing.
         """
         lines = (line.strip() for line in self.data.splitlines())
-        return sum(1 + len(line) // _WEIGHT for line in lines if line and not line.startswith(b"#"))
+        return sum(1 + len(line) // _BYTES_OF_A_LINE for line in lines if line and not line.startswith(b"#"))
 
     def suppressions(self) -> list[tuple[int, str]]:
-        """Return the lines with a comment that would switch a tool off, and the comment."""
+        """Return the numbers of the lines with a comment that silences a tool, and the comments."""
         found = []
         for number, line in enumerate(self.data.splitlines(), 1):
             start = line.find(b"#", 0, _LONGEST_COMMENT)
@@ -70,7 +64,7 @@ class Source:
 
 
 def find(package: Path) -> list[Source]:
-    """Return the package's Python files, ordered by path, as far as the bounds allow."""
+    """Return the package's Python files, ordered by path, up to the reading limits."""
     found: list[Source] = []
     total = 0
     for path in sorted(_python(package), key=_rank):
@@ -90,7 +84,7 @@ def _python(package: Path) -> list[str]:
     found = []
     for path in package_files(package):
         name = PurePosixPath(path).name
-        # `node.bak` beside a program is an editor's copy of it, as long as nothing installs it.
+        # `node.bak` beside a program is an editor's copy of it, unless something installs it.
         is_program = ("." not in name[1:] and not name.endswith("~")) or name in installed
         if name.endswith(".py") or (is_program and _SHEBANG.match(_start(package / path, _LONGEST_SHEBANG))):
             found.append(path)
@@ -98,7 +92,8 @@ def _python(package: Path) -> list[str]:
 
 
 def _rank(path: str) -> tuple[int, str]:
-    if path in _CONTRACTS:
+    """Return the place in the order of reading: first the contract's files, then the rest of its folders."""
+    if path in LAYOUT:
         return 0, path
     return (1 if path.split("/")[0] in _FOLDERS else 2), path
 
@@ -120,9 +115,9 @@ def _installs(package: Path) -> str:
 
 
 def package_files(package: Path) -> list[str]:
-    """Return the paths of the package's own files, "/" between folders; caches, build trees and tools' left out.
+    """Return the paths of the package's own files, "/" between folders, without caches, build trees and tools' folders.
 
-    A folder's leading dot hides it from people, not from the build: such folders are the package's own.
+    Other folders with a leading dot belong to the package: the dot hides them from people, not from the build.
     """
     found = []
     installed = _installs(package)
@@ -138,27 +133,27 @@ def package_files(package: Path) -> list[str]:
 
 
 def _is_of_tools(folder: Path) -> bool:
-    """Return whether a folder beside the student's own is made by a tool, as virtual environments are."""
+    """Return whether a folder at the top of the package is made by a tool, as virtual environments are."""
     if folder.name in _FOLDERS:
         return False
     return folder.name in _OF_TOOLS or (folder / "pyvenv.cfg").is_file()
 
 
 def copy(sources: list[Source], folder: Path) -> list[Source]:
-    """Copy the readable sources below `folder`, suppressions spoilt, and return them with their places.
+    """Copy the readable sources below `folder`, with `noqa` misspelt, and return all sources with their copies' paths.
 
-    Each goes into a folder of its own, under its own name without odd characters: what tools print stays readable.
+    Each goes into a folder of its own, under its own name without odd characters, to keep the tools' output readable.
     """
     copied = []
     for number, source in enumerate(sources):
         if source.problem:
             copied.append(source)
             continue
-        # Linters leave some names out, a file "CVS" for one; none of those ends with ".py".
+        # Linters skip some names, such as "CVS"; none of those ends with ".py".
         name = re.sub(r"[^\w.]", "_", Path(source.path).name, flags=re.ASCII)[-80:].removesuffix(".py") + ".py"
         place = folder / f"{number:04}" / name
         place.parent.mkdir()
-        # Some plugins of flake8 look for "noqa" themselves, so switching it off in flake8 is not enough.
+        # Some plugins of flake8 look for "noqa" themselves, so disabling it in flake8 is not enough.
         place.write_bytes(b"".join(_without_noqa(line) for line in source.data.splitlines(keepends=True)))
         copied.append(replace(source, copy=f"{number:04}/{name}"))
     return copied
@@ -173,19 +168,19 @@ def _problem(data: bytes) -> str:
     if len(data) > reading_limits.MOST_BYTES:
         return reading_limits.TOO_LARGE
     if b"\0" in data:
-        return "holds NUL bytes, so it is no text"
+        return "contains NUL bytes, so it is not text"
     try:
         encoding, _ = tokenize.detect_encoding(BytesIO(data).readline)
         data.decode(encoding)
     except (SyntaxError, UnicodeDecodeError, LookupError):
-        return "its bytes are no text in UTF-8 or in the encoding that it declares"
+        return "is not text in UTF-8 or in the encoding that it declares"
     if _depth(data) > DEEPEST_BRACKETS:
         return f"nests brackets more than {DEEPEST_BRACKETS} deep"
     return ""
 
 
 def _depth(data: bytes) -> int:
-    """Return how deep brackets nest at most. Those in strings count too, which makes the number an upper bound."""
+    """Return an upper bound of how deep brackets nest: those in strings count, too."""
     deepest = depth = 0
     for byte in re.findall(rb"[()\[\]{}]", data):
         depth = depth + 1 if byte in b"([{" else max(0, depth - 1)

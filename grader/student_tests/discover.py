@@ -10,7 +10,7 @@ from pathlib import Path
 
 from grader.contract.spec import NODES
 from grader.evidence import TestModule
-from grader.quality.modules import is_test
+from grader.python_ast import is_test
 
 FOLDERS = ("test", "tests")
 # What `ros2 pkg create` puts into every package, and its cousins: they call a linter and say nothing of the code.

@@ -1,4 +1,4 @@
-"""The package's Python as syntax trees: what each file is there for, and what a name in it stands for."""
+"""One Python file of a package, parsed: its role, its lines of code, and what its imported names refer to."""
 
 from __future__ import annotations
 
@@ -9,24 +9,26 @@ import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import PurePosixPath
-from typing import TypeGuard
 
 from grader.contract.layout import role
-
-Function = ast.FunctionDef | ast.AsyncFunctionDef
+from grader.python_ast import Function, is_docstring
 
 _DEEPEST = 150  # what people write stays below 30; linters walk trees recursively and break on a thousand
 _NOT_CODE = {
     tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
     tokenize.ENDMARKER,
 }  # fmt: skip
+_CONSTANT_PARTS = (
+    ast.Constant, ast.Name, ast.Attribute, ast.UnaryOp, ast.BinOp, ast.List, ast.Tuple, ast.Set, ast.Dict,
+    ast.unaryop, ast.operator, ast.expr_context,
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Module:
     """One Python file that can be parsed. `role` is "module" (of the package), "launch", "script", "test", "setup".
 
-    `constants` are those of its `lines` that only give names to constants.
+    `constants` is how many of its `lines` only give names to constants.
     """
 
     path: str
@@ -48,14 +50,14 @@ class Module:
 
 
 def parse(path: str, data: bytes) -> Module:
-    """Return the file as a tree.
+    """Return the parsed file.
 
     Raises:
-        ValueError: it is no Python; the message says where and why.
+        ValueError: it is not valid Python; the message says where and why.
     """
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a stray "\d" in a string is the linter's to tell
+            warnings.simplefilter("ignore")  # a stray "\d" in a string is a matter for the linter
             tree = ast.parse(data)
         _refuse_depth(tree)
         lines = _code_lines(data, tree)
@@ -77,31 +79,15 @@ def _refuse_depth(tree: ast.Module) -> None:
     raise ValueError(f"line {getattr(level[0], 'lineno', 1)}: it nests more than {_DEEPEST} deep")
 
 
-def is_test(node: ast.AST) -> TypeGuard[Function]:
-    """Return whether it is a function that pytest takes for a test; a fixture may be called test_node."""
-    return isinstance(node, Function) and node.name.startswith("test") and not _is_fixture(node)
-
-
-def _is_fixture(function: Function) -> bool:
-    parts = (part for decorator in function.decorator_list for part in ast.walk(decorator))
-    return any("fixture" in (getattr(part, "id", ""), getattr(part, "attr", "")) for part in parts)
-
-
 def _code_lines(data: bytes, tree: ast.Module) -> set[int]:
-    """Return the lines on which code begins: no blanks, comments, docstrings, rests of long strings."""
+    """Return the lines on which code begins: not blanks, comments, docstrings or the rest of a long string."""
     starts = {token.start[0] for token in tokenize.tokenize(io.BytesIO(data).readline) if token.type not in _NOT_CODE}
-    docstrings = {node.lineno for node in _docstrings(tree)}
-    return starts - docstrings
-
-
-_PLAIN = (
-    ast.Constant, ast.Name, ast.Attribute, ast.UnaryOp, ast.BinOp, ast.List, ast.Tuple, ast.Set, ast.Dict,
-    ast.unaryop, ast.operator, ast.expr_context,
-)  # fmt: skip
+    owners = (node for node in ast.walk(tree) if isinstance(node, ast.Module | ast.ClassDef | Function) and node.body)
+    return starts - {owner.body[0].lineno for owner in owners if is_docstring(owner.body[0])}
 
 
 def _constant_lines(body: Sequence[ast.stmt]) -> Iterator[int]:
-    """Yield the lines, outside of functions, that hold constants or names for constants and nothing else."""
+    """Yield the lines outside functions that hold constants, or names for constants, and nothing else."""
     for node in body:
         if isinstance(node, ast.ClassDef):
             yield from _constant_lines(node.body)
@@ -111,56 +97,20 @@ def _constant_lines(body: Sequence[ast.stmt]) -> Iterator[int]:
                     yield from _constant_lines(part.body if isinstance(part, ast.ExceptHandler) else [part])
         elif isinstance(node, ast.Pass) or (
             isinstance(node, ast.Assign | ast.AnnAssign | ast.AugAssign | ast.Expr)
-            and (node.value is None or all(isinstance(part, _PLAIN) for part in ast.walk(node.value)))
+            and (node.value is None or all(isinstance(part, _CONSTANT_PARTS) for part in ast.walk(node.value)))
         ):
             yield from range(node.lineno, (node.end_lineno or node.lineno) + 1)
 
 
-def _docstrings(tree: ast.Module) -> Iterator[ast.Expr]:
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | Function) and node.body:
-            first = node.body[0]
-            if is_docstring(first):
-                yield first  # type: ignore[misc]
-
-
-def is_docstring(node: ast.stmt) -> bool:
-    """Return whether a statement is a string and nothing else."""
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
-
-
-def text(node: ast.AST | None) -> str:
-    """Return the string that a node is written as, "" if it is none."""
-    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
-
-
-def last_name(node: ast.AST) -> str:
-    """Return "c" for `a.b.c` and for `c`, "" for anything else."""
-    if isinstance(node, ast.Attribute):
-        return node.attr
-    return node.id if isinstance(node, ast.Name) else ""
-
-
-def argument(call: ast.Call, position: int, *names: str) -> ast.expr | None:
-    """Return an argument of a call, given by position or by one of its names."""
-    for keyword in call.keywords:
-        if keyword.arg in names:
-            return keyword.value
-    before = call.args[: position + 1]
-    if len(before) <= position or any(isinstance(item, ast.Starred) for item in before):
-        return None
-    return before[position]
-
-
 @dataclass(frozen=True)
 class Imports:
-    """What the imported names of a module stand for: local name -> (dotted module, name in it or "")."""
+    """What the imported names of a module refer to: local name -> (dotted module, name in it or "")."""
 
     names: dict[str, tuple[str, str]]
     modules: frozenset[str]
 
     def meaning(self, node: ast.AST) -> str:
-        """Return the dotted name of what a name or attribute stands for: "time.sleep" for `sleep` or `t.sleep`."""
+        """Return the full dotted name of a name or attribute: "time.sleep" for `sleep` or `t.sleep`."""
         if isinstance(node, ast.Name):
             module, name = self.names.get(node.id, ("", ""))
             return f"{module}.{name}" if module and name else module
