@@ -1,4 +1,4 @@
-"""Which obstacles are there: who came, went, waits, moves by itself or was put elsewhere, and when. No robot."""
+"""Which obstacles are present: when they appear, vanish and are moved. It knows nothing of the robot."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from sim.scene import Scene
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened beside the robot's own motion: simulated time in s, kind, and what it was about."""
+    """Something that happened apart from the robot's own motion: simulated time in s, kind, and name of the subject."""
 
     time: float
     kind: str
@@ -22,7 +22,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Presence:
-    """An obstacle was there from `since` to `until`, simulated time in s; inf while it still is."""
+    """An obstacle was present from `since` to `until`, simulated time in s; inf if it still is."""
 
     obstacle: Obstacle
     since: float
@@ -30,14 +30,14 @@ class Presence:
 
 
 class Inventory:
-    """The obstacles of a run. `now` is simulated time in s; what happens goes into `events`.
+    """The obstacles of a run. `now` is simulated time in s; every change is appended to `events`.
 
     Attributes:
-        scene: those that are there, where they stand now.
+        scene: the obstacles that are present, at their current positions.
         movers: those of them that move by themselves, by name.
         waiting: those that have not appeared yet, by name.
-        moved: the names of those that stand elsewhere than they came, put there by `move`.
-        presences: every obstacle so far as it came, and from when to when it was there.
+        moved: the names of those that `move` has put elsewhere.
+        presences: every obstacle so far, as it was added, and from when to when it was present.
     """
 
     def __init__(self, obstacles: Iterable[Obstacle], events: list[Event]) -> None:
@@ -52,26 +52,26 @@ class Inventory:
             self.introduce(obstacle, 0.0)
 
     def introduce(self, obstacle: Obstacle, now: float) -> None:
-        """Put an obstacle in its place, or let it wait until it appears.
+        """Add an obstacle, now or when it is due to appear.
 
         Raises:
-            ValueError: one of that name is there already, or waits.
+            ValueError: an obstacle of that name is present or waiting.
         """
         name = obstacle.name
         if name in self.waiting:
             raise ValueError(f"an obstacle named {name!r} is about to appear; choose another name")
         if name in self.scene:
-            raise ValueError(f"an obstacle named {name!r} is there already; remove it first or choose a name")
+            raise ValueError(f"an obstacle named {name!r} is there already; remove it or choose another name")
         if obstacle.appears is None or obstacle.appears == 0.0:
             self._put(obstacle, now)
         else:
             self.waiting[name] = obstacle
 
     def withdraw(self, name: str, now: float) -> None:
-        """Take an obstacle away, also one that has not appeared yet.
+        """Remove an obstacle, even one that has not appeared yet.
 
         Raises:
-            KeyError: there is none of that name.
+            KeyError: there is no obstacle of that name.
         """
         if self.waiting.pop(name, None) is not None:
             return
@@ -85,10 +85,10 @@ class Inventory:
         self._events.append(Event(now, "vanishes", name))
 
     def move(self, name: str, x: float, y: float, now: float) -> None:
-        """Put an obstacle elsewhere, its centre at x, y (m, map frame).
+        """Put the centre of an obstacle at x, y (m, map frame).
 
         Raises:
-            KeyError: there is none of that name.
+            KeyError: there is no obstacle of that name.
         """
         if name in self.waiting:
             self.waiting[name] = moved_to(self.waiting[name], (x, y))
@@ -102,11 +102,11 @@ class Inventory:
 
     @property
     def has_timetable(self) -> bool:
-        """Whether anything will appear or vanish yet."""
+        """Whether any obstacle is still to appear or vanish."""
         return bool(self.waiting or self._vanishing)
 
     def follow_timetable(self, now: float) -> bool:
-        """Let appear and vanish what is due; return whether anything did."""
+        """Let the obstacles that are due appear and vanish; return whether there were any."""
         due = [n for n, o in self.waiting.items() if isinstance(o.appears, float | int) and o.appears <= now]
         gone = [n for n, when in self._vanishing.items() if isinstance(when, float | int) and when <= now]
         for name in due:
@@ -116,7 +116,7 @@ class Inventory:
         return bool(due or gone)
 
     def hear(self, event: str, now: float) -> None:
-        """Let appear, vanish and begin to move what waits for an event."""
+        """Let the obstacles that wait for an event appear, vanish or start to move."""
         for name in [n for n, o in self.waiting.items() if o.appears == event]:
             self._appear(name, now)
         for name in [n for n, when in self._vanishing.items() if when == event]:

@@ -1,4 +1,4 @@
-"""Where a moving obstacle is: along waypoints, or in answer to the robot. The simulator stops it at the hull."""
+"""Where a moving obstacle is, on its path or on its way to the robot. The simulator stops it at the hull."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from sim.obstacles import Chase, Motion, Obstacle, Path
 
 
 class Mover:
-    """The motion of one obstacle; x, y is its centre now (m, map frame)."""
+    """The motion of one obstacle; x, y is the current position of its centre (m, map frame)."""
 
     def __init__(self, obstacle: Obstacle, motion: Motion, has_started: bool = False) -> None:
         self.x, self.y = obstacle.pose.x, obstacle.pose.y
         self._motion = motion
         self.has_started = has_started
         self._travelled = 0.0
-        self._before = (self.x, self.y, 0.0)  # place and metres travelled before the last step
+        self._before = (self.x, self.y, 0.0)  # position and metres travelled before the last step
         self._after = (self.x, self.y)
         self._last_step = 0.0
         self._route = _Route((self.x, self.y), motion) if isinstance(motion, Path) else None
 
     def hear(self, event: str) -> None:
-        """Begin, if this is the event that the motion waits for."""
+        """Start, if this is the event that the motion waits for."""
         self.has_started = self.has_started or self._motion.starts == event
 
     def advance(self, dt: float, now: float, robot_x: float, robot_y: float) -> float:
-        """Move on by dt seconds, given the time (s) and the robot's place; return how far it went in metres."""
+        """Move on by dt seconds, given the time (s) and the robot's position; return the distance moved in metres."""
         motion = self._motion
         distance = math.hypot(robot_x - self.x, robot_y - self.y)
         if not self.has_started:
@@ -54,7 +54,7 @@ class Mover:
         return math.hypot(self.x - self._before[0], self.y - self._before[1])
 
     def hold(self, part: float) -> None:
-        """Take back the last `advance` but for a part of it (0 to 1): something is in the way."""
+        """Undo the last `advance` except for a part of it (0 to 1), because something is in the way."""
         if self._route is not None:
             self._travelled = self._before[2] + part * self._last_step
             self.x, self.y = self._route.at(self._travelled)
@@ -64,7 +64,7 @@ class Mover:
 
 
 class _Route:
-    """A polyline by arc length."""
+    """A polyline, parametrised by arc length."""
 
     def __init__(self, begin: Point, path: Path) -> None:
         corners = [begin, *path.waypoints]
@@ -79,7 +79,7 @@ class _Route:
             self._ends.append(self._ends[-1] + math.dist(a, b))
 
     def at(self, travelled: float) -> Point:
-        """Return the place after so many metres."""
+        """Return the position after `travelled` metres."""
         length = self._ends[-1]
         if length == 0.0 or (travelled >= length and not self._repeats):
             return self._corners[-1]

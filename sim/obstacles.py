@@ -1,7 +1,6 @@
-"""What can stand or move in a world: walls, boxes, circles, polygons, grid maps, and how obstacles move.
+"""Obstacles: walls, boxes, circles, polygons and grid maps, and how they move.
 
-Values only. An obstacle knows its shape as convex parts in its own frame; who casts rays or looks for contacts takes it
-from there.
+Values only. An obstacle gives its shape as convex parts in its own frame, for ray casting and contact detection.
 """
 
 from __future__ import annotations
@@ -14,12 +13,12 @@ from sim.geometry import Point, Pose, normalize_angle
 from sim.polygon import is_convex, signed_area, triangulate
 
 When = float | str
-"""A moment: seconds of simulated time, or the name of an event given to `Simulator.trigger`."""
+"""A moment: simulated time in s, or the name of an event passed to `Simulator.trigger`."""
 
 
 @dataclass(frozen=True)
 class SegmentPart:
-    """A line without thickness, seen from both sides."""
+    """A line without thickness, visible from both sides."""
 
     start: Point
     end: Point
@@ -35,7 +34,7 @@ class CirclePart:
 
 @dataclass(frozen=True)
 class PolygonPart:
-    """A filled convex polygon, corners counter-clockwise."""
+    """A filled convex polygon; corners counter-clockwise."""
 
     corners: tuple[Point, ...]
 
@@ -45,15 +44,15 @@ Part = SegmentPart | CirclePart | PolygonPart
 
 @dataclass(frozen=True)
 class Path:
-    """Scripted motion of an obstacle's centre along waypoints, beginning where the obstacle stands.
+    """Scripted motion of an obstacle's centre along waypoints, starting at the obstacle's position.
 
     Attributes:
-        waypoints: where the centre goes, map frame, metres.
+        waypoints: positions of the centre, map frame, metres.
         speed: m/s.
-        repeat: stop at the end, start over from the first place (`loop`), or come back the same way.
+        repeat: stop at the end (`once`), return to the start and go on (`loop`), or go back and forth.
         starts: simulated time in s, or an event's name.
-        wakes_within: reactive: wait until the robot's hull is this near (m, centre of obstacle to centre of robot).
-        yields_within: reactive: stand still while the robot is this near (m, centre to centre).
+        wakes_within: if given, start only when the robot is this near (m, centre to centre).
+        yields_within: if given, stand still while the robot is this near (m, centre to centre).
     """
 
     waypoints: tuple[Point, ...]
@@ -66,11 +65,11 @@ class Path:
 
 @dataclass(frozen=True)
 class Chase:
-    """Reactive motion: the obstacle follows the robot and stops at a distance from it.
+    """Reactive motion: the obstacle follows the robot and keeps a distance from it.
 
     Attributes:
         speed: m/s.
-        standoff: distance between the centres, in metres, at which it stops.
+        standoff: that distance, m, centre to centre.
         starts: simulated time in s, or an event's name.
     """
 
@@ -84,7 +83,7 @@ Motion = Path | Chase
 
 @dataclass(frozen=True, kw_only=True)
 class _Common:
-    """What every obstacle may carry: a name, moments to appear and vanish, a motion."""
+    """The attributes of every obstacle: a name, when it appears and vanishes, its motion."""
 
     name: str = ""
     appears: When | None = None
@@ -94,7 +93,7 @@ class _Common:
 
 @dataclass(frozen=True)
 class Wall(_Common):
-    """A straight wall from `start` to `end`; with a thickness its ends are round."""
+    """A straight wall from `start` to `end`; one with a thickness has round ends."""
 
     start: Point
     end: Point
@@ -106,11 +105,11 @@ class Wall(_Common):
 
     @property
     def pose(self) -> Pose:
-        """The middle of the wall, axes along the map's."""
+        """The middle of the wall, with axes parallel to the map's."""
         return Pose((self.start[0] + self.end[0]) / 2, (self.start[1] + self.end[1]) / 2)
 
     def parts(self) -> tuple[Part, ...]:
-        """Return a line, or a rectangle with a circle at each end: the same shape as a pymunk segment with a radius."""
+        """Return a line, or a rectangle with a circle at each end, the shape of a pymunk segment with a radius."""
         middle = self.pose
         a, b = middle.point_from_parent(self.start), middle.point_from_parent(self.end)
         r = self.thickness / 2
@@ -124,7 +123,7 @@ class Wall(_Common):
 
 @dataclass(frozen=True)
 class Box(_Common):
-    """A filled rectangle: centre, size along its own x and y axes, yaw."""
+    """A filled rectangle: centre and size along its own x and y axes (m), yaw (rad)."""
 
     center: Point
     size: tuple[float, float]
@@ -136,7 +135,7 @@ class Box(_Common):
 
     @property
     def pose(self) -> Pose:
-        """The centre, turned by yaw."""
+        """The centre, rotated by yaw."""
         return Pose(*self.center, self.yaw)
 
     def parts(self) -> tuple[Part, ...]:
@@ -167,17 +166,19 @@ class Circle(_Common):
 
 @dataclass(frozen=True)
 class Polygon(_Common):
-    """A filled polygon without self-intersection, convex or not; corners in either sense of rotation."""
+    """A filled polygon that does not cross itself, convex or not; corners clockwise or counter-clockwise."""
 
     points: tuple[Point, ...]
 
     def __post_init__(self) -> None:
-        _demand(len(self.points) >= 3 and signed_area(self.points) != 0, self, "three corners or more round an area")
+        _demand(
+            len(self.points) >= 3 and signed_area(self.points) != 0, self, "three corners or more that enclose an area"
+        )
         _demand_finite(self, *(v for p in self.points for v in p))
 
     @property
     def pose(self) -> Pose:
-        """The mean of the corners, axes along the map's."""
+        """The mean of the corners, with axes parallel to the map's."""
         n = len(self.points)
         return Pose(sum(p[0] for p in self.points) / n, sum(p[1] for p in self.points) / n)
 
@@ -197,8 +198,8 @@ class GridMap(_Common):
     """The occupied cells of a map, merged into rectangles (x_min, y_min, x_max, y_max) in the map image's frame.
 
     Attributes:
-        rectangles: filled, metres, in the frame of `origin`.
-        origin: pose of the image's lower left corner in the map frame.
+        rectangles: filled, in metres, in the frame of `origin`.
+        origin: the pose of the image's lower left corner in the map frame.
     """
 
     rectangles: tuple[tuple[float, float, float, float], ...]
@@ -227,7 +228,7 @@ def _demand_finite(obstacle: object, *values: float) -> None:
 
 
 def room(low: Point, high: Point, prefix: str = "") -> tuple[Wall, Wall, Wall, Wall]:
-    """Return the four walls of a rectangular room, named after the compass, north up the y axis."""
+    """Return the four walls of a rectangular room, named by compass direction; north is along the y axis."""
     (x0, y0), (x1, y1) = low, high
     label = f"{prefix} " if prefix else ""
     return (
@@ -244,7 +245,7 @@ def with_name(obstacle: Obstacle, name: str) -> Obstacle:
 
 
 def transformed(obstacle: Obstacle, rotate: float, mirror: bool, shift: Point) -> Obstacle:
-    """Return the obstacle mirrored at the x axis (if asked), then turned about the origin (rad), then shifted (m)."""
+    """Return the obstacle mirrored at the x axis (if `mirror`), then rotated about the origin (rad), shifted (m)."""
     to = _Mapping(rotate, mirror, shift)
     motion = obstacle.motion
     if isinstance(motion, Path):
@@ -267,13 +268,13 @@ def transformed(obstacle: Obstacle, rotate: float, mirror: bool, shift: Point) -
 
 
 def moved_to(obstacle: Obstacle, place: Point) -> Obstacle:
-    """Return the obstacle with its centre at `place` (m, map frame), turned as it is, and its way shifted along."""
+    """Return the obstacle with its centre at `place` (m, map frame); its yaw stays and its path is shifted too."""
     return transformed(obstacle, 0.0, False, (place[0] - obstacle.pose.x, place[1] - obstacle.pose.y))
 
 
 @dataclass(frozen=True)
 class _Mapping:
-    """Mirror at the x axis, then rotate about the origin, then shift."""
+    """Mirrors at the x axis, then rotates about the origin, then shifts."""
 
     rotate: float
     mirror: bool
@@ -290,7 +291,7 @@ class _Mapping:
 
 
 def transformed_pose(pose: Pose, rotate: float, mirror: bool, shift: Point) -> Pose:
-    """Return the pose under the same mapping as `transformed`."""
+    """Return the pose mapped as `transformed` maps obstacles."""
     return _Mapping(rotate, mirror, shift).pose(pose)
 
 

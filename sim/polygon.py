@@ -1,4 +1,4 @@
-"""Plane polygons: area, convexity, triangles, whether an outline crosses itself. Corners only; no obstacles."""
+"""Polygons in the plane, as lists of corners: area, convexity, triangulation, self-intersection."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def signed_area(points: Iterable[Point]) -> float:
 
 
 def triangulate(corners: list[Point]) -> list[tuple[Point, Point, Point]]:
-    """Return triangles that fill a simple counter-clockwise polygon, by cutting off ears.
+    """Return triangles that fill a simple counter-clockwise polygon (ear clipping).
 
     Raises:
         ValueError: the outline crosses itself.
@@ -34,13 +34,14 @@ def triangulate(corners: list[Point]) -> list[tuple[Point, Point, Point]]:
             flat = [i for i in range(len(ring)) if _turn(ring[i - 1], ring[i], ring[(i + 1) % len(ring)]) == 0]
             if not flat:
                 raise ValueError("the outline crosses itself")
-            del ring[flat[0]]  # a corner on a straight line bounds nothing
+            del ring[flat[0]]  # a corner on a straight line adds nothing
     if _turn(*ring) > 0:
         triangles.append((ring[0], ring[1], ring[2]))
     return triangles
 
 
 def _turn(a: Point, b: Point, c: Point) -> float:
+    """Return a number above 0 if the way a, b, c turns left, below 0 if it turns right, 0 if it is straight."""
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
@@ -49,7 +50,7 @@ def _in_triangle(p: Point, a: Point, b: Point, c: Point) -> bool:
 
 
 def is_convex(corners: list[Point]) -> bool:
-    """Tell whether a counter-clockwise outline turns left at every corner and goes round once."""
+    """Return whether a counter-clockwise outline turns left at every corner and goes round once."""
     n = len(corners)
     if any(_turn(corners[i - 1], corners[i], corners[(i + 1) % n]) <= 0 for i in range(n)):
         return False
@@ -61,7 +62,7 @@ def is_convex(corners: list[Point]) -> bool:
 
 
 def crosses_itself(points: tuple[Point, ...]) -> bool:
-    """Tell whether two edges of the outline that are no neighbours meet."""
+    """Return whether two edges of the outline that are not neighbours meet."""
     n = len(points)
     edges = [(points[i], points[(i + 1) % n]) for i in range(n)]
     return (
@@ -71,11 +72,8 @@ def crosses_itself(points: tuple[Point, ...]) -> bool:
 
 
 def _meet(a: Point, b: Point, c: Point, d: Point) -> bool:
-    def side(p: Point, q: Point, r: Point) -> float:
-        return (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
-
     if max(a[0], b[0]) < min(c[0], d[0]) or max(c[0], d[0]) < min(a[0], b[0]):
         return False
     if max(a[1], b[1]) < min(c[1], d[1]) or max(c[1], d[1]) < min(a[1], b[1]):
         return False
-    return side(a, b, c) * side(a, b, d) <= 0 and side(c, d, a) * side(c, d, b) <= 0
+    return _turn(a, b, c) * _turn(a, b, d) <= 0 and _turn(c, d, a) * _turn(c, d, b) <= 0

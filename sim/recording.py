@@ -19,7 +19,7 @@ from sim.inventory import Event, Presence
 from sim.sensors import Reading, ScanReading
 from sim.simulator import Contact, Simulator
 from sim.world import World, WorldError
-from sim.worldfile import fields, obstacle_to_document
+from sim.worldfile import obstacle_to_document, parse
 
 Array = NDArray[np.float64]
 
@@ -327,7 +327,7 @@ def _presence_out(presence: Presence, world: World) -> list[Any]:
 
 def _presence_in(entry: Any, world: World) -> Presence:
     what, since, until = entry
-    obstacle = world.obstacles[what] if isinstance(what, int) else fields(what, "obstacle", None)["obstacles"][0]
+    obstacle = world.obstacles[what] if isinstance(what, int) else parse(what, "obstacle", None)["obstacles"][0]
     return Presence(obstacle, float(since), math.inf if until is None else float(until))
 
 

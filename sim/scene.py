@@ -1,4 +1,4 @@
-"""The obstacles as they stand at this moment: what a lidar hits and what a hull touches. No robot, no time."""
+"""The obstacles at one moment: what a lidar hits and what a hull touches. No robot, no time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ EVERYTHING = pymunk.ShapeFilter()
 
 @dataclass(frozen=True)
 class Nearest:
-    """The nearest surface: its distance in m (below 0 inside), the obstacle's name, the point on the surface."""
+    """The nearest surface: distance in m (below 0 inside), the obstacle's name, the point on the surface."""
 
     distance: float
     name: str
@@ -26,7 +26,7 @@ class Nearest:
 
 
 class Scene:
-    """Obstacles by name. They can be added, removed and shifted; pymunk answers for distances, numpy for rays."""
+    """Obstacles by name, which can be added, removed and moved. Distances come from pymunk, ranges from `sim.lidar`."""
 
     def __init__(self, obstacles: Iterable[Obstacle] = ()) -> None:
         self._space = pymunk.Space()
@@ -42,20 +42,22 @@ class Scene:
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
-        """The obstacles that are there now, as they were put in."""
+        """The obstacles that are present, as they were added."""
         return tuple(self._obstacles.values())
 
     def __contains__(self, name: str) -> bool:
         return name in self._obstacles
 
     def add(self, obstacle: Obstacle) -> None:
-        """Put an obstacle in its place.
+        """Add an obstacle.
 
         Raises:
-            ValueError: an obstacle of that name is there already.
+            ValueError: an obstacle of that name is present.
         """
         if obstacle.name in self._obstacles:
-            raise ValueError(f"an obstacle named {obstacle.name!r} is there already; remove it first or choose a name")
+            raise ValueError(
+                f"an obstacle named {obstacle.name!r} is there already; remove it first or choose another name"
+            )
         body = pymunk.Body(body_type=pymunk.Body.KINEMATIC if obstacle.motion else pymunk.Body.STATIC)
         body.position, body.angle = (obstacle.pose.x, obstacle.pose.y), obstacle.pose.yaw
         shapes = [_pymunk_shape(body, part) for part in obstacle.parts()]
@@ -66,10 +68,10 @@ class Scene:
         self._outline = self._shapes = None
 
     def remove(self, name: str) -> Obstacle:
-        """Take an obstacle away and return it.
+        """Remove an obstacle and return it.
 
         Raises:
-            KeyError: there is none of that name.
+            KeyError: there is no obstacle of that name.
         """
         if name not in self._obstacles:
             raise KeyError(f"there is no obstacle named {name!r}; there are {', '.join(self._obstacles) or 'none'}")
@@ -84,19 +86,19 @@ class Scene:
         return self._obstacles.pop(name)
 
     def move(self, name: str, x: float, y: float) -> None:
-        """Shift an obstacle so that its centre is at x, y (m)."""
+        """Put an obstacle's centre at x, y (m)."""
         pose = self._obstacles[name].pose
         self._shift[name] = (x - pose.x, y - pose.y)
         self._unsynced.add(name)
         self._shapes = None
 
     def position(self, name: str) -> Point:
-        """Return where the obstacle's centre is now."""
+        """Return the current position of the obstacle's centre."""
         pose, shift = self._obstacles[name].pose, self._shift.get(name, (0.0, 0.0))
         return pose.x + shift[0], pose.y + shift[1]
 
     def nearest(self, x: float, y: float, reach: float = math.inf) -> Nearest | None:
-        """Return the surface nearest to a point, None if there is none within `reach` m."""
+        """Return the surface nearest to a point, None if none is within `reach` m."""
         self._sync()
         hit = self._space.point_query_nearest((x, y), reach, EVERYTHING)
         if hit is None or hit.shape is None:
@@ -104,11 +106,11 @@ class Scene:
         return Nearest(hit.distance, self._names[hit.shape], (hit.point.x, hit.point.y))
 
     def within(self, x: float, y: float, reach: float) -> list[Nearest]:
-        """Return the nearest surface of every obstacle that is less than `reach` m away, sorted by name."""
+        """Return the nearest surface of every obstacle less than `reach` m away, sorted by name."""
         self._sync()
         nearest: dict[str, Nearest] = {}
         for hit in self._space.point_query((x, y), reach, EVERYTHING):
-            assert hit.shape is not None  # point_query reports hits only
+            assert hit.shape is not None  # point_query returns hits only
             name = self._names[hit.shape]
             if name not in nearest or hit.distance < nearest[name].distance:
                 nearest[name] = Nearest(hit.distance, name, (hit.point.x, hit.point.y))
@@ -119,7 +121,7 @@ class Scene:
         return cast(self.shapes(), sensor, beams)
 
     def shapes(self) -> Shapes:
-        """Return the obstacles as arrays of primitives, where they are now."""
+        """Return the obstacles as arrays of primitives, at their current positions."""
         if self._outline is None:
             self._outline = Outline((o.pose, o.parts()) for o in self._obstacles.values())
             self._shapes = None
@@ -131,7 +133,7 @@ class Scene:
         return self._shapes
 
     def _sync(self) -> None:
-        """Tell pymunk about obstacles that moved since it was last asked."""
+        """Update the positions in pymunk of obstacles that have moved since the last query."""
         for name in sorted(self._unsynced):
             body = self._bodies[name]
             body.position = self.position(name)

@@ -1,4 +1,4 @@
-"""A World: what stands where, where the robot starts, where it shall go. Values only: nothing moves here."""
+"""A World: the obstacles, where the robot starts and its goals. Values only; nothing moves here."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from sim import worldfile
-from sim.document import WorldError
 from sim.geometry import Point, Pose
-from sim.obstacles import Box, Circle, GridMap, Obstacle, Polygon, Wall, transformed, transformed_pose, with_name
+from sim.obstacles import Obstacle, transformed, transformed_pose, with_name
+from sim.validation import WorldError
 
 __all__ = ["World", "WorldError", "load_world", "world_names"]
 
@@ -20,18 +20,19 @@ WORLDS = FilePath(__file__).parent / "worlds"
 
 @dataclass(frozen=True)
 class World:
-    """Geometry and start of a run, in the map frame. Every obstacle has its own name.
+    """The geometry and start of a run, in the map frame. Every obstacle has a unique name.
 
+    >>> from sim import Box
     >>> World("wall ahead", obstacles=(Box((2.0, 0.0), (0.1, 2.0)),)).obstacles[0].name
     'box 1'
 
     Attributes:
         name: short, for file names and titles.
-        obstacles: walls, boxes, circles, polygons, grid maps; those without a name get one ("box 1").
+        obstacles: walls, boxes, circles, polygons, grid maps; those without a name are given one ("box 1").
         start: where the robot's centre is at time 0.
-        goals: places for the robot to go, in the order of the file.
-        seed: of all noise, unless the simulator is given another.
-        title: one line for people.
+        goals: places for the robot to visit, in the file's order.
+        seed: of all noise, unless the simulator is given another seed.
+        title: one line of description.
     """
 
     name: str = "world"
@@ -47,43 +48,13 @@ class World:
         if self.seed < 0:
             raise ValueError(f"world {self.name!r}: seed must be 0 or more, got {self.seed}")
 
-    @property
-    def walls(self) -> tuple[Wall, ...]:
-        """The walls among the obstacles."""
-        return tuple(o for o in self.obstacles if isinstance(o, Wall))
-
-    @property
-    def boxes(self) -> tuple[Box, ...]:
-        """The boxes among the obstacles."""
-        return tuple(o for o in self.obstacles if isinstance(o, Box))
-
-    @property
-    def circles(self) -> tuple[Circle, ...]:
-        """The circles among the obstacles."""
-        return tuple(o for o in self.obstacles if isinstance(o, Circle))
-
-    @property
-    def polygons(self) -> tuple[Polygon, ...]:
-        """The polygons among the obstacles."""
-        return tuple(o for o in self.obstacles if isinstance(o, Polygon))
-
-    @property
-    def maps(self) -> tuple[GridMap, ...]:
-        """The grid maps among the obstacles."""
-        return tuple(o for o in self.obstacles if isinstance(o, GridMap))
-
-    @property
-    def movers(self) -> tuple[Obstacle, ...]:
-        """The obstacles that move by themselves."""
-        return tuple(o for o in self.obstacles if o.motion is not None)
-
     def transformed(
         self, *, rotate: float = 0.0, mirror: bool = False, shift: Point = (0.0, 0.0), seed: int | None = None
     ) -> World:
-        """Return the same world in another place: mirrored at the x axis, turned by `rotate` rad, then shifted by m.
+        """Return the same world elsewhere: mirrored at the x axis, then rotated by `rotate` rad, then shifted (m).
 
-        Start, goals and the paths of moving obstacles come along, so a controller that has no magic places in it does
-        the same in either world. `seed` replaces the seed.
+        Start, goals and the paths of moving obstacles are transformed too, so a controller without hard-coded positions
+        behaves the same in either world. `seed` replaces the world's seed.
         """
         return replace(
             self,
@@ -99,16 +70,16 @@ class World:
 
     @classmethod
     def from_dict(cls, document: Any, where: str = "world") -> World:
-        """Return the world that plain data describe; `where` stands for the file in messages.
+        """Return the world that plain data describe; `where` names the file in messages.
 
         Raises:
-            WorldError: a key is missing, unknown or makes no sense.
+            WorldError: a key is missing or unknown, or its value is invalid.
         """
-        return cls(**worldfile.fields(document, where, folder=None))
+        return cls(**worldfile.parse(document, where, folder=None))
 
 
 def named(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
-    """Return the obstacles with a name each: "box 1", "box 2" for those that have none.
+    """Return the obstacles, those without a name called "box 1", "box 2" and so on.
 
     Raises:
         ValueError: two obstacles have the same name.
@@ -118,7 +89,7 @@ def named(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
     given = list(obstacles)
     for obstacle in given:
         if obstacle.name in taken:
-            raise ValueError(f"two obstacles are named {obstacle.name!r}; give each its own, contacts go by it")
+            raise ValueError(f"two obstacles are named {obstacle.name!r}; give each its own name")
         if obstacle.name:
             taken.add(obstacle.name)
     numbers = Counter[str]()
@@ -133,7 +104,7 @@ def named(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
 
 
 def free_name(kind: str, taken: Collection[str], number: int = 1) -> str:
-    """Return "kind N" with the smallest N, from `number` on, that is not taken."""
+    """Return "kind N" with the smallest N from `number` up that is not taken."""
     while f"{kind} {number}" in taken:
         number += 1
     return f"{kind} {number}"
@@ -148,7 +119,7 @@ def load_world(name_or_path: str | FilePath) -> World:
     """Return a world by its name in `sim/worlds`, or from a file.
 
     Raises:
-        WorldError: there is no such world, or the file has a mistake; the message names file, key and remedy.
+        WorldError: there is no such world, or the file has a mistake; the message names file, key and fix.
     """
     path = FilePath(name_or_path)
     if path.suffix not in (".yaml", ".yml"):

@@ -1,4 +1,4 @@
-"""Read, check and write world files: the fields of a World come out, a mistake is named with its remedy."""
+"""Read and write world files: their schema, from YAML to the fields of a World and back."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import Any, Literal, cast
 import yaml
 
 from sim import gridmap
-from sim.document import Node, WorldError, is_number
 from sim.geometry import Pose
 from sim.obstacles import (
     Box,
@@ -25,8 +24,7 @@ from sim.obstacles import (
     room,
 )
 from sim.polygon import crosses_itself, signed_area
-
-__all__ = ["WorldError", "fields", "obstacle_to_document", "read", "to_document"]
+from sim.validation import Item, WorldError, is_number
 
 KINDS = {"walls": Wall, "boxes": Box, "circles": Circle, "polygons": Polygon, "maps": GridMap}
 
@@ -35,7 +33,7 @@ def read(path: FilePath) -> dict[str, Any]:
     """Return the fields of the World that a YAML file describes.
 
     Raises:
-        WorldError: the file is missing, is no YAML, or has a mistake.
+        WorldError: the file is missing, is not YAML, or has a mistake.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -46,28 +44,28 @@ def read(path: FilePath) -> dict[str, Any]:
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         place = f", line {mark.line + 1}" if mark else ""
-        problem = getattr(error, "problem", None) or "it is no YAML"
-        raise WorldError(f"{path}{place}: {problem}. Mind the indentation, colons and brackets there.") from error
-    result = fields(document, str(path), folder=path.parent)
+        problem = getattr(error, "problem", None) or "it is not YAML"
+        raise WorldError(f"{path}{place}: {problem}. Check the indentation, colons and brackets there.") from error
+    result = parse(document, str(path), folder=path.parent)
     result.setdefault("name", path.stem)
     return result
 
 
-def fields(document: Any, where: str, folder: FilePath | None) -> dict[str, Any]:
+def parse(document: Any, where: str, folder: FilePath | None) -> dict[str, Any]:
     """Return the fields of the World that plain data describe.
 
-    `where` stands for the file in messages; map images are looked up in `folder`, and refused without one.
+    `where` names the file in messages. Map images are looked up in `folder`; without one they are refused.
 
     Raises:
-        WorldError: a key is missing, unknown or makes no sense.
+        WorldError: a key is missing or unknown, or its value is invalid.
     """
-    top = Node(document if document is not None else {}, where, "")
+    top = Item(document if document is not None else {}, where, "")
     result: dict[str, Any] = {}
     for key in ("name", "title"):
         if top.has(key):
             result[key] = top.text(key)
     if top.has("seed"):
-        result["seed"] = top.whole("seed")
+        result["seed"] = top.integer("seed")
     result["start"] = top.pose("start") if top.has("start") else Pose()
     result["goals"] = tuple(item.as_pose() for item in top.items("goals"))
     obstacles: list[Obstacle] = []
@@ -83,20 +81,17 @@ def fields(document: Any, where: str, folder: FilePath | None) -> dict[str, Any]
         obstacles.append(_polygon(item))
     for item in top.items("maps"):
         obstacles.append(_map(item, folder))
-    top.no_more_keys()
-    seen: dict[str, str] = {}
-    for obstacle in obstacles:
-        if obstacle.name and obstacle.name in seen:
-            top.fail(
-                "", f"two obstacles are named {obstacle.name!r}", "give each its own name; contacts are named by it"
-            )
-        seen[obstacle.name] = obstacle.name
+    top.refuse_other_keys()
+    names = [obstacle.name for obstacle in obstacles if obstacle.name]
+    for name in names:
+        if names.count(name) > 1:
+            top.fail("", f"two obstacles are named {name!r}", "give each its own name; contacts are recorded by name")
     result["obstacles"] = tuple(obstacles)
     return result
 
 
 def to_document(world: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a World as plain data that `fields` reads back."""
+    """Return the fields of a World as plain data that `parse` reads back."""
     document: dict[str, Any] = {key: world[key] for key in ("name", "title", "seed")}
     document["start"] = _pose_out(world["start"])
     document["goals"] = [_pose_out(goal) for goal in world["goals"]]
@@ -108,7 +103,7 @@ def to_document(world: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def obstacle_to_document(obstacle: Obstacle) -> dict[str, Any]:
-    """Return one obstacle as plain data: a document whose `fields` hold just this obstacle."""
+    """Return one obstacle as plain data, a document from which `parse` makes just this obstacle."""
     return {key: [_obstacle_out(obstacle)] for key, kind in KINDS.items() if isinstance(obstacle, kind)}
 
 
@@ -134,49 +129,49 @@ def _plain(value: Any) -> Any:
     return [_plain(v) for v in value] if isinstance(value, tuple) else value
 
 
-def _room(item: Node) -> list[Obstacle]:
+def _room(item: Item) -> list[Obstacle]:
     low, high, name = item.point("min"), item.point("max"), item.text("name", "")
     if not (low[0] < high[0] and low[1] < high[1]):
         item.fail("max", f"the room from {list(low)} to {list(high)} is empty", "give a corner right of and above min")
-    item.no_more_keys()
+    item.refuse_other_keys()
     return list(room(low, high, name))
 
 
-def _wall(item: Node) -> Wall:
+def _wall(item: Item) -> Wall:
     start, end = item.point("start"), item.point("end")
     if start == end:
-        item.fail("end", f"the wall begins and ends at {list(start)}", "give two different points")
-    return Wall(start, end, item.not_negative("thickness", 0.0), **_common(item))
+        item.fail("end", f"the wall starts and ends at {list(start)}", "give two different points")
+    return Wall(start, end, item.non_negative("thickness", 0.0), **_common(item))
 
 
-def _polygon(item: Node) -> Polygon:
+def _polygon(item: Item) -> Polygon:
     points = item.points("points")
     if len(points) < 3 or signed_area(points) == 0:
         item.fail(
             "points",
             "these corners enclose no area",
-            "give three corners or more, like [[0, 0], [1, 0], [0, 1]]",
+            "give three corners or more, for example [[0, 0], [1, 0], [0, 1]]",
         )
     if crosses_itself(points):
-        item.fail("points", "the outline crosses itself", "give the corners in the order in which one walks round it")
+        item.fail("points", "the outline crosses itself", "give the corners in order around the outline")
     return Polygon(points, **_common(item))
 
 
-def _map(item: Node, folder: FilePath | None) -> GridMap:
+def _map(item: Item, folder: FilePath | None) -> GridMap:
     if item.has("rectangles"):
         rectangles = tuple(_rectangle(part) for part in item.items("rectangles"))
         return GridMap(rectangles, item.pose("origin"), **_common(item))
     name = item.text("file")
     if folder is None:
-        item.fail("file", "a map file cannot be looked up here", "load the world from its file")
+        item.fail("file", "a map file cannot be found without the world's file", "load the world from its file")
     try:
         rectangles, origin = gridmap.read(folder / name)
     except gridmap.GridMapError as error:
-        item.fail("file", str(error), "mend or replace that file")
+        item.fail("file", str(error), "correct or replace that file")
     return GridMap(rectangles, origin, **_common(item))
 
 
-def _rectangle(item: Node) -> tuple[float, float, float, float]:
+def _rectangle(item: Item) -> tuple[float, float, float, float]:
     values = item.value
     if not (isinstance(values, list) and len(values) == 4 and all(is_number(v) for v in values)):
         item.fail("", f"expected [x_min, y_min, x_max, y_max], got {values!r}", "write four numbers in metres")
@@ -186,18 +181,18 @@ def _rectangle(item: Node) -> tuple[float, float, float, float]:
     return x0, y0, x1, y1
 
 
-def _common(item: Node) -> dict[str, Any]:
+def _common(item: Item) -> dict[str, Any]:
     common: dict[str, Any] = {
         "name": item.text("name", ""),
         "appears": item.when("appears", None),
         "vanishes": item.when("vanishes", None),
         "motion": _motion(item.child("motion")) if item.has("motion") else None,
     }
-    item.no_more_keys()
+    item.refuse_other_keys()
     return common
 
 
-def _motion(item: Node) -> Motion:
+def _motion(item: Item) -> Motion:
     kind = item.choice("kind", ("path", "chase"), "path")
     speed = item.positive("speed")
     starts = cast(When, item.when("starts", 0.0))
@@ -214,5 +209,5 @@ def _motion(item: Node) -> Motion:
             item.positive("wakes_within", None),
             item.positive("yields_within", None),
         )
-    item.no_more_keys()
+    item.refuse_other_keys()
     return motion

@@ -77,7 +77,7 @@ MISTAKES = [
     ("circles:\n  - {center: [1, 2], radius: big}", "circles[0].radius", "above 0"),
     ("walls:\n  - {start: [1, 2], end: [1, 2]}", "walls[0].end", "two different points"),
     ("polygons:\n  - {points: [[0, 0], [1, 1], [2, 2]]}", "polygons[0].points", "enclose no area"),
-    ("polygons:\n  - {points: [[0, 0], [1, 1], [1, 0], [0, 2]]}", "polygons[0].points", "walks round"),
+    ("polygons:\n  - {points: [[0, 0], [1, 1], [1, 0], [0, 2]]}", "polygons[0].points", "in order around the outline"),
     ("rooms:\n  - {min: [0, 0], max: [-1, 1]}", "rooms[0].max", "right of and above min"),
     ("start: {x: 1}", "start.y: is missing", "`y: 1.57`"),
     ("start: [1, 2]", "start: expected keys", "`key: value`"),
@@ -89,7 +89,7 @@ MISTAKES = [
     (f"{CIRCLE}, motion: {{speed: 1, waypoints: [[1, 1]], repeat: ever}}}}", "circles[0].motion.repeat", "once, loop"),
     (f"{CIRCLE}, appears: -1}}", "circles[0].appears", "name of an event"),
     (f"{CIRCLE}, name: a}}\n  - {{name: a, center: [1, 2], radius: 1}}", "named 'a'", "its own name"),
-    ("maps:\n  - {file: nowhere.yaml}", "maps[0].file: nowhere.yaml cannot be read", "mend or replace"),
+    ("maps:\n  - {file: nowhere.yaml}", "maps[0].file: nowhere.yaml cannot be read", "correct or replace"),
     ("title: [1]", "title: expected a text", "a few words"),
     ("- 1", "the file: expected keys", "`key: value`"),
     ("walls:\n - {start: [1, 2}", "line 2", "brackets"),
@@ -135,7 +135,7 @@ def test_the_whole_message() -> None:
         World.from_dict({"boxes": [{"center": [1, 2], "size": [1]}]}, where="office.yaml")
     assert str(caught.value) == (
         "office.yaml: boxes[0].size: expected two numbers above 0, in metres, got [1]. "
-        "Remedy: write for example `size: [0.4, 0.3]`."
+        "Fix: write for example `size: [0.4, 0.3]`."
     )
 
 
@@ -185,7 +185,7 @@ def test_a_world_is_turned_mirrored_and_shifted_in_this_order() -> None:
     world = World(obstacles=(Circle((1.0, 1.0), 0.1),), start=Pose(1.0, 1.0, 0.2), goals=(Pose(2.0, 0.0),))
     moved = world.transformed(mirror=True, rotate=math.pi / 2, shift=(10.0, 0.0), seed=9)
     # (1, 1) -> mirrored (1, -1) -> turned (1, 1) -> shifted (11, 1)
-    assert moved.circles[0].center == pytest.approx((11.0, 1.0))
+    assert moved.obstacles[0].center == pytest.approx((11.0, 1.0))
     assert (moved.start.x, moved.start.y, moved.start.yaw) == pytest.approx((11.0, 1.0, math.pi / 2 - 0.2))
     assert (moved.goals[0].x, moved.goals[0].y) == pytest.approx((10.0, 2.0))
     assert moved.seed == 9
@@ -220,7 +220,7 @@ def grid(folder: FilePath, rows: str, **meta: object) -> World:
 
 def test_occupied_cells_become_few_rectangles_and_the_first_row_is_the_top(tmp_path: FilePath) -> None:
     world = grid(tmp_path, "##.. ##.. ...?")
-    assert world.maps[0].rectangles == ((0.0, 0.5, 1.0, 1.5),)
+    assert world.obstacles[0].rectangles == ((0.0, 0.5, 1.0, 1.5),)
 
 
 def test_a_maps_origin_and_resolution_place_it(tmp_path: FilePath) -> None:

@@ -1,4 +1,4 @@
-"""One value of a world file with the place where it stands, so that every complaint can say where and what instead."""
+"""Read one value of a world file after the other; an error names the file, the key and the fix."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from sim.obstacles import When
 
 
 class WorldError(Exception):
-    """A world file cannot be used: the message names the file, the key and what to write instead."""
+    """A world file is not usable; the message names the file, the key and what to write instead."""
 
 
 def is_number(value: Any) -> bool:
-    """Tell whether a value is a finite number; True and False are none."""
+    """Return whether a value is a finite number; True and False are not numbers."""
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-class Node:
-    """One mapping or value of the file, with the place where it stands.
+class Item:
+    """A mapping or value in a world file, with its position in the file.
 
-    Whoever asks for a key gets its value, checked, or a WorldError that names file, key and remedy. A key that is
-    absent or null brings the default, where there is one.
+    The methods return the checked value of a key, or raise a WorldError that names file, key and fix. A key that is
+    absent or null takes the default, if there is one.
     """
 
     def __init__(self, value: Any, where: str, key: str) -> None:
@@ -33,10 +33,12 @@ class Node:
         self.key = key
         self._known: set[str] = set()
 
-    def fail(self, key: str, problem: str, remedy: str) -> NoReturn:
-        """Raise a WorldError about a key of this node."""
-        place = ".".join(part for part in (self.key, key) if part)
-        raise WorldError(f"{self.where}: {place or 'the file'}: {problem}. Remedy: {remedy}.")
+    def fail(self, key: str, problem: str, fix: str) -> NoReturn:
+        """Raise a WorldError about a key of this item."""
+        raise WorldError(f"{self.where}: {self._path(key) or 'the file'}: {problem}. Fix: {fix}.")
+
+    def _path(self, key: str) -> str:
+        return ".".join(part for part in (self.key, key) if part)
 
     def _mapping(self) -> dict[str, Any]:
         if not isinstance(self.value, dict):
@@ -44,16 +46,16 @@ class Node:
         return self.value
 
     def has(self, key: str) -> bool:
-        """Tell whether a key is given, and not as null."""
+        """Return whether a key is given and not null."""
         self._known.add(key)
         return self._mapping().get(key) is not None
 
     def _get(self, key: str, kind: str, example: str, accept: Callable[[Any], bool], default: Any = ...) -> Any:
         if not self.has(key):
             if default is ...:
-                slips = difflib.get_close_matches(key, [str(other) for other in self._mapping()], n=1, cutoff=0.8)
-                if slips and slips[0] != key:
-                    self.fail(key, f"is missing, but there is {slips[0]!r}", f"write {key!r}, if that is meant")
+                typos = difflib.get_close_matches(key, [str(other) for other in self._mapping()], n=1, cutoff=0.8)
+                if typos and typos[0] != key:
+                    self.fail(key, f"is missing, but there is {typos[0]!r}", f"write {key!r} if that is what you mean")
                 self.fail(key, "is missing", f"add {kind}, for example `{key}: {example}`")
             return default
         value = self._mapping()[key]
@@ -61,41 +63,38 @@ class Node:
             self.fail(key, f"expected {kind}, got {value!r}", f"write for example `{key}: {example}`")
         return value
 
-    def no_more_keys(self) -> None:
-        """Complain about a key that nobody asked for: it is most likely a slip of the pen."""
+    def refuse_other_keys(self) -> None:
+        """Raise a WorldError about a key that has not been asked for: it is most likely a typo."""
         for key in self._mapping():
             if key not in self._known:
                 near = difflib.get_close_matches(str(key), sorted(self._known), n=1)
-                remedy = (
-                    f"write {near[0]!r}, if that is meant"
+                fix = (
+                    f"write {near[0]!r} if that is what you mean"
                     if near
-                    else f"remove it; keys here are {', '.join(sorted(self._known))}"
+                    else f"remove it; the keys here are {', '.join(sorted(self._known))}"
                 )
-                raise WorldError(
-                    f"{self.where}: {self.key + '.' if self.key else ''}{key}: unknown key. Remedy: {remedy}"
-                )
+                self.fail(str(key), "unknown key", fix)
 
-    def child(self, key: str) -> Node:
-        """Return the value of a key that is given, as a node."""
+    def child(self, key: str) -> Item:
+        """Return the value of a key that is given, as an item."""
         self._known.add(key)
-        return Node(self._mapping()[key], self.where, f"{self.key}.{key}" if self.key else key)
+        return Item(self._mapping()[key], self.where, self._path(key))
 
-    def items(self, key: str) -> list[Node]:
-        """Return the entries of a list, none when the key is absent."""
+    def items(self, key: str) -> list[Item]:
+        """Return the entries of a list, none if the key is absent."""
         if not self.has(key):
             return []
         value = self._mapping()[key]
-        prefix = f"{self.key}.{key}" if self.key else key
         if not isinstance(value, list):
             self.fail(key, f"expected a list, got {value!r}", f"begin each entry of {key} with `- `")
-        return [Node(entry, self.where, f"{prefix}[{i}]") for i, entry in enumerate(value)]
+        return [Item(entry, self.where, f"{self._path(key)}[{i}]") for i, entry in enumerate(value)]
 
     def text(self, key: str, default: Any = ...) -> str:
         """Return a text."""
         return str(self._get(key, "a text", "a few words", lambda v: isinstance(v, str), default))
 
-    def whole(self, key: str) -> int:
-        """Return a whole number, 0 or more."""
+    def integer(self, key: str) -> int:
+        """Return an integer of 0 or more."""
 
         def accept(v: Any) -> bool:
             return isinstance(v, int) and not isinstance(v, bool) and v >= 0
@@ -107,12 +106,12 @@ class Node:
         return float(self._get(key, "a number", "1.57", is_number, default))
 
     def positive(self, key: str, default: Any = ...) -> Any:
-        """Return a number above 0; None if that is the default."""
+        """Return a number above 0, or None if that is the default."""
         value = self._get(key, "a number above 0", "0.5", lambda v: is_number(v) and v > 0, default)
         return None if value is None else float(value)
 
-    def not_negative(self, key: str, default: Any = ...) -> float:
-        """Return a number, 0 or more."""
+    def non_negative(self, key: str, default: Any = ...) -> float:
+        """Return a number of 0 or more."""
         return float(self._get(key, "a number, 0 or more", "0.1", lambda v: is_number(v) and v >= 0, default))
 
     def choice(self, key: str, options: tuple[str, ...], default: str) -> str:
@@ -153,9 +152,9 @@ class Node:
         return self.child(key).as_pose()
 
     def as_pose(self) -> Pose:
-        """Return this node as {x, y, yaw} (yaw in radians, 0 when absent)."""
+        """Return this item, {x, y, yaw}, as a pose: metres, and radians (0 if absent)."""
         pose = Pose(self.number("x"), self.number("y"), self.number("yaw", 0.0))
-        self.no_more_keys()
+        self.refuse_other_keys()
         return pose
 
 
