@@ -18,17 +18,17 @@ from helpers.quality_examples import (
     written,
 )
 
-from grader.checks.check_quality import test_docstrings_keep_ament_pep257 as rules
-from grader.checks.check_quality import test_public_functions_are_annotated as annotations
-from grader.checks.check_quality import test_public_things_have_docstrings as coverage
+from grader.checks.check_docstrings import test_docstrings_follow_ament_pep257 as rules
+from grader.checks.check_docstrings import test_public_things_have_docstrings as coverage
+from grader.checks.check_habits import test_public_functions_are_annotated as annotations
 from grader.evidence import Definition, Quality
 from grader.quality import source_files
-from grader.quality.definitions import definitions
-from grader.quality.modules import parse
+from grader.quality.definitions import public_definitions
+from grader.quality.parsed_module import parse
 
 
 def named(text: str, path: str = "pkg/node.py") -> dict[str, Definition]:
-    return {thing.name: thing for thing in definitions(parse(path, text.encode()))}
+    return {thing.name: thing for thing in public_definitions(parse(path, text.encode()))}
 
 
 def test_public_is_what_has_no_leading_underscore_on_the_way_to_it():

@@ -17,18 +17,18 @@ from helpers.quality_examples import (
     written,
 )
 
-from grader.checks.check_quality import test_callbacks_do_not_sleep as sleeping
-from grader.checks.check_quality import test_contract_numbers_are_parameters as numbers
-from grader.checks.check_quality import test_no_bare_except_print_or_mutable_default as habits
-from grader.quality.call_graph import Calls
-from grader.quality.habits import habits as look
-from grader.quality.modules import parse
-from grader.quality.parameters import parameters
+from grader.checks.check_habits import test_callbacks_do_not_sleep as sleeping
+from grader.checks.check_habits import test_contract_numbers_are_parameters as numbers
+from grader.checks.check_habits import test_no_bare_except_print_or_mutable_default as habits
+from grader.quality.call_graph import CallGraph
+from grader.quality.habits import bad_habits
+from grader.quality.parameters import parameter_use
+from grader.quality.parsed_module import parse
 
 
 def rules(text: str, path: str = CONTROLLER) -> list[str]:
     module = parse(path, text.encode())
-    return [finding.rule for finding in look([module], Calls([module]))]
+    return [finding.rule for finding in bad_habits([module], CallGraph([module]))]
 
 
 # -- except, print, defaults ------------------------------------------------------------------------------------------
@@ -189,7 +189,7 @@ class RobotController:
 """
     node = parse(CONTROLLER, calling.encode())
     helper = parse("ros2_robot_controller/utils/wait.py", b"import time\n\n\ndef pause():\n    time.sleep(1)\n")
-    found = look([node, helper], Calls([node, helper]))
+    found = bad_habits([node, helper], CallGraph([node, helper]))
     assert [(finding.path, finding.line) for finding in found] == [("ros2_robot_controller/utils/wait.py", 5)]
     assert "called from the callback `tick`" in found[0].text
 
@@ -242,7 +242,7 @@ def test_no_parameters_at_all(tmp_path: Path):
     node = "class RobotController:\n    def control(self):\n        return 0.5\n"
     result = judged(numbers, facts(written(tmp_path, {CONTROLLER: node, PROCESSOR: node})))
     assert result.share == 0.0
-    assert f"max_linear_speed is declared nowhere in the code (a 0.5 stands in {CONTROLLER}:3)" in result.seen
+    assert f"max_linear_speed is not declared in the code ({CONTROLLER}:3 has the number 0.5" in result.seen
 
 
 def test_one_parameter_declared_and_never_read(tmp_path: Path):
@@ -261,7 +261,7 @@ def test_one_parameter_of_the_second_node_not_declared(tmp_path: Path):
     text = text.replace("self._value('battery_low_threshold')", "20.0")
     result = judged(numbers, facts(reference(tmp_path, files={PROCESSOR: text})))
     assert result.share == pytest.approx(11 / 12)
-    assert "sensor_processor: battery_low_threshold is declared nowhere in the code" in result.seen
+    assert "sensor_processor: battery_low_threshold is not declared in the code" in result.seen
 
 
 NAMES = (
@@ -335,29 +335,28 @@ def get_parameters() -> str:
     ],
 )  # fmt: skip
 def test_every_honest_way_to_read_parameters_counts(way):
-    uses = parameters([parse(CONTROLLER, way().encode())])
+    uses = parameter_use([parse(CONTROLLER, way().encode())])
     assert [use.name for use in uses if not (use.declared and use.read)] == []
 
 
 def test_a_table_that_is_declared_and_never_read_counts_as_such():
     table = ", ".join(f"'{n}': 1.0" for n in NAMES)
     text = f"P = {{{table}}}\nfor n, d in P.items():\n    self.declare_parameter(n, d)\nx = self.get_parameter(y)\n"
-    uses = parameters([parse(CONTROLLER, text.encode())])
+    uses = parameter_use([parse(CONTROLLER, text.encode())])
     assert all(use.declared and not use.read for use in uses)
 
 
 def test_the_field_of_a_dataclass_alone_is_no_use_of_it():
-    uses = parameters([parse(CONTROLLER, a_dataclass_that_a_callback_replaces(uses=False).encode())])
+    uses = parameter_use([parse(CONTROLLER, a_dataclass_that_a_callback_replaces(uses=False).encode())])
     assert all(use.declared and not use.read for use in uses)
 
 
 def test_fields_without_a_loop_over_them_are_not_declared():
     text = a_dataclass_that_a_callback_replaces().replace("entry.name", "'robot_name'")
-    assert not any(use.declared for use in parameters([parse(CONTROLLER, text.encode())]))
+    assert not any(use.declared for use in parameter_use([parse(CONTROLLER, text.encode())]))
 
 
 def test_a_parameter_only_in_a_comment_or_a_test_is_not_declared():
     comment = parse(CONTROLLER, b"# self.declare_parameter('max_linear_speed', 0.5)\n")
     test = parse("test/test_x.py", b"node.declare_parameter('fusion_rate', 1)\n")
-    modules = [comment, test]
-    assert not any(use.declared for use in parameters(modules))
+    assert not any(use.declared for use in parameter_use([comment, test]))

@@ -9,8 +9,8 @@ import pytest
 from helpers.quality_examples import Judged, facts, judged, reference, untouched, written
 
 from grader import evidence
-from grader.checks.check_quality import test_demonstration_runs as demonstration
-from grader.checks.check_quality import test_test_results_are_of_own_tests as results
+from grader.checks.check_handed_in import test_demonstration_runs as demonstration
+from grader.checks.check_handed_in import test_test_results_match_the_tests as results
 
 # -- the demonstration ------------------------------------------------------------------------------------------------
 

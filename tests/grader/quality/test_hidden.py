@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.judging import Check
 from helpers.quality_examples import (
     CONTROLLER,
     REFERENCE,
@@ -19,23 +20,23 @@ from helpers.quality_examples import (
     written,
 )
 
-from grader.checks import check_quality
+from grader.checks import check_docstrings, check_habits, check_structure, check_style
 from grader.contract.layout import role
 from grader.evidence import Quality, SourceFile, reading_limits
 from grader.quality import source_files
-from grader.quality.modules import parse
+from grader.quality.parsed_module import parse
 
-STYLE = check_quality.test_ament_flake8_finds_nothing
-DOCSTRINGS = check_quality.test_public_things_have_docstrings
-RULES = check_quality.test_docstrings_keep_ament_pep257
-LAYOUT = check_quality.test_layout_is_the_contracts
-COMPLEXITY = check_quality.test_no_function_is_too_complex
-COPIES = check_quality.test_no_block_stands_twice
-CONVERSIONS = check_quality.test_conversions_are_in_utils_and_used
-HABITS = check_quality.test_no_bare_except_print_or_mutable_default
-SLEEPING = check_quality.test_callbacks_do_not_sleep
-NUMBERS = check_quality.test_contract_numbers_are_parameters
-ANNOTATIONS = check_quality.test_public_functions_are_annotated
+STYLE = check_style.test_ament_flake8_finds_nothing
+DOCSTRINGS = check_docstrings.test_public_things_have_docstrings
+RULES = check_docstrings.test_docstrings_follow_ament_pep257
+LAYOUT = check_structure.test_layout_matches_the_contract
+COMPLEXITY = check_structure.test_no_function_is_too_complex
+COPIES = check_structure.test_no_block_is_repeated
+CONVERSIONS = check_structure.test_conversions_are_in_utils_and_used
+HABITS = check_habits.test_no_bare_except_print_or_mutable_default
+SLEEPING = check_habits.test_callbacks_do_not_sleep
+NUMBERS = check_habits.test_contract_numbers_are_parameters
+ANNOTATIONS = check_habits.test_public_functions_are_annotated
 Q1_TO_Q4 = (
     STYLE, DOCSTRINGS, RULES, LAYOUT, COMPLEXITY, COPIES, CONVERSIONS, HABITS, SLEEPING, NUMBERS, ANNOTATIONS,
 )  # fmt: skip
@@ -185,7 +186,7 @@ def hidden(tmp_path_factory: pytest.TempPathFactory) -> Quality:
 
 
 @pytest.mark.parametrize("check", [COMPLEXITY, COPIES, HABITS, SLEEPING], ids=lambda check: check.__name__)
-def test_what_cannot_be_read_keeps_no_rule(hidden: Quality, check: check_quality):
+def test_what_cannot_be_read_keeps_no_rule(hidden: Quality, check: Check):
     """A finding in each ten of its 47 lines: as many as there may be."""
     result = judged(check, hidden)
     assert result.share == 0.0
@@ -193,7 +194,7 @@ def test_what_cannot_be_read_keeps_no_rule(hidden: Quality, check: check_quality
 
 
 @pytest.mark.parametrize("check", [DOCSTRINGS, RULES, CONVERSIONS, ANNOTATIONS], ids=lambda check: check.__name__)
-def test_what_cannot_be_read_loses_its_part(hidden: Quality, check: check_quality):
+def test_what_cannot_be_read_loses_its_part(hidden: Quality, check: Check):
     ours = sum(file.lines for file in untouched().files if role(file.path) not in ("test", "setup"))
     theirs = next(file.lines for file in hidden.files if file.problem)
     result = judged(check, hidden)
@@ -210,13 +211,13 @@ def test_definitions_that_cannot_be_read_count_as_bare(hidden: Quality):
 
 def test_a_small_file_that_cannot_be_read_loses_little(tmp_path: Path):
     """One finding, and not the whole rule."""
-    quality = facts_with(SourceFile("m/a.py", 400), SourceFile("m/b.py", 3, "is no Python: line 2"))
+    quality = facts_with(SourceFile("m/a.py", 400), SourceFile("m/b.py", 3, "is not valid Python: line 2"))
     assert judged(COMPLEXITY, quality).share == 0.75
     assert judged(DOCSTRINGS, quality).share == pytest.approx(400 / 403)
 
 
 def test_a_test_that_cannot_be_read_is_no_part_of_what_the_nodes_do():
-    quality = facts_with(SourceFile("m/a.py", 400), SourceFile("test/test_b.py", 300, "is no Python: line 2"))
+    quality = facts_with(SourceFile("m/a.py", 400), SourceFile("test/test_b.py", 300, "is not valid Python: line 2"))
     assert judged(COMPLEXITY, quality).share == judged(DOCSTRINGS, quality).share == 1.0
     assert judged(STYLE, quality).share < 1.0
 
@@ -249,7 +250,7 @@ def test_decoys_do_not_push_the_contracts_files_out(tmp_path: Path):
     [
         ({f"ros2_robot_controller/a{n}.py": BULK for n in range(8)}, "1024 KB of Python in the package"),
         ({f"a/a{n}.py": "X = 1\n" for n in range(200)}, "200 Python files in the package"),
-        ({"a.py": "X = 1\n" * 50_000}, "a.py goes beyond what is read, 256 KB in one file"),
+        ({"a.py": "X = 1\n" * 50_000}, "a.py exceeds the reading limit of 256 KB in one file"),
         ({"a.py": "def f():\n    '''F.'''\n" * 2001}, "2000 public definitions"),
     ],
     ids=["bytes", "files", "one file", "definitions"],

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from helpers.quality_examples import judged, with_flake8, with_linters, written
 
-from grader.checks.check_quality import test_ament_flake8_finds_nothing as style
+from grader.checks.check_style import test_ament_flake8_finds_nothing as style
 from grader.evidence import reading_limits
 from grader.quality import bisect_failures, source_files
 
@@ -65,7 +65,7 @@ def test_a_file_that_cannot_be_read_is_no_clean_code(tmp_path: Path):
     hidden = written(clean, {"m/b.py": "x=1\n" * 50 + "def f(:\n"})
     result = judged(style, with_flake8(hidden))
     assert result.share == pytest.approx(0.5, abs=0.01)  # half of the code counts as one finding in ten lines
-    assert "m/b.py is no Python: line 51" in result.seen
+    assert "m/b.py is not valid Python: line 51" in result.seen
 
 
 def test_a_name_of_a_file_cannot_forge_a_finding(tmp_path: Path):
@@ -121,19 +121,19 @@ def test_files_that_break_it_only_together_are_all_named():
 
 
 def test_memory_is_limited(tmp_path: Path):
-    done = bisect_failures.python(["-c", "x = bytearray(8 * 1024**3)"], tmp_path)
+    done = bisect_failures.run_python(["-c", "x = bytearray(8 * 1024**3)"], tmp_path)
     assert done is None or done.returncode != 0
 
 
 def test_time_is_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(bisect_failures, "CPU_SECONDS", 1)
-    assert bisect_failures.python(["-c", "while True: pass"], tmp_path) is None
+    assert bisect_failures.run_python(["-c", "while True: pass"], tmp_path) is None
 
 
 def test_a_tool_sees_nothing_of_the_environment_or_the_working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """A sitecustomize.py or a flake8.py of the submission is not imported."""
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     written(tmp_path, {"flake8.py": "raise SystemExit('taken over')\n", "ast.py": "raise SystemExit('taken over')\n"})
-    done = bisect_failures.python(["-c", "import ast, flake8, os; print(os.environ.get('PYTHONPATH'))"], tmp_path)
+    done = bisect_failures.run_python(["-c", "import ast, flake8, os; print(os.environ.get('PYTHONPATH'))"], tmp_path)
     assert done is not None
     assert done.stdout.strip() == "None"

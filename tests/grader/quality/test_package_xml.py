@@ -26,7 +26,9 @@ def without(text: str) -> str:
 # -- format, maintainer -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("check", [checks.test_it_is_valid_format_3, checks.test_every_package_used_is_declared])
+@pytest.mark.parametrize(
+    "check", [checks.test_package_xml_is_valid_format_3, checks.test_every_package_used_is_declared]
+)
 def test_no_package_xml(tmp_path: Path, check):
     """Blatant."""
     assert "there is no package.xml" in with_xml(tmp_path, None, check).seen
@@ -47,7 +49,7 @@ def test_no_package_xml(tmp_path: Path, check):
 def test_what_ros_does_not_accept_is_not_valid(tmp_path: Path, old: str, new: str, said: str):
     """Blatant: colcon or rosdep stumble over it."""
     assert old in XML
-    result = with_xml(tmp_path, XML.replace(old, new), checks.test_it_is_valid_format_3)
+    result = with_xml(tmp_path, XML.replace(old, new), checks.test_package_xml_is_valid_format_3)
     assert result.share == 0.0
     assert said in result.seen
 
@@ -66,7 +68,7 @@ def test_what_is_half_done(tmp_path: Path, old: str, new: str):
     xml = XML.replace(old, new)
     if "format" in new:
         xml = xml.replace("<member_of_group>rosidl_interface_packages</member_of_group>", "")
-    assert with_xml(tmp_path, xml, checks.test_it_is_valid_format_3).share == 0.5
+    assert with_xml(tmp_path, xml, checks.test_package_xml_is_valid_format_3).share == 0.5
 
 
 def test_a_maintainer_named_root_is_a_person():
@@ -98,7 +100,7 @@ def test_spdx_names(tmp_path: Path, licence: str):
 @pytest.mark.parametrize("told", ["ament_python", "cmake", ""])
 def test_a_build_type_that_the_package_does_not_have(tmp_path: Path, told: str):
     xml = XML.replace("<build_type>ament_cmake</build_type>", f"<build_type>{told}</build_type>" if told else "")
-    result = with_xml(tmp_path, xml, checks.test_build_type_is_true)
+    result = with_xml(tmp_path, xml, checks.test_build_type_matches_the_package)
     assert result.share == 0.0
     assert "there is a CMakeLists.txt" in result.seen
 
@@ -106,7 +108,7 @@ def test_a_build_type_that_the_package_does_not_have(tmp_path: Path, told: str):
 def test_a_python_package_without_cmake_says_so(tmp_path: Path):
     """The interfaces may have a package of their own."""
     xml = XML.replace("ament_cmake</build_type>", "ament_python</build_type>")
-    assert with_xml(tmp_path, xml, checks.test_build_type_is_true, {"CMakeLists.txt": None}).share == 1.0
+    assert with_xml(tmp_path, xml, checks.test_build_type_matches_the_package, {"CMakeLists.txt": None}).share == 1.0
 
 
 # -- dependencies -----------------------------------------------------------------------------------------------------

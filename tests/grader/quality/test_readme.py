@@ -9,8 +9,8 @@ import pytest
 from helpers.quality_examples import REFERENCE, Judged, facts, judged, reference, untouched, written
 
 from grader import evidence
-from grader.checks.check_quality import test_interface_table_agrees as table
-from grader.checks.check_quality import test_readme_says_what_and_how as words
+from grader.checks.check_readme import test_interface_table_agrees as table
+from grader.checks.check_readme import test_readme_says_what_and_how as words
 from grader.quality.readme import read_readme
 
 TRUE = (REFERENCE / "README.md").read_text()

@@ -18,12 +18,12 @@ from helpers.quality_examples import (
     written,
 )
 
-from grader.checks.check_quality import test_conversions_are_in_utils_and_used as conversions
-from grader.checks.check_quality import test_layout_is_the_contracts as layout
-from grader.checks.check_quality import test_no_block_stands_twice as copies
-from grader.checks.check_quality import test_no_function_is_too_complex as complexity
-from grader.quality import duplicates as copies_module
-from grader.quality.modules import parse
+from grader.checks.check_structure import test_conversions_are_in_utils_and_used as conversions
+from grader.checks.check_structure import test_layout_matches_the_contract as layout
+from grader.checks.check_structure import test_no_block_is_repeated as copies
+from grader.checks.check_structure import test_no_function_is_too_complex as complexity
+from grader.quality.duplicates import duplicated_blocks
+from grader.quality.parsed_module import parse
 
 # -- layout -----------------------------------------------------------------------------------------------------------
 
@@ -269,7 +269,7 @@ def generate_launch_description():
 def found(**texts: str) -> list[int]:
     """Return the lengths of the copies in modules of the package, by name."""
     parsed = [parse(f"ros2_robot_controller/{name}.py", text.encode()) for name, text in texts.items()]
-    return [copy.lines for copy in copies_module.copies(parsed)]
+    return [copy.lines for copy in duplicated_blocks(parsed)]
 
 
 def test_a_block_in_two_modules_is_found():
@@ -305,7 +305,7 @@ def test_what_may_stand_twice(text: str, why: str):
 
 def test_tests_may_repeat_themselves():
     parsed = [parse(f"test/test_{name}.py", BLOCK.encode()) for name in "ab"]
-    assert copies_module.copies(parsed) == []
+    assert duplicated_blocks(parsed) == []
 
 
 def test_three_places_are_one_copy():

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from helpers.quality_examples import Judged, judged, with_flake8, written
 
-from grader.checks.check_quality import test_ament_flake8_finds_nothing as check
+from grader.checks.check_style import test_ament_flake8_finds_nothing as check
 from grader.evidence import Quality
 
 CLEAN = '"""A module."""\n\nfrom pathlib import Path\n\nHERE = Path()\n'
