@@ -1,4 +1,4 @@
-"""`python -m sim WORLD`: drive through a world without ROS, print what happened, write a picture."""
+"""`python -m sim WORLD`: drive through a world without ROS, print a summary, write a picture."""
 
 from __future__ import annotations
 
@@ -15,19 +15,17 @@ from sim.world import WorldError, load_world, world_names
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; return the exit code: 0 driven, 1 the world has a mistake, 2 wrong usage."""
+    """Run the command line; return the exit code: 0 for a drive, 1 for a faulty world, 2 for wrong usage."""
     parser = argparse.ArgumentParser(
         prog="python -m sim",
-        description="Let a simple built-in driver go through a world, without ROS.",
+        description="Let the simple built-in driver drive through a world, without ROS.",
         epilog="example: python -m sim office --seed 3 --out office.png",
     )
     parser.add_argument("world", nargs="?", help=f"{', '.join(world_names())}, or a .yaml file")
-    parser.add_argument("--seed", type=int, help="of the noise; default: the world's own")
-    parser.add_argument("--seconds", type=float, default=60.0, help="of simulated time at most (default %(default)s)")
-    parser.add_argument(
-        "--profile", choices=sorted(PROFILES), default="course", help="which robot (default %(default)s)"
-    )
-    parser.add_argument("--no-noise", action="store_true", help="exact sensors")
+    parser.add_argument("--seed", type=int, help="of the noise (default: the world's)")
+    parser.add_argument("--seconds", type=float, default=60.0, help="maximum simulated time (default %(default)s)")
+    parser.add_argument("--profile", choices=sorted(PROFILES), default="course", help="the robot (default %(default)s)")
+    parser.add_argument("--no-noise", action="store_true", help="make all sensors exact")
     parser.add_argument("--out", type=Path, help="picture (.png, .svg, .pdf), animation (.html) or recording (.npz)")
     options = parser.parse_args(arguments)
     if options.world is None:
@@ -51,7 +49,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def summary(recording: Recording) -> str:
-    """Return the run in a few lines for people."""
+    """Return a summary of the run in a few lines of text."""
     lines = [
         f"{recording.world.name}: {recording.world.title}",
         f"{recording.duration:.1f} s simulated, {recording.distance:.2f} m driven, seed {recording.seed}",
@@ -67,7 +65,7 @@ def summary(recording: Recording) -> str:
 
 
 def write(recording: Recording, path: Path) -> None:
-    """Write the recording in the way that the file's suffix asks for."""
+    """Write the recording in the format of the file's suffix."""
     if path.suffix == ".npz":
         recording.save(path)
     elif path.suffix == ".html":

@@ -1,4 +1,4 @@
-"""Write a recording as rosbag2 (MCAP), for Foxglove and `ros2 bag`. Needs `rosbags`, no ROS installation."""
+"""Write a recording as rosbag2 (MCAP), for Foxglove and `ros2 bag`. Needs `rosbags` but no ROS installation."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ Fields = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class BagMessage:
-    """One more message for the bag: topic, type ("pkg/msg/Name"), simulated time in s, and fields as nested mappings.
+    """An additional message for the bag: topic, type ("pkg/msg/Name"), simulated time in s, fields as nested mappings.
 
-    Fields that are not given are zero, empty or false.
+    Missing fields are zero, empty or false.
     """
 
     topic: str
@@ -41,16 +41,16 @@ def write_bag(
 ) -> None:
     """Write the recording as a rosbag2 folder with one MCAP file.
 
-    `types` gives the text of custom message types ("pkg/msg/Name" -> the .msg file's text), which `messages` may use.
-    The bag holds scan, odom, cmd_vel, tf, the true pose, contacts and the world's outline; stamps are simulated time.
+    `types` maps custom message types ("pkg/msg/Name") that `messages` use to the text of their .msg files. The bag
+    holds scan, odom, cmd_vel, tf, the true pose, contacts and the world's outline; stamps are simulated time.
 
     Raises:
-        FileExistsError: there is something at `path`.
-        KeyError: a message's type or field is unknown.
+        FileExistsError: `path` exists.
+        KeyError: a message has an unknown type or field.
     """
     path = Path(path)
     if path.exists():
-        raise FileExistsError(f"{path} exists; choose another place for the bag or remove it")
+        raise FileExistsError(f"{path} exists; choose another path for the bag, or remove it")
     store = get_typestore(Stores.ROS2_JAZZY)
     for name, text in (types or {}).items():
         store.register(get_types_from_msg(text, name))
@@ -66,7 +66,6 @@ def write_bag(
 
 def _of_recording(r: Recording) -> Iterable[BagMessage]:
     profile = PROFILES.get(r.profile)
-    names = profile.interface if profile else PROFILES["course"].interface
     lidar_frame = profile.lidar.frame if profile else "laser"
     yield BagMessage("/world", "visualization_msgs/msg/Marker", 0.0, _outline(r))
     origin = r.odom_origin
@@ -75,8 +74,8 @@ def _of_recording(r: Recording) -> Iterable[BagMessage]:
         twist = {"linear": {"x": float(r.v[i])}, "angular": {"z": float(r.omega[i])}}
         pose = {"position": {"x": x, "y": y}, "orientation": _quaternion(yaw)}
         head = _header(t, "odom")
-        odom = {"header": head, "child_frame_id": names.base_frame, "pose": {"pose": pose}, "twist": {"twist": twist}}
-        yield BagMessage(f"/{names.odom}", "nav_msgs/msg/Odometry", t, odom)
+        odom = {"header": head, "child_frame_id": "base_link", "pose": {"pose": pose}, "twist": {"twist": twist}}
+        yield BagMessage("/odom", "nav_msgs/msg/Odometry", t, odom)
         true = r.pose_at(i)
         true_pose = {"position": {"x": true.x, "y": true.y}, "orientation": _quaternion(true.yaw)}
         yield BagMessage(
@@ -84,16 +83,16 @@ def _of_recording(r: Recording) -> Iterable[BagMessage]:
         )
         transforms = [
             _transform(t, "map", "odom", origin.x, origin.y, origin.yaw),
-            _transform(t, "odom", names.base_frame, x, y, yaw),
-            _transform(t, names.base_frame, lidar_frame, r.lidar.x, r.lidar.y, r.lidar.yaw),
+            _transform(t, "odom", "base_link", x, y, yaw),
+            _transform(t, "base_link", lidar_frame, r.lidar.x, r.lidar.y, r.lidar.yaw),
         ]
         yield BagMessage("/tf", "tf2_msgs/msg/TFMessage", t, {"transforms": transforms})
         command = {"linear": {"x": float(r.cmd_v[i])}, "angular": {"z": float(r.cmd_omega[i])}}
-        if names.stamped_cmd_vel:
-            stamped = {"header": _header(t, names.base_frame), "twist": command}
-            yield BagMessage(f"/{names.cmd_vel}", "geometry_msgs/msg/TwistStamped", t, stamped)
+        if profile and profile.stamped_cmd_vel:
+            stamped = {"header": _header(t, "base_link"), "twist": command}
+            yield BagMessage("/cmd_vel", "geometry_msgs/msg/TwistStamped", t, stamped)
         else:
-            yield BagMessage(f"/{names.cmd_vel}", "geometry_msgs/msg/Twist", t, command)
+            yield BagMessage("/cmd_vel", "geometry_msgs/msg/Twist", t, command)
     for t, ranges in zip(r.scan_t.tolist(), r.scan_ranges, strict=True):
         scan = {
             "header": _header(t, lidar_frame),
@@ -104,7 +103,7 @@ def _of_recording(r: Recording) -> Iterable[BagMessage]:
             "range_max": profile.lidar.beams.range_max if profile else math.inf,
             "ranges": ranges.astype(np.float32),
         }
-        yield BagMessage(f"/{names.scan}", "sensor_msgs/msg/LaserScan", t, scan)
+        yield BagMessage("/scan", "sensor_msgs/msg/LaserScan", t, scan)
     for c in r.contacts:
         text = f"touched {c.obstacle} at ({c.point[0]:.3f}, {c.point[1]:.3f}), moving at {c.speed:.2f} m/s"
         yield BagMessage("/ground_truth/contacts", "std_msgs/msg/String", c.time, {"data": text})
@@ -155,7 +154,7 @@ def _transform(t: float, parent: str, child: str, x: float, y: float, yaw: float
 
 
 def _filled(store: Any, name: str, given: Fields) -> Any:
-    """Return a message of the type with the given fields, all others at their default."""
+    """Return a message of the type with the given fields; all others have their default."""
     definitions = store.fielddefs[name][1]
     known = {key for key, _ in definitions}
     if unknown := set(given) - known:

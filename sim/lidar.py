@@ -1,9 +1,10 @@
 """Cast lidar rays at line segments, circles and convex polygons. Pure geometry: no noise, no ROS, no drawing.
 
-Each primitive is tested only against the beams inside the arc of bearings that it covers, seen from the sensor. All
-primitives are handled in one go with numpy, so a scan of 360 beams among 20 obstacles costs about 0.1 ms and is exact:
-it equals pymunk's `segment_query_first` (see tests/sim/test_lidar.py). Points are complex numbers, x + iy, because then
-half as many calls of numpy do the work: `conj(a) * b` is the dot product and, times i, the cross product of a and b.
+Each primitive is tested only against the beams inside the arc of bearings that it covers, seen from the sensor. Numpy
+handles all primitives at once, so a scan of 360 beams among 20 obstacles takes about 0.1 ms. The result is exact: it
+equals pymunk's `segment_query_first` (see tests/sim/test_lidar.py). Points are complex numbers, x + iy, which halves
+the number of numpy calls: the real part of `conj(a) * b` is the dot product of a and b, the imaginary part the cross
+product.
 """
 
 from __future__ import annotations
@@ -23,15 +24,15 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Indexes = NDArray[np.intp]
 
-# A wall without thickness seen edge-on is invisible; "edge-on" is a sensor this near (m) to the wall's line.
+# A wall without thickness is invisible edge-on, that is, for a sensor this near (m) to the wall's line.
 EDGE_ON_M = 1e-12
-# Arcs are widened by this part of a beam, so that no ray slips through the joint of two edges.
+# Arcs are widened by this fraction of a beam, so that no ray slips between two adjoining edges.
 WIDER_BEAMS = 1e-9
 
 
 @dataclass(frozen=True)
 class Beams:
-    """The beams of a lidar: the first one's angle and the step between them, in radians from the sensor's x axis."""
+    """The beams of a lidar: number, angle of the first and step (rad, from the sensor's x axis), range (m)."""
 
     count: int = 360
     angle_min: float = -math.pi
@@ -40,25 +41,25 @@ class Beams:
 
     @property
     def angles(self) -> Array:
-        """The angle of each beam."""
+        """The angle of each beam in rad, shape (count,)."""
         return self.angle_min + self.increment * np.arange(self.count, dtype=np.float64)
 
     @property
     def is_full_circle(self) -> bool:
-        """Whether the beam after the last one is the first one."""
+        """Whether the beam after the last is the first again."""
         return abs(self.count * self.increment - math.tau) < 1e-9
 
 
 @dataclass(frozen=True)
 class Shapes:
-    """Primitives in arrays: walls without thickness, edges of convex polygons, circles.
+    """Primitives as arrays: walls without thickness, edges of convex polygons, circles.
 
     Attributes:
         points: x + iy in m: the starts of n segments, their ends, then k circle centres.
-        edge_on: of the n segments, m²: the cross product of the directions to start and end below which one sees it
-            edge-on.
-        thin: how many of the segments, at the front, are walls without thickness; the others are polygon edges.
-        polygons: index of the first edge of each polygon, counted from `thin`.
+        edge_on: for each of the n segments, m²: it is seen edge-on if the cross product of the vectors from the sensor
+            to its start and end is smaller than this.
+        thin: how many segments, at the front, are walls without thickness; the others are polygon edges.
+        polygons: index of each polygon's first edge, counted from `thin`.
         radii: of the k circles, m.
     """
 
@@ -70,12 +71,12 @@ class Shapes:
 
     @classmethod
     def of(cls, placed: Iterable[tuple[Pose, Iterable[Part]]]) -> Shapes:
-        """Return the arrays for parts at poses."""
+        """Return the arrays for parts that are given with their poses."""
         return Outline(placed).shapes()
 
 
 class Outline:
-    """Parts at poses, sorted into arrays, with the owner of every point, so that owners can be moved."""
+    """Parts with poses, sorted into arrays, with the owner of every point, so that owners can be moved."""
 
     def __init__(self, placed: Iterable[tuple[Pose, Iterable[Part]]]):
         walls: list[tuple[complex, complex, int]] = []
@@ -113,16 +114,16 @@ class Outline:
 def cast(shapes: Shapes, sensor: Pose, beams: Beams) -> Array:
     """Return the range along each beam in metres, shape (beams.count,).
 
-    `sensor` is in the frame of the shapes; beam angles run counter-clockwise from its x axis. A beam that meets nothing
-    within `range_max` reads inf. If the sensor is inside a shape, or touches one, every beam reads 0.
+    `sensor` is in the frame of the shapes; beam angles run counter-clockwise from its x axis. A beam that hits nothing
+    within `range_max` reads inf. If the sensor is inside a shape or touches one, every beam reads 0.
     """
-    # Everything in a frame at the sensor with the first beam along its x axis.
+    # Transform everything into a frame at the sensor whose x axis is the first beam.
     turn = sensor.yaw + beams.angle_min
     points = (shapes.points - complex(sensor.x, sensor.y)) * complex(math.cos(turn), -math.sin(turn))
     n = shapes.edge_on.size
     a, b, center = points[:n], points[n : 2 * n], points[2 * n :]
 
-    product = a.conj() * b  # dot and cross product; a cross product below 0 is a polygon's edge seen from outside
+    product = a.conj() * b  # dot and cross product; a negative cross product is a polygon's edge seen from outside
     power = center.real**2 + center.imag**2 - shapes.radii**2  # of the sensor with respect to each circle
     seen = product.imag < -shapes.edge_on
     if _hides_sensor(shapes, seen, product, power):
@@ -131,7 +132,7 @@ def cast(shapes: Shapes, sensor: Pose, beams: Beams) -> Array:
     a, b, product = a[seen], b[seen], product[seen]
     cross = product.imag
     low_end = np.where(cross > 0, a, b)
-    # The arc of bearings that each primitive covers, and its key: from the key a beam's direction gives its range.
+    # The arc of bearings that each primitive covers, and a key that yields the range along a beam's direction.
     arcs = [np.arctan2(low_end.imag, low_end.real), np.arctan2(np.abs(cross), product.real)]
     keys = (b - a) * -1j / cross
     if power.size:
@@ -150,7 +151,7 @@ def _place(pose: Pose, point: Point) -> complex:
 
 
 def _hides_sensor(shapes: Shapes, seen: NDArray[np.bool_], product: Complex, power: Array) -> bool:
-    """Tell whether the sensor is in or on a shape. Completes `seen`: thin walls are seen from either side."""
+    """Return whether the sensor is in or on a shape. Also completes `seen`: thin walls are visible from both sides."""
     if power.size and power.min() <= 0:
         return True
     thin = shapes.thin
@@ -158,14 +159,14 @@ def _hides_sensor(shapes: Shapes, seen: NDArray[np.bool_], product: Complex, pow
         seen[:thin] |= product.imag[:thin] > shapes.edge_on[:thin]
         if not seen[:thin].all() and (product.real[:thin][~seen[:thin]] <= 0).any():
             return True  # on the line of a wall, and between its ends
-    # Outside of a convex polygon there is an edge whose outer side one sees.
+    # From outside a convex polygon, the outer side of at least one edge is visible.
     polygons = shapes.polygons
     return bool(polygons.size) and not bool(np.logical_or.reduceat(seen[thin:], polygons).all())
 
 
 def _nearest_inverse(low: Array, span: Array, keys: Complex, power: Array, beams: Beams) -> Array:
-    """Return 1 / range along each beam; where nothing is hit, something below 1 / range_max."""
-    # Arcs begin after -3/4 of a turn and end before a whole one: a table of two turns holds them.
+    """Return 1 / range along each beam; where nothing is hit, a value below 1 / range_max."""
+    # Arcs start after -3/4 of a turn and end before a full turn, so a table of two turns holds them.
     n = beams.count
     if not beams.is_full_circle:
         turn = math.ceil(math.tau / beams.increment)
@@ -179,13 +180,13 @@ def _nearest_inverse(low: Array, span: Array, keys: Complex, power: Array, beams
 
 
 def _sweep(low: Array, span: Array, keys: Complex, power: Array, beams: Beams, shift: int, size: int) -> Array:
-    """Return 1 / range for a table of `size` beams of which the one at index `shift` is the first.
+    """Return 1 / range for a table of `size` beams, in which index `shift` is the first beam.
 
-    The arcs, in rad from the first beam, belong to lines, then to circles. A line's key is its normal over its
-    distance, a circle's its centre, with the sensor's power. 1 / range is linear in the beam's direction for a line,
-    and the nearest hit is the greatest.
+    The arcs, in rad from the first beam, are those of the lines, then those of the circles. A line's key is its normal
+    divided by its distance, a circle's its centre, with the sensor's power. For a line 1 / range is linear in the
+    beam's direction; the largest 1 / range is the nearest hit.
     """
-    begin = low / beams.increment + (shift + 1)  # above 0, so that cutting off the decimals rounds down
+    begin = low / beams.increment + (shift + 1)  # above 0, so that truncating rounds down
     first = (begin - WIDER_BEAMS).astype(np.intp)
     stop = (begin + (span / beams.increment + WIDER_BEAMS)).astype(np.intp)
     count = stop - first
@@ -206,6 +207,6 @@ def _sweep(low: Array, span: Array, keys: Complex, power: Array, beams: Beams, s
 
 @lru_cache(maxsize=32)
 def _directions(beams: Beams, shift: int, size: int) -> Complex:
-    """Return the conjugate direction of each beam in a table, as seen from the first beam."""
+    """Return the conjugate direction of each beam in a table, relative to the first beam."""
     directions: Complex = np.exp(-1j * beams.increment * (np.arange(size) - shift))
     return directions

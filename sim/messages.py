@@ -1,4 +1,4 @@
-"""A sensor's readings as ROS messages, stamped with ROS time. No rclpy: whoever has a publisher sends them."""
+"""Sensor readings as ROS messages, stamped with ROS time. No rclpy: publishing is the caller's job."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from sensor_msgs.msg import BatteryState, Imu, LaserScan
 from sim.geometry import Pose, Twist
 from sim.sensors import BatteryReading, ImuReading, OdometryReading, Reading, ScanReading
 
-# ROS time at the simulator's time 0. Not 0: for rclpy that means "no clock has been heard yet".
+# ROS time at the simulator's time 0. It is not 0, which rclpy takes for "no clock message has come yet".
 START_S = 100
 
 
 def to_message(reading: Reading) -> LaserScan | Odometry | Imu | BatteryState:
-    """Return a sensor's reading as the ROS message that its driver would publish."""
+    """Return a sensor reading as the ROS message that the sensor's driver would publish."""
     if isinstance(reading, ScanReading):
         return _scan_message(reading)
     if isinstance(reading, OdometryReading):
@@ -28,7 +28,7 @@ def to_message(reading: Reading) -> LaserScan | Odometry | Imu | BatteryState:
 
 
 def set_stamp(stamp: Any, t: float) -> None:
-    """Write the ROS time of the simulator's time `t` (s) into a builtin_interfaces/Time."""
+    """Set a builtin_interfaces/Time to the ROS time of the simulator's time `t` (s)."""
     stamp.sec, stamp.nanosec = divmod(START_S * 1_000_000_000 + round(t * 1e9), 1_000_000_000)
 
 
@@ -41,7 +41,7 @@ def _scan_message(reading: ScanReading) -> LaserScan:
     message.angle_max = float(reading.angle_min + reading.angle_increment * max(0, len(reading.ranges) - 1))
     message.range_min = float(reading.range_min)
     message.range_max = float(reading.range_max)
-    # array.array is the one type that the setter takes without looking at every element.
+    # array.array is the only type that the setter accepts without checking every element.
     message.ranges = array.array("f", reading.ranges.astype("f4").tobytes())
     return message
 

@@ -1,4 +1,4 @@
-"""What happened in a run, sampled: take it down, save it, load it. No pickle: it is read where grades are made."""
+"""Record a run as samples, save and load it. No pickle, because the grader loads recordings."""
 
 from __future__ import annotations
 
@@ -16,35 +16,34 @@ from numpy.typing import NDArray
 
 from sim.geometry import Pose
 from sim.inventory import Event, Presence
+from sim.lidar import Array
 from sim.sensors import Reading, ScanReading
 from sim.simulator import Contact, Simulator
 from sim.world import World, WorldError
 from sim.worldfile import obstacle_to_document, parse
-
-Array = NDArray[np.float64]
 
 FORMAT = "sim recording 1"
 MAX_BYTES = 256 * 2**20  # unpacked; an hour at 20 Hz with all its scans is half of that
 
 COLUMNS = {
     "t": "simulated time, s",
-    "x": "true place, map frame, m",
-    "y": "true place, map frame, m",
+    "x": "true position, map frame, m",
+    "y": "true position, map frame, m",
     "yaw": "true heading, rad",
     "v": "true forward speed, m/s",
     "omega": "true turning speed, rad/s",
-    "odom_x": "place by odometry, odom frame, m",
-    "odom_y": "place by odometry, odom frame, m",
+    "odom_x": "position by odometry, odom frame, m",
+    "odom_y": "position by odometry, odom frame, m",
     "odom_yaw": "heading by odometry, rad",
     "cmd_v": "commanded forward speed, m/s",
     "cmd_omega": "commanded turning speed, rad/s",
-    "clearance": "hull to the nearest surface, m, inf in the open",
-    "closest": "closest valid reading of the last scan, m, inf if none",
+    "clearance": "hull to the nearest surface, m, inf without obstacles",
+    "closest": "closest valid reading of the last scan, m, inf if there is none",
 }
 
 
 class RecordingError(Exception):
-    """A recording cannot be read; the message says what is wrong with it."""
+    """A recording is not readable; the message says why."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,21 +51,20 @@ class Recording:
     """A sampled run.
 
     Attributes:
-        world: where it took place.
-        profile: the robot's name; `radius` its hull in m.
+        world: where the run took place.
+        profile: the name of the robot's profile; `radius` is its hull's, m.
         seed: of the noise.
         samples: one array per column of `COLUMNS`, all of the same length.
-        scan_t: when each kept scan was taken, s; shape (scans,).
-        scan_index: the sample that each kept scan belongs to.
+        scan_t: when each kept scan was taken, s, shape (scans,).
+        scan_index: the sample that each kept scan belongs to, shape (scans,).
         scan_ranges: m, shape (scans, beams).
         scan_angles: of the beams, rad, in the lidar's frame; `lidar` is that frame's pose on the robot.
-        contacts, events: as the simulator reported them.
-        presences: which obstacles were there, from when to when, as they came.
-        unrepeatable: why another run need not be the same though the seed is, in one sentence; "" if nothing speaks
-            against it.
-        movers: name of each obstacle that moved, by itself or put elsewhere -> its centre at each sample, shape
-            (samples, 2), NaN while it is away.
-        notes: whatever else the one who recorded wants to say, plain JSON.
+        contacts, events: as the simulator recorded them.
+        presences: the obstacles as they were added, and from when to when each was present.
+        unrepeatable: why another run with the same seed may differ, in one sentence; "" if there is no reason.
+        movers: for each obstacle that moved or was moved, by name: its centre at each sample, m, shape (samples, 2),
+            NaN while it is absent.
+        notes: anything else that is worth keeping, plain JSON.
     """
 
     world: World
@@ -88,7 +86,7 @@ class Recording:
     unrepeatable: str = ""
 
     def __getattr__(self, name: str) -> Array:
-        """Give the columns as attributes: `recording.x` is `recording.samples["x"]`."""
+        """Return a column: `recording.x` is `recording.samples["x"]`."""
         if name in COLUMNS and "samples" in vars(self):
             return self.samples[name]
         raise AttributeError(f"a recording has no {name!r}; its columns are {', '.join(COLUMNS)}")
@@ -97,32 +95,32 @@ class Recording:
         return len(self.samples["t"])
 
     def __repr__(self) -> str:
-        # In short: a notebook shows it when it is a cell's last value.
+        # Short, because a notebook shows it as a cell's result.
         return f"Recording({self.world.name!r}: {self.duration:.2f} s simulated, {self.distance:.2f} m driven)"
 
     @property
     def duration(self) -> float:
-        """Simulated seconds from the first sample to the last."""
+        """Simulated time from the first sample to the last, s."""
         t = self.samples["t"]
         return float(t[-1] - t[0]) if t.size else 0.0
 
     @property
     def distance(self) -> float:
-        """Metres driven, along the sampled path."""
+        """Length of the sampled path, m."""
         return float(np.hypot(np.diff(self.samples["x"]), np.diff(self.samples["y"])).sum())
 
     def pose_at(self, index: int) -> Pose:
-        """Return the true pose at a sample."""
+        """Return the true pose at a sample, map frame."""
         return Pose(*(float(self.samples[c][index]) for c in ("x", "y", "yaw")))
 
     def index_at(self, time: float) -> int:
-        """Return the last sample that is not after `time` (s), the first if there is none."""
+        """Return the index of the last sample that is not after `time` (s), 0 if there is none."""
         return max(0, int(np.searchsorted(self.samples["t"], time + 1e-9, side="right")) - 1)
 
     def track(self, presence: Presence) -> Array | None:
-        """Return where an obstacle's centre was at each sample, m, shape (samples, 2); None if it never moved.
+        """Return an obstacle's centre at each sample, m, shape (samples, 2), None if it never moved.
 
-        While it was away it reads where it was last, or where it would come.
+        While the obstacle is absent, this is its last position, or the position where it will appear.
         """
         track = self.movers.get(presence.obstacle.name)
         if track is None:
@@ -136,7 +134,7 @@ class Recording:
         return filled
 
     def digest(self) -> str:
-        """Return a hash of everything in the recording: equal if and only if two runs were equal to the last bit."""
+        """Return a hash of the whole recording; two runs have the same if and only if they are bit-identical."""
         return hashlib.sha256(self._to_bytes()).hexdigest()
 
     def save(self, path: str | Path) -> None:
@@ -148,17 +146,17 @@ class Recording:
         """Return the recording from a file that `save` wrote.
 
         Raises:
-            RecordingError: the file is missing, too large, or not what `save` writes.
+            RecordingError: the file is missing, too large, or was not written by `save`.
         """
         try:
             with zipfile.ZipFile(path) as archive:
                 size = sum(info.file_size for info in archive.infolist())
             if size > MAX_BYTES:
-                raise RecordingError(f"{path}: unpacks to {size} bytes, more than {MAX_BYTES}")
+                raise RecordingError(f"{path}: unpacks to {size} bytes, more than the limit of {MAX_BYTES}")
             with np.load(path, allow_pickle=False) as data:
                 return cls._from_arrays({key: data[key] for key in data.files})
         except (OSError, zipfile.BadZipFile, ValueError, KeyError, TypeError, WorldError) as error:
-            raise RecordingError(f"{path}: is no recording of this simulator ({error})") from error
+            raise RecordingError(f"{path}: is not a recording of this simulator ({error})") from error
 
     def _to_bytes(self, compress: bool = False) -> bytes:
         meta = {
@@ -228,9 +226,9 @@ class Recording:
 
 
 class Recorder:
-    """Takes down a run: call `take(readings)` after each step, `recording()` at the end.
+    """Records a run: call `take(readings)` after each step and `recording()` at the end.
 
-    A sample is taken at the first step that is `period` s or more after the last; every `scan_every`-th scan is kept.
+    A sample is taken every `period` s, at the first step that is due; every `scan_every`-th scan is kept.
     """
 
     def __init__(self, simulator: Simulator, period: float = 0.05, scan_every: int = 1) -> None:
@@ -248,7 +246,7 @@ class Recorder:
         self.take([])
 
     def take(self, readings: list[Reading]) -> None:
-        """Take down the readings of the step just made and, if it is time, a sample."""
+        """Record the readings of the step just made and, if one is due, a sample."""
         simulator = self._simulator
         now = simulator.time
         for reading in readings:
@@ -259,7 +257,7 @@ class Recorder:
                 self._scan_count += 1
         if now < self._next - 1e-9:
             return
-        # Keep to the grid, so that steps that do not divide the period do not stretch it.
+        # Stay on the grid, so that steps that do not divide the period do not stretch it.
         self._next = now + self._period if self._next < now - self._period else self._next + self._period
         pose, twist, command = simulator.pose, simulator.twist, simulator.commanded
         odom = simulator.odometry().pose
@@ -275,11 +273,11 @@ class Recorder:
         )
 
     def event(self, kind: str, subject: str = "") -> None:
-        """Add an event of one's own, at the simulator's time."""
+        """Add an event of your own, at the simulator's current time."""
         self._events.append(Event(self._simulator.time, kind, subject))
 
     def recording(self) -> Recording:
-        """Return what was taken down so far."""
+        """Return everything recorded so far."""
         simulator = self._simulator
         table = np.array(self._rows, dtype=np.float64)
         scans = [(i, s) for i, s in self._scans if i < len(self._rows)]
@@ -305,12 +303,12 @@ class Recorder:
         )
 
     def _tracks(self, t: Array) -> dict[str, Array]:
-        """Return where each obstacle that ever moved was at each sample."""
-        away = (math.nan, math.nan)
+        """Return the centre of each obstacle that ever moved at each sample."""
+        absent = (math.nan, math.nan)
         names = sorted({name for places in self._places for name in places})
-        tracks = {n: np.array([places.get(n, away) for places in self._places]).reshape(-1, 2) for n in names}
+        tracks = {n: np.array([places.get(n, absent) for places in self._places]).reshape(-1, 2) for n in names}
         for presence in self._simulator.presences:
-            # Until somebody put it elsewhere, nobody took down where it stood.
+            # The position of an obstacle without a motion is not recorded until it is first moved.
             obstacle, track = presence.obstacle, tracks.get(presence.obstacle.name)
             if track is not None and obstacle.motion is None:
                 stood = np.isnan(track[:, 0]) & (t >= presence.since) & (t <= presence.until)
@@ -319,7 +317,7 @@ class Recorder:
 
 
 def _presence_out(presence: Presence, world: World) -> list[Any]:
-    """Return [what, since, until]: an obstacle of the world goes by its number, any other by its description."""
+    """Return [what, since, until]; `what` is the index of an obstacle of the world, the description of any other."""
     known = presence.obstacle in world.obstacles
     what = world.obstacles.index(presence.obstacle) if known else obstacle_to_document(presence.obstacle)
     return [what, presence.since, presence.until if math.isfinite(presence.until) else None]

@@ -1,4 +1,4 @@
-"""An animation of a recording as one piece of HTML: plays in a saved notebook and on a page without a server."""
+"""An animation of a recording as one HTML page that plays in a saved notebook or a browser, without a server."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from sim.obstacles import CirclePart, Obstacle, PolygonPart, SegmentPart, extrem
 from sim.recording import Recording
 from sim.views import COLORS, THRESHOLDS
 
-MAX_FRAMES = 1200  # one minute at 20 Hz; a longer run is thinned out
+MAX_FRAMES = 1200  # one minute at 20 Hz; longer runs are thinned out
 MAX_SCANS = 400
 MAX_BEAMS = 180
 
 
 class Replay:
-    """A recording that plays: map, scan, speeds and distances, with a slider. Shows itself as a notebook's result.
+    """A recording as an animation with a slider: map, scan, speeds and distances. A notebook shows it as a result.
 
-    Everything is inside: no file, no server, no network. Without JavaScript (in print) the whole path is shown.
+    The page needs no other file, no server and no network. Without JavaScript (in print) it shows the whole path.
     """
 
     def __init__(self, recording: Recording, *, width: int = 900) -> None:
@@ -49,11 +49,11 @@ class Replay:
         return template
 
     def save(self, path: str | Path) -> None:
-        """Write the page to a file that any browser opens."""
+        """Write the page to a file for any browser."""
         Path(path).write_text(self.html(), encoding="utf-8")
 
     def _repr_html_(self) -> str:
-        """Return the page in a frame of its own, so that its styles and names meet nobody else's."""
+        """Return the page in an iframe, so that its styles and names do not clash with the notebook's."""
         _, _, wide, high = (float(v) for v in self._view_box().split())
         height = round(max(0.6 * self._width * high / wide, 0.36 * self._width)) + 100  # title and controls
         page = html.escape(self.html(), quote=True)
@@ -92,7 +92,7 @@ class Replay:
         }
 
     def _scene(self) -> str:
-        """Return everything that is drawn once, as SVG in metres with y upwards."""
+        """Return everything that is drawn only once, as SVG in metres with y pointing up."""
         r = self._recording
         parts = [f'<g id="o{i}">{_obstacle(p.obstacle)}</g>' for i, p in enumerate(r.presences)]
         keep = _spread(len(r), MAX_FRAMES)
@@ -108,13 +108,13 @@ class Replay:
         return "\n".join(parts)
 
     def _view_box(self) -> str:
-        """Return the part of the map to show: path, goals, and obstacles not too far from either."""
+        """Return the SVG view box: the path, the goals, and obstacles not too far from either."""
         r = self._recording
         xs, ys = list(r.x), list(r.y)
         for goal in r.world.goals:
             xs.append(goal.x)
             ys.append(goal.y)
-        reach = 4.0  # m around the path: a far wall must not make the robot a dot
+        reach = 4.0  # m around the path: a distant wall must not shrink the robot to a dot
         low_x, high_x, low_y, high_y = min(xs) - reach, max(xs) + reach, min(ys) - reach, max(ys) + reach
         corners = [c for p in r.presences for c in extreme_points(p.obstacle)]
         xs += [min(max(c[0], low_x), high_x) for c in corners]
@@ -152,7 +152,7 @@ def _star(goal: Pose, size: float = 0.16) -> str:
 
 
 def _spread(count: int, most: int) -> NDArray[np.int64]:
-    """Return up to `most` indexes spread evenly over `count`, the last included."""
+    """Return up to `most` indices spread evenly over `count`, including the last."""
     return (
         np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64)) if count else np.zeros(0, int)
     )

@@ -1,4 +1,4 @@
-"""Readings of the sensors, and the noise on them. Every sensor has its own random stream; all noise can be off."""
+"""The sensors' readings and their noise. Every sensor has its own random stream; all noise can be turned off."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ import zlib
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sim.geometry import Pose, Twist
+from sim.lidar import Array
 from sim.robot import ImuProfile, LidarProfile, OdometryProfile
 
-Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
 GRAVITY = 9.80665  # m/s², standard
@@ -19,7 +18,7 @@ GRAVITY = 9.80665  # m/s², standard
 
 @dataclass(frozen=True)
 class ScanReading:
-    """A lidar scan in the lidar's frame: m and rad; +inf nothing there, -inf too close (REP 117)."""
+    """A lidar scan in the lidar's frame, m and rad; +inf for nothing in range, -inf for too close (REP 117)."""
 
     stamp: float
     angle_min: float
@@ -30,7 +29,7 @@ class ScanReading:
 
     @property
     def angles(self) -> Array:
-        """The angle of each beam in rad."""
+        """The angle of each beam in rad, shape (beams,)."""
         return self.angle_min + self.angle_increment * np.arange(self.ranges.size, dtype=np.float64)
 
     @property
@@ -42,7 +41,7 @@ class ScanReading:
 
 @dataclass(frozen=True)
 class OdometryReading:
-    """Where the wheels say the robot is (odom frame), and its twist (base_link)."""
+    """Pose (odom frame) and twist (base_link) by wheel odometry."""
 
     stamp: float
     pose: Pose
@@ -51,7 +50,7 @@ class OdometryReading:
 
 @dataclass(frozen=True)
 class ImuReading:
-    """Heading in the odom frame (rad), acceleration in m/s² with gravity (+9.81 on z at rest, REP 145), rad/s."""
+    """Heading in the odom frame (rad), acceleration with gravity (m/s², +9.81 on z at rest, REP 145), rates (rad/s)."""
 
     stamp: float
     yaw: float
@@ -61,7 +60,7 @@ class ImuReading:
 
 @dataclass(frozen=True)
 class BatteryReading:
-    """Charge from 0 to 1, V, and A (negative when discharging)."""
+    """Charge (0 to 1), voltage (V) and current (A, negative when discharging)."""
 
     stamp: float
     percentage: float
@@ -73,9 +72,9 @@ Reading = ScanReading | OdometryReading | ImuReading | BatteryReading
 
 
 class NoiseStream:
-    """Random numbers of one sensor, addressed by a moment: the same seed, name and index give the same numbers.
+    """The random numbers of one sensor, addressed by an index: the same seed, name and index give the same numbers.
 
-    So a reading does not depend on which others were taken before it, nor on which other sensors there are.
+    So a reading depends neither on which readings were taken before it nor on which other sensors exist.
     """
 
     def __init__(self, seed: int, name: str) -> None:
@@ -85,8 +84,8 @@ class NoiseStream:
         self._state = self._philox.state
 
     def at(self, index: int) -> np.random.Generator:
-        """Return the generator, set to the beginning of the numbers that belong to `index`. Use it at once."""
-        # Philox is counter-based: each index owns 2**192 numbers. Setting the state costs 2 µs, a new generator 16.
+        """Return the generator, set to the first of the numbers that belong to `index`. Use it at once."""
+        # Philox is counter-based: each index owns 2**192 numbers. Setting the state takes 2 µs, a new generator 16 µs.
         self._state["state"]["counter"][3] = index
         self._state["buffer_pos"] = 4
         self._state["has_uint32"] = 0
@@ -105,7 +104,7 @@ class LidarModel:
         self.rate_hz = float(NoiseStream(seed, "lidar rate").at(0).uniform(low, high)) if noise and low < high else low
 
     def scan(self, ranges: Array, tick: int, stamp: float) -> ScanReading:
-        """Return the scan of this moment: noise in proportion to the range, then drop-outs, then REP 117."""
+        """Return the scan: noise proportional to the range, then dropouts, then REP 117's infinities."""
         p = self._profile
         if self._noise:
             random = self._stream.at(tick)
@@ -124,7 +123,7 @@ class LidarModel:
 
 
 class ImuModel:
-    """Turns the true motion into what an IMU says."""
+    """Turns the true motion into IMU readings."""
 
     def __init__(self, profile: ImuProfile, seed: int, noise: bool) -> None:
         self._profile = profile
@@ -134,7 +133,7 @@ class ImuModel:
         self._bias = [profile.acceleration_bias * b for b in bias[:3]] + [profile.gyro_bias * b for b in bias[3:]]
 
     def read(self, yaw: float, acceleration: Vector, omega: float, tick: int, stamp: float) -> ImuReading:
-        """Return the reading of this moment; `acceleration` is specific force in base_link, gravity included."""
+        """Return the reading; `acceleration` is the specific force in base_link, with gravity."""
         if not self._noise:
             return ImuReading(stamp, yaw, acceleration, (0.0, 0.0, omega))
         p, b = self._profile, self._bias
@@ -149,13 +148,13 @@ class ImuModel:
 
 
 class OdometryModel:
-    """Errors of wheel odometry: distances and angles scaled, a veer on straight lines, a wandering heading."""
+    """The errors of wheel odometry: scaled distances and angles, a veer on straight lines, a wandering heading."""
 
     BLOCK = 1024  # random numbers drawn at a time: one per substep
 
     def __init__(self, profile: OdometryProfile, seed: int, noise: bool) -> None:
         z = NoiseStream(seed, "odometry scale").at(0).standard_normal(3).tolist() if noise else [0.0, 0.0, 0.0]
-        self.noisy = noise
+        self._noise = noise
         self._distance = 1.0 + profile.scale * z[0]
         self._angle = 1.0 + profile.scale * z[1]
         self._veer = profile.veer * z[2]
@@ -165,8 +164,8 @@ class OdometryModel:
         self._walk: list[float] = []
 
     def measured(self, ds: float, dyaw: float, tick: int) -> tuple[float, float]:
-        """Return the distance (m) and turn (rad) that the wheels report for those of one substep."""
-        if not self.noisy:
+        """Return the distance (m) and rotation (rad) that the wheels report for the true ones of a substep."""
+        if not self._noise:
             return ds, dyaw
         block, place = divmod(tick, self.BLOCK)
         if block != self._block:

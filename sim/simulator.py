@@ -1,4 +1,4 @@
-"""The simulator: one robot in a world, stepped in simulated time. No ROS, no drawing, no wall clock."""
+"""The simulator: one robot in a world, advanced in steps of simulated time. No ROS, no drawing, no wall clock."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ from sim.world import World, free_name
 
 SUBSTEPS_PER_S = 200
 SUBSTEP_S = 1 / SUBSTEPS_PER_S
-TOUCH_M = 1e-6  # nearer than this the hull touches
-PART_M = 1e-3  # further than this a contact is over
-LOOK_M = 1.0  # further than this from the hull nothing is looked for in a substep
+TOUCH_M = 1e-6  # a hull nearer than this touches the obstacle
+PART_M = 1e-3  # beyond this distance a contact is over
+LOOK_M = 1.0  # how far from the hull a substep looks for obstacles
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,10 @@ class Contact:
     """The hull met an obstacle.
 
     Attributes:
-        time: simulated time in s at which it began.
+        time: simulated time in s at which the contact began.
         obstacle: the obstacle's name.
         point: on the obstacle's surface, map frame, m.
-        speed: of the robot at that moment, m/s, never negative; 0 when an obstacle came to a standing robot.
+        speed: of the robot at that moment, m/s, never negative; 0 if an obstacle ran into a standing robot.
     """
 
     time: float
@@ -54,15 +54,15 @@ class Contact:
 
 
 class Simulator:
-    """A robot in a world. Same world, profile, seed and commands: bit-equal readings, in any process.
+    """A robot in a world. The same world, profile, seed and commands give bit-identical readings, in any process.
 
     | | |
     |---|---|
-    | physics | 200 substeps a second, counted in whole numbers, so that time never drifts |
-    | drive | `profile.drive`; the command in force stays until the next one (or the profile's time-out) |
-    | contact | the hull stops at the surface and is recorded; it can turn, and drive away |
-    | moving obstacle | stops at the hull, is recorded as a contact, goes on when the way is free |
-    | sensors | each at its own rate and with its own random stream; `noise=False` makes all of them exact |
+    | physics | 200 substeps a second, counted as integers, so that time never drifts |
+    | drive | `profile.drive`; a command holds until the next one (or the profile's timeout) |
+    | contact | is recorded and stops the hull at the surface; the robot can turn and drive away |
+    | moving obstacle | stops at the hull, which is recorded as a contact, and goes on when the way is free |
+    | sensors | each has its own rate and random stream; `noise=False` makes all of them exact |
 
     >>> from sim import Simulator, World
     >>> simulator = Simulator(World(), noise=False)
@@ -80,16 +80,16 @@ class Simulator:
         self.noise = noise
         self._seed = world.seed if seed is None else seed
         self.unrepeatable = ""
-        """Why another run need not be the same though the seed is, in one sentence; "" if nothing speaks against it.
+        """Why another run with the same seed may differ, in one sentence; "" if there is no reason.
 
-        Whoever commands the robot says so, for example a bridge to a node with threads of its own.
+        The code that commands the robot sets it, for example a bridge to a node with threads of its own.
         """
         self.reset()
 
     # ------------------------------------------------------------------ time
 
     def reset(self, seed: int | None = None) -> None:
-        """Go back to the start. The same seed (the one in force, unless one is given) brings the same future."""
+        """Go back to the start. With the same seed (by default the current one) the same commands give the same run."""
         if seed is not None:
             self._seed = seed
         p = self.profile
@@ -112,7 +112,7 @@ class Simulator:
         start = self.world.start
         self._x, self._y, self._yaw = start.x, start.y, normalize_angle(start.yaw)
         self._start_odometry()
-        self._free = 0.0  # metres that the hull can certainly go before it touches anything
+        self._free = 0.0  # metres that the hull can certainly move before it touches anything
         self._pressed: Nearest | None = None  # the surface that has stopped the hull
         self._schedule = [
             _Due(p.imu.rate_hz, self.imu),
@@ -124,14 +124,14 @@ class Simulator:
         self._note_contacts(0.0)
 
     def step(self, dt: float) -> list[Reading]:
-        """Advance simulated time by dt seconds; return the readings that fell due in (t, t + dt], in time order.
+        """Advance simulated time by dt seconds; return the readings that were due in (t, t + dt], in time order.
 
         Raises:
-            ValueError: dt is not a whole number of substeps of 5 ms, or none.
+            ValueError: dt is not a positive multiple of the substep of 5 ms.
         """
         substeps = round(dt * SUBSTEPS_PER_S) if math.isfinite(dt) else 0
         if substeps < 1 or abs(substeps - dt * SUBSTEPS_PER_S) > 1e-6:
-            raise ValueError(f"dt = {dt!r} s is not a whole number of substeps; take a multiple of {SUBSTEP_S} s")
+            raise ValueError(f"dt = {dt!r} s is not a positive multiple of {SUBSTEP_S} s, the length of a substep")
         readings: list[Reading] = []
         for _ in range(substeps):
             self._substep()
@@ -142,7 +142,7 @@ class Simulator:
 
     @property
     def time(self) -> float:
-        """Simulated time since the reset, in s: a whole number of substeps."""
+        """Simulated time since the reset, in s: a multiple of the substep."""
         return self._tick / SUBSTEPS_PER_S
 
     @property
@@ -153,10 +153,10 @@ class Simulator:
     # ------------------------------------------------------------- commands
 
     def command(self, v: float, omega: float) -> None:
-        """Set the twist to be followed from now on, m/s and rad/s. It is cut to what the profile's drive can do.
+        """Set the twist to follow from now on, m/s and rad/s, limited to what the profile's drive can do.
 
         Raises:
-            ValueError: a number is not finite; the command in force stays.
+            ValueError: a number is not finite; the previous command stays in force.
         """
         if not (math.isfinite(v) and math.isfinite(omega)):
             raise ValueError(f"command ({v}, {omega}) is not finite; give m/s and rad/s")
@@ -165,24 +165,24 @@ class Simulator:
 
     @property
     def commanded(self) -> Twist:
-        """The last command as it was given."""
+        """The last command, before limiting."""
         return self._command
 
     # ---------------------------------------------------------- ground truth
 
     @property
     def pose(self) -> Pose:
-        """Where the robot's centre truly is, map frame."""
+        """The robot's true pose, map frame."""
         return Pose(self._x, self._y, self._yaw)
 
     @property
     def twist(self) -> Twist:
-        """How the robot truly moves, base_link."""
+        """The robot's true twist, base_link."""
         return Twist(self._v, self._omega)
 
     @property
     def odom_origin(self) -> Pose:
-        """The odometry frame's pose in the map frame, as it was at the start (later drift comes on top)."""
+        """The odometry frame's pose in the map frame at the start; drift comes on top later."""
         return self._odom_origin
 
     @property
@@ -197,52 +197,52 @@ class Simulator:
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What happened beside the robot's motion: contacts, appearances, moves by hand, triggers, hazards."""
+        """Everything but the robot's motion, in time order: contacts, hazards, triggers, changes of obstacles."""
         return tuple(self._events)
 
     @property
     def hazards(self) -> frozenset[str]:
-        """What the robot's own safety refuses at this moment: BACKUP_LIMIT."""
+        """What the robot's own safety function is refusing now: BACKUP_LIMIT or nothing."""
         return self._hazards
 
     @property
     def obstacles(self) -> tuple[tuple[Obstacle, Point], ...]:
-        """The obstacles that are there now, each with the place of its centre."""
+        """The obstacles that are present, each with the position of its centre."""
         return tuple((o, self._scene.position(o.name)) for o in self._scene.obstacles)
 
     @property
     def presences(self) -> tuple[Presence, ...]:
-        """Every obstacle since the reset as it came, with the times between which it was there."""
+        """Every obstacle since the reset, as it was added, with the times between which it was present."""
         return tuple(self._inventory.presences)
 
     @property
     def moved(self) -> frozenset[str]:
-        """The names of the obstacles that stand elsewhere than they came, put there by `move_obstacle`."""
+        """The names of the obstacles that `move_obstacle` has put elsewhere."""
         return self._inventory.moved
 
     def clearance(self) -> float:
-        """Return the metres from the hull to the nearest surface: inf in an open world, below 0 inside an obstacle."""
+        """Return the distance from the hull to the nearest surface in m: inf without obstacles, below 0 inside one."""
         nearest = self._scene.nearest(self._x, self._y)
         return nearest.distance - self.profile.radius if nearest else math.inf
 
     def true_ranges(self) -> NDArray[np.float64]:
-        """Return the exact range of each lidar beam in m; inf where nothing is in reach, 0 inside an obstacle."""
+        """Return the exact range of each lidar beam in m: inf where nothing is in range, 0 inside an obstacle."""
         return self._scene.cast(self.pose.compose(self.profile.lidar.pose), self.profile.lidar.beams)
 
     # --------------------------------------------------------------- sensors
 
     def scan(self) -> ScanReading:
-        """Return what the lidar reads now. Asking changes nothing: asked twice, it says the same."""
+        """Return the lidar's reading at this moment. Reading has no side effects; a second call returns the same."""
         return self._lidar.scan(self.true_ranges(), self._tick, self.time)
 
     def odometry(self) -> OdometryReading:
-        """Return where the wheels say the robot is."""
+        """Return the pose and twist by wheel odometry."""
         measured = self._odometry.measured(self._v * SUBSTEP_S, self._omega * SUBSTEP_S, self._tick)
         twist = Twist(measured[0] * SUBSTEPS_PER_S, measured[1] * SUBSTEPS_PER_S)
         return OdometryReading(self.time, Pose(*self._odom), twist)
 
     def imu(self) -> ImuReading:
-        """Return what the IMU reads now."""
+        """Return the IMU's reading at this moment."""
         forward = (self._v - self._v_before) * SUBSTEPS_PER_S
         force: Vector = (forward, self._v * self._omega, GRAVITY)
         return self._imu.read(self._odom[2], force, self._omega, self._tick, self.time)
@@ -256,7 +256,7 @@ class Simulator:
     # ---------------------------------------------------- changes at run time
 
     def add_obstacle(self, obstacle: Obstacle) -> str:
-        """Put an obstacle into the running world and return its name (one is found if it has none)."""
+        """Add an obstacle and return its name; one without a name is given one."""
         if not obstacle.name:
             taken = {o.name for o in self._scene.obstacles} | set(self._inventory.waiting)
             obstacle = with_name(obstacle, free_name(type(obstacle).__name__.lower(), taken))
@@ -265,24 +265,24 @@ class Simulator:
         return obstacle.name
 
     def remove_obstacle(self, name: str) -> None:
-        """Take an obstacle away.
+        """Remove an obstacle.
 
         Raises:
-            KeyError: there is none of that name.
+            KeyError: there is no obstacle of that name.
         """
         self._inventory.withdraw(name, self.time)
         self._touching -= {name}
         self._pressed = None
 
     def move_obstacle(self, name: str, x: float, y: float) -> None:
-        """Put an obstacle elsewhere at once: its centre at x, y (m, map frame), turned as it was.
+        """Put an obstacle's centre at x, y (m, map frame) at once; its yaw stays.
 
-        It stays the same obstacle: a recording shows one, with its path. What moves by itself begins its way anew from
-        there, the way shifted along. The centre is `obstacle.pose`: a wall's middle, a map's lower left corner. If the
-        hull is there, that is a contact.
+        It remains the same obstacle: a recording shows one, with its path. An obstacle that moves by itself restarts
+        its path, shifted to the new position. The centre is `obstacle.pose`: a wall's middle, a map's lower left
+        corner. If the hull is there, that is a contact.
 
         Raises:
-            KeyError: there is none of that name.
+            KeyError: there is no obstacle of that name.
             ValueError: x or y is not finite.
         """
         if not (math.isfinite(x) and math.isfinite(y)):
@@ -291,7 +291,7 @@ class Simulator:
         self._note_contacts(abs(self._v))
 
     def place_robot(self, pose: Pose, *, odometry_notices: bool = True) -> None:
-        """Put the robot elsewhere, standing still. With `odometry_notices=False` it is kidnapped: odometry stays.
+        """Put the robot elsewhere, at rest. With `odometry_notices=False` it is kidnapped: its odometry stays.
 
         Raises:
             ValueError: the pose is not finite.
@@ -310,14 +310,14 @@ class Simulator:
         """Set the charge, 0 to 1.
 
         Raises:
-            ValueError: it is no number from 0 to 1.
+            ValueError: it is not a number from 0 to 1.
         """
         if not 0.0 <= percentage <= 1.0:
             raise ValueError(f"battery percentage {percentage} is not from 0 to 1")
         self._charge = float(percentage)
 
     def trigger(self, event: str) -> None:
-        """Let an event happen: obstacles that wait for it appear, vanish or begin to move."""
+        """Let an event happen: the obstacles that wait for it appear, vanish or start to move."""
         self._events.append(Event(self.time, "trigger", event))
         self._inventory.hear(event, self.time)
         self._note_contacts(abs(self._v))
@@ -344,7 +344,7 @@ class Simulator:
         self._charge = max(0.0, self._charge - drain * SUBSTEP_S)
 
     def _drive(self) -> None:
-        """Change the speed towards the command, move along an exact arc, stop at what is in the way."""
+        """Accelerate towards the command, move along an exact arc, stop at an obstacle in the way."""
         v, omega = self._next_speed()
         self._v_before = self._v
         self._v, self._omega = v, omega
@@ -377,7 +377,7 @@ class Simulator:
         return reached.v, reached.omega
 
     def _guard_back(self, target: Twist, limit: float) -> Twist:
-        """Refuse to drive further back than the limit, as a Create 3 does: it has no cliff sensors behind."""
+        """Refuse to reverse further than the limit, as a Create 3 does: it has no cliff sensors at the back."""
         refused = target.v < 0.0 and self._backed >= limit
         if refused != bool(self._hazards):
             self._hazards = frozenset({"BACKUP_LIMIT"} if refused else ())
@@ -385,7 +385,7 @@ class Simulator:
         return Twist(0.0, target.omega) if refused else target
 
     def _is_clear(self, x: float, y: float) -> bool:
-        """Tell whether the hull may go on to x, y; remember how far it can go from there without asking again."""
+        """Return whether the hull may move to x, y; remember how far it can go from there without another query."""
         if self._pressed is not None and self._leads_into(self._pressed, x, y):
             return False
         self._pressed = None
@@ -395,21 +395,21 @@ class Simulator:
         elif self._touching:
             self._touching = self._touching & frozenset(hit.name for hit in self._touched(x, y, PART_M))
         if self._touching:
-            self._free = 0.0  # or the end of the contact would be seen late
-        # Whoever touches something, or has been put inside an obstacle, may leave.
+            self._free = 0.0  # otherwise the end of the contact would be noticed late
+        # A hull that touches an obstacle, or was put inside one, may leave.
         return gap >= 0.0 or gap >= self._gap(self._x, self._y)
 
     def _gap(self, x: float, y: float) -> float:
-        """Return the clearance of a hull at x, y, as far as it is below `LOOK_M`."""
+        """Return the clearance of a hull at x, y, at most `LOOK_M`."""
         nearest = self._scene.nearest(x, y, self.profile.radius + LOOK_M)
         return nearest.distance - self.profile.radius if nearest else LOOK_M
 
     def _leads_into(self, pressed: Nearest, x: float, y: float) -> bool:
-        """Tell whether the way to x, y leads towards the surface that the standing hull is pressed against."""
+        """Return whether the way to x, y leads towards the surface that the stopped hull is pressed against."""
         return (x - self._x) * (pressed.point[0] - self._x) + (y - self._y) * (pressed.point[1] - self._y) > 0.0
 
     def _stop_at_surface(self, x: float, y: float) -> Point:
-        """Return the last free place on the way to x, y; record the contact; the wheels stall."""
+        """Return the last free position on the way to x, y; record the contact and stall the wheels."""
         speed = abs(self._v)
         self._v = 0.0
         self._free = 0.0
@@ -435,7 +435,7 @@ class Simulator:
         return self._scene.within(x, y, self.profile.radius + reach)
 
     def _note_contacts(self, speed: float) -> None:
-        """Record what touches the hull where it is now, after something was put somewhere."""
+        """Record what touches the hull at its position, after the robot or an obstacle has been placed."""
         self._free = 0.0
         self._pressed = None
         touched = self._touched(self._x, self._y, TOUCH_M)
@@ -461,7 +461,7 @@ class Simulator:
                 self._check_mover(name, mover)
 
     def _check_mover(self, name: str, mover: Mover) -> None:
-        """Stop an obstacle at the hull that it would run into, and record the contact."""
+        """Stop an obstacle that would run into the hull, and record the contact."""
         self._pressed = None
         self._free = gap = self._gap(self._x, self._y)
         if gap >= PART_M:
@@ -481,14 +481,14 @@ class Simulator:
         self._record([hit for hit in self._touched(self._x, self._y, TOUCH_M) if hit.name == name], abs(self._v))
 
     def _gap_with(self, name: str, mover: Mover, part: float) -> float:
-        """Return the clearance when the mover makes only a part of its last step; leave it there."""
+        """Move the mover by only a part of its last step and return the clearance there."""
         mover.hold(part)
         self._scene.move(name, mover.x, mover.y)
         return self._gap(self._x, self._y)
 
 
 class _Due:
-    """When a sensor reads next: at the first substep that is not before n / rate, for n = 1, 2, 3 ..."""
+    """When a sensor's readings are due: at the first substep at or after n / rate, for n = 1, 2, 3 ..."""
 
     def __init__(self, rate_hz: float, read: Callable[[], Reading]) -> None:
         self.read = read
@@ -500,7 +500,7 @@ class _Due:
         return math.ceil(count * self._period - 1e-9)
 
     def falls_on(self, tick: int) -> bool:
-        """Tell whether a reading is due at this substep, and if so look ahead to the next."""
+        """Return whether a reading is due at this substep; if so, schedule the next."""
         if tick < self.tick:
             return False
         self._count += 1

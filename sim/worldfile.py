@@ -10,19 +10,7 @@ import yaml
 
 from sim import gridmap
 from sim.geometry import Pose
-from sim.obstacles import (
-    Box,
-    Chase,
-    Circle,
-    GridMap,
-    Motion,
-    Obstacle,
-    Path,
-    Polygon,
-    Wall,
-    When,
-    room,
-)
+from sim.obstacles import Box, Chase, Circle, GridMap, Motion, Obstacle, Path, Polygon, Wall, When, room
 from sim.polygon import crosses_itself, signed_area
 from sim.validation import Item, WorldError, is_number
 
@@ -82,10 +70,11 @@ def parse(document: Any, where: str, folder: FilePath | None) -> dict[str, Any]:
     for item in top.items("maps"):
         obstacles.append(_map(item, folder))
     top.refuse_other_keys()
-    names = [obstacle.name for obstacle in obstacles if obstacle.name]
-    for name in names:
-        if names.count(name) > 1:
+    names: set[str] = set()
+    for name in (obstacle.name for obstacle in obstacles if obstacle.name):
+        if name in names:
             top.fail("", f"two obstacles are named {name!r}", "give each its own name; contacts are recorded by name")
+        names.add(name)
     result["obstacles"] = tuple(obstacles)
     return result
 

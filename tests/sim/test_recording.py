@@ -173,7 +173,7 @@ def test_a_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.npz").write_bytes(b"hello")
     np.savez(tmp_path / "b.npz", x=np.zeros(3))
     for name in ("a.npz", "b.npz", "missing.npz"):
-        with pytest.raises(RecordingError, match="is no recording"):
+        with pytest.raises(RecordingError, match="is not a recording"):
             Recording.load(tmp_path / name)
 
 
@@ -192,7 +192,7 @@ def test_pickles_are_never_opened(crash: Recording, tmp_path: Path) -> None:
 def test_a_bomb_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sim.recording.MAX_BYTES", 10_000)
     np.savez_compressed(tmp_path / "bomb.npz", x=np.zeros(10_000))
-    with pytest.raises(RecordingError, match="more than 10000"):
+    with pytest.raises(RecordingError, match="more than the limit of 10000"):
         Recording.load(tmp_path / "bomb.npz")
 
 

@@ -248,11 +248,5 @@ def test_the_tb4s_odometry_starts_at_zero_wherever_it_stands() -> None:
     assert back.distance_to(simulator.pose) < 1e-9
 
 
-def test_the_profiles_say_how_the_robot_shows_itself_in_ros() -> None:
-    assert (COURSE.interface.imu, COURSE.interface.battery, COURSE.interface.stamped_cmd_vel) == (
-        "imu/data",
-        "battery/state",
-        False,
-    )
-    assert (TB4.interface.imu, TB4.interface.battery, TB4.interface.stamped_cmd_vel) == ("imu", "battery_state", True)
-    assert TB4.interface.best_effort_sensors
+def test_only_the_tb4_takes_stamped_commands() -> None:
+    assert (COURSE.stamped_cmd_vel, TB4.stamped_cmd_vel) == (False, True)
