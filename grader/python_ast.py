@@ -67,4 +67,5 @@ def is_test(node: ast.AST) -> TypeGuard[Function]:
 
 def first_line(node: ast.stmt) -> int:
     """Return the line on which a statement begins, its decorators included."""
-    return min([node.lineno, *(decorator.lineno for decorator in getattr(node, "decorator_list", ()))])
+    decorators: list[ast.expr] = getattr(node, "decorator_list", [])
+    return min([node.lineno, *(decorator.lineno for decorator in decorators)])
