@@ -1,1 +1,1 @@
-"""The trials themselves. Add a file here, or a function to one, and it is run."""
+"""The trials' scripts. To add a trial, add a decorated function to a file here, or a new file."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from grader.trials.catalog import trial
-from grader.trials.scripts.readings import BAD, NARROW
+from grader.trials.scripts.readings import BAD, LIMITS
 from sim.sensors import BatteryReading, ImuReading, ScanReading
 
 if TYPE_CHECKING:
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 @trial(serves=["F12", "F13", "I6", "I7"], node="sensor_processor")
 def fusion(stage: Stage) -> None:
-    """The sensors begin to speak one after the other; things come near, some beams go bad, some read range_min."""
-    stage.set_range_limits(*NARROW)
+    """Start the sensors one by one, put an obstacle near, and spoil some beams."""
+    stage.set_range_limits(*LIMITS)
     stage.listen("sensor_fusion_data")
     stage.listen("obstacle_distance")
     stage.mute(ScanReading, ImuReading, BatteryReading)
@@ -31,7 +31,7 @@ def fusion(stage: Stage) -> None:
     stage.run(1.2)
     stage.mark("imu")
     stage.unmute(ImuReading)
-    # The observer drives the robot: an IMU that stands still has little to say.
+    # The observer drives the robot: an IMU at rest measures little.
     stage.simulator.command(0.0, 0.5)
     stage.run(0.6)
     stage.mark("near")
@@ -41,19 +41,19 @@ def fusion(stage: Stage) -> None:
     stage.run(0.4)
     stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, BAD["below range_min"], ranges))
     stage.run(0.4)
-    stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, NARROW[0], ranges))
+    stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 7 == 0, LIMITS[0], ranges))
     stage.mark("at range_min")
     stage.run(0.4)
     stage.mark("end")
-    # What is still said has the time at which it is said, not that of the last scan.
+    # Messages still published now must carry their own time, not that of the last scan.
     stage.mute(ScanReading)
     stage.run(0.5)
 
 
 @trial(serves=["F12"], node="sensor_processor")
 def nothing_to_fuse(stage: Stage) -> None:
-    """An obstacle, and then scans in which there is none: all out of range, and no readings at all."""
-    stage.set_range_limits(*NARROW)
+    """Show an obstacle, then scans without a valid reading: all out of range, and empty."""
+    stage.set_range_limits(*LIMITS)
     stage.listen("sensor_fusion_data")
     stage.run(0.5)
     stage.add_obstacle(stage.between("distance", 0.8, 1.5), bearing=stage.between("bearing", -3.0, 3.0))
@@ -75,9 +75,9 @@ def nothing_to_fuse(stage: Stage) -> None:
     parameters={"battery_low_threshold": 30.0, "battery_critical_threshold": 15.0},
 )
 def battery_runs_down(stage: Stage) -> None:
-    """The battery falls through both thresholds, which are set higher than by default."""
+    """Drain the battery below both thresholds, which are set higher than by default."""
     stage.listen("rosout")
-    # Between a threshold and its default lie several messages: who goes by the default is late.
+    # Several messages lie between a threshold and its default, so a node that uses the default is late.
     for percent in (60, 26, 24, 22, 18, 13, 12, 11, 9, 5):
         stage.simulator.set_battery(percent / 100)
         stage.run(1.1)  # one battery message a second
@@ -86,6 +86,6 @@ def battery_runs_down(stage: Stage) -> None:
 
 @trial(serves=["I6"], node="sensor_processor", parameters={"fusion_frequency": 10.0})
 def slow_fusion(stage: Stage) -> None:
-    """The fusion frequency is set to half of its default at the start."""
+    """Start the sensor processor with half the default fusion frequency."""
     stage.listen("sensor_fusion_data")
     stage.run(2.5)

@@ -1,4 +1,4 @@
-"""Trials in which nobody asks the robot for anything."""
+"""Trials without any command."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @trial(serves=["F1", "I3", "I4", "I5", "I6", "Q5"])
 def idle(stage: Stage) -> None:
-    """Five seconds without a command; the lidar begins to speak after one."""
+    """Wait five seconds without a command; the lidar starts after one second."""
     stage.mute(ScanReading)
     stage.run(1.0)
     stage.unmute(ScanReading)
@@ -23,5 +23,5 @@ def idle(stage: Stage) -> None:
 
 @trial(serves=["I3", "I4", "I5", "I6", "Q5"], node="sensor_processor")
 def idle_processor(stage: Stage) -> None:
-    """The sensor processor beside a robot that stands."""
+    """Run the sensor processor while the robot stands still."""
     stage.run(1.0)

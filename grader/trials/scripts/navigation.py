@@ -12,15 +12,16 @@ if TYPE_CHECKING:
 
 
 def _go(stage: Stage, bearing: float, distance: float, tolerance: float) -> None:
-    """Send the robot to a place at `bearing` (radians, from where it looks) and watch it arrive and stand."""
+    """Send the robot to a target at `bearing` (rad, from its heading) and watch it arrive and stop."""
     stage.run(0.5)
-    goal = stage.navigate(*_place(stage, bearing, distance), tolerance)
+    goal = stage.navigate(*_target(stage, bearing, distance), tolerance)
     stage.run_until(lambda: goal.ended, 40.0)
     stage.mark("ended")
     stage.run(2.5)
 
 
-def _place(stage: Stage, bearing: float, distance: float) -> tuple[float, float]:
+def _target(stage: Stage, bearing: float, distance: float) -> tuple[float, float]:
+    """Return a position in the odom frame, `distance` metres away at `bearing`."""
     pose = stage.simulator.odometry().pose
     angle = pose.yaw + bearing
     return pose.x + distance * math.cos(angle), pose.y + distance * math.sin(angle)
@@ -28,50 +29,50 @@ def _place(stage: Stage, bearing: float, distance: float) -> tuple[float, float]
 
 @trial(serves=["F8", "F9", "F11"])
 def navigate_ahead(stage: Stage) -> None:
-    """A target ahead, a little to one side."""
+    """Navigate to a target ahead, a little to one side."""
     side = stage.choose("side", [-1.0, 1.0])
     _go(stage, side * stage.between("bearing", 0.05, 0.4), stage.between("distance", 1.5, 2.5), 0.1)
 
 
 @trial(serves=["F8", "F9", "F11"])
 def navigate_beside(stage: Stage) -> None:
-    """A target square to the robot's side."""
+    """Navigate to a target directly beside the robot."""
     side = stage.choose("side", [-1.0, 1.0])
     _go(stage, side * stage.between("bearing", 1.4, 1.8), stage.between("distance", 0.8, 1.6), 0.3)
 
 
 @trial(serves=["F8", "F9", "F11"])
 def navigate_behind(stage: Stage) -> None:
-    """A target behind the robot's back."""
+    """Navigate to a target behind the robot."""
     side = stage.choose("side", [-1.0, 1.0])
     _go(stage, side * stage.between("bearing", 2.7, 3.1), stage.between("distance", 0.8, 1.6), 0.1)
 
 
 @trial(serves=["F3", "F7", "F8"])
 def navigate_again(stage: Stage) -> None:
-    """A target where the robot already is; another, on the way to which the services are called; a third after that."""
+    """Send a goal where the robot is, one that is cancelled after service calls, and a third."""
     stage.run(0.5)
-    here = stage.navigate(*_place(stage, 0.0, 0.03), 0.25)
+    here = stage.navigate(*_target(stage, 0.0, 0.03), 0.25)
     if here.problem:
-        return  # there is no action yet: half a minute of waiting would show nothing
+        return  # there is no action yet: waiting half a minute would show nothing
     stage.run_until(lambda: here.ended, 10.0)
     stage.run(0.5)
     side = stage.choose("side", [-1.0, 1.0])
-    goal = stage.navigate(*_place(stage, side * stage.between("bearing", 0.3, 0.8), 1.2), 0.15)
+    goal = stage.navigate(*_target(stage, side * stage.between("bearing", 0.3, 0.8), 1.2), 0.15)
     stage.run(1.0)
     stage.call("get_status")
     stage.call("set_speed", speed=0.75)
     goal.cancel()
     stage.run(1.5)
-    third = stage.navigate(*_place(stage, side * 0.3, 0.8), 0.15)
+    third = stage.navigate(*_target(stage, side * 0.3, 0.8), 0.15)
     stage.run_until(lambda: third.ended, 30.0)
 
 
 @trial(serves=["F10"])
 def cancel_early(stage: Stage) -> None:
-    """Cancel a goal while the robot still turns."""
+    """Cancel a goal while the robot is still turning."""
     stage.run(0.5)
-    goal = stage.navigate(*_place(stage, 2.0, 2.0))
+    goal = stage.navigate(*_target(stage, 2.0, 2.0))
     stage.run(0.4)
     goal.cancel()
     stage.run(2.0)
@@ -79,9 +80,9 @@ def cancel_early(stage: Stage) -> None:
 
 @trial(serves=["F10"])
 def cancel_late(stage: Stage) -> None:
-    """Cancel a goal while the robot drives."""
+    """Cancel a goal while the robot is driving."""
     stage.run(0.5)
-    goal = stage.navigate(*_place(stage, 0.1, 4.0))
+    goal = stage.navigate(*_target(stage, 0.1, 4.0))
     stage.run(3.0)
     goal.cancel()
     stage.run(2.0)
@@ -89,11 +90,11 @@ def cancel_late(stage: Stage) -> None:
 
 @trial(serves=["F10"])
 def cancel_blocked(stage: Stage) -> None:
-    """Set a speed, send a goal, cancel it while something is in the way, and clear the way."""
+    """Set a speed, send a goal, cancel it in front of an obstacle, and remove the obstacle."""
     stage.run(0.3)
     stage.call("set_speed", speed=0.125)
     stage.run(0.5)
-    goal = stage.navigate(*_place(stage, 0.1, 3.0))
+    goal = stage.navigate(*_target(stage, 0.1, 3.0))
     stage.run(1.5)
     name = stage.add_obstacle(0.4)
     stage.run(1.0)
@@ -106,9 +107,9 @@ def cancel_blocked(stage: Stage) -> None:
 
 @trial(serves=["F9", "F11"])
 def blocked_goal(stage: Stage) -> None:
-    """Something gets into the way to a goal and goes away after a while."""
+    """Block the way to a goal for a while."""
     stage.run(0.5)
-    goal = stage.navigate(*_place(stage, stage.between("bearing", -0.2, 0.2), 2.5), 0.15)
+    goal = stage.navigate(*_target(stage, stage.between("bearing", -0.2, 0.2), 2.5), 0.15)
     stage.run(2.0)
     name = stage.add_obstacle(stage.between("distance", 0.7, 1.0), radius=0.4)
     stage.mark("blocked")

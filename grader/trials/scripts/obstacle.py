@@ -1,4 +1,4 @@
-"""Trials with something in the way."""
+"""Trials with an obstacle."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
 
-def _drive_at_the_wall(stage: Stage, speed: float) -> None:
+def _drive_at_wall(stage: Stage, speed: float) -> None:
     stage.choices["speed"] = speed
     stage.run(0.3)
     stage.call("set_speed", speed=speed)
-    # The wall is two metres away; what is left of the time shows whether the robot stays where it stopped.
+    # The wall is two metres away; the rest of the time shows whether the robot stays where it stopped.
     stage.run(2.0 / abs(speed) + 2.5)
 
 
 @trial(serves=["F4", "F11"], world="wall_ahead")
 def wall_fast(stage: Stage) -> None:
-    """Drive at a wall at the highest allowed speed."""
-    _drive_at_the_wall(stage, 0.5)
+    """Drive at a wall at full speed."""
+    _drive_at_wall(stage, 0.5)
 
 
 @trial(serves=["F4"], world="wall_ahead")
 def wall_slow(stage: Stage) -> None:
     """Drive at a wall at a lower speed."""
-    _drive_at_the_wall(stage, stage.choose("speed", [0.25, 0.3125, 0.375]))
+    _drive_at_wall(stage, stage.choose("speed", [0.25, 0.3125, 0.375]))
 
 
 @trial(serves=["F4", "F7", "F11"])
 def wall_backward(stage: Stage) -> None:
-    """Drive backwards at something behind."""
+    """Drive backwards at an obstacle."""
     stage.add_obstacle(1.5, bearing=3.14159, radius=0.3)
     stage.choices["speed"] = -0.375
     stage.run(0.3)
@@ -45,13 +45,13 @@ def wall_backward(stage: Stage) -> None:
 
 @trial(serves=["F4"])
 def pole_aside(stage: Stage) -> None:
-    """Drive past a pole that is no farther to one side than the robot has to look."""
+    """Drive past a pole at the edge of the sector that the robot has to watch."""
     side = stage.choose("side", [-1.0, 1.0])
     stage.choices["speed"] = 0.25
     stage.run(0.3)
     stage.call("set_speed", speed=0.25)
     stage.run(0.7)
-    # Few beams see the pole, many a wall that is far behind it: the closest reading is one of the few.
+    # Few beams hit the pole, many the wall far behind it: the closest reading is one of the few.
     stage.add_obstacle(2.5, radius=6.0)
     stage.add_obstacle(0.44, bearing=side * math.radians(stage.between("degrees", 38.0, 48.0)), radius=0.025)
     stage.run(2.0)
@@ -59,7 +59,7 @@ def pole_aside(stage: Stage) -> None:
 
 @trial(serves=["F4"])
 def creeping(stage: Stage) -> None:
-    """Creep at something: the lowest speeds are allowed ones, too."""
+    """Creep at an obstacle: the lowest speeds are valid, too."""
     stage.run(0.3)
     stage.call("set_speed", speed=stage.choose("speed", [0.0625, 0.09375]))
     stage.run(0.7)
@@ -69,14 +69,14 @@ def creeping(stage: Stage) -> None:
 
 @trial(serves=["F4", "F5", "F11"])
 def obstacle_vanishes(stage: Stage) -> None:
-    """Something is suddenly in the way and goes away again; then it comes to a robot that has slowed down."""
+    """Block the way suddenly and free it again, then once more after the robot has slowed down."""
     stage.run(0.3)
     stage.call("set_speed", speed=stage.choose("speed", [0.4375, 0.46875]))
     stage.run(1.0)
     name = stage.add_obstacle(0.45)
     stage.mark("blocked")
     stage.run(0.8)
-    beside = stage.add_obstacle(0.185, bearing=1.9, radius=0.1)  # nearer than emergency_stop_distance
+    beside = stage.add_obstacle(0.185, bearing=1.9, radius=0.1)  # closer than emergency_stop_distance
     stage.run(0.7)
     stage.remove_obstacle(name)
     stage.remove_obstacle(beside)
@@ -99,7 +99,7 @@ def obstacle_vanishes(stage: Stage) -> None:
 
 @trial(serves=["F5", "F7"])
 def obstacle_behind(stage: Stage) -> None:
-    """Drive forward with something right behind the robot."""
+    """Drive forward with an obstacle right behind the robot."""
     stage.add_obstacle(stage.between("distance", 0.35, 0.45), bearing=3.14159)
     stage.run(0.3)
     stage.call("set_speed", speed=0.25)
@@ -110,7 +110,7 @@ def obstacle_behind(stage: Stage) -> None:
 
 @trial(serves=["F7"])
 def status(stage: Stage) -> None:
-    """Ask for the status standing, driving, before an obstacle, when that is gone, and with a pole beside the robot."""
+    """Ask for the status standing, driving, at an obstacle, after it, and beside a pole."""
     stage.run(0.5)
     stage.call("get_status")
     stage.call("set_speed", speed=stage.choose("speed", [0.25, 0.375]))
@@ -122,7 +122,7 @@ def status(stage: Stage) -> None:
     stage.remove_obstacle(name)
     stage.run(1.0)
     stage.call("get_status")
-    # 64 degrees to one side at the least, and soon square to the robot: no more than 60 count as ahead.
+    # At least 64 degrees to one side, and soon directly beside the robot: only 60 degrees count as ahead.
     stage.add_obstacle(0.4, bearing=math.radians(stage.choose("aside", [-70.0, 70.0])), radius=0.05)
     stage.run(0.2)
     stage.call("get_status")

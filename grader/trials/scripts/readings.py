@@ -1,4 +1,4 @@
-"""Trials with readings that are none."""
+"""Trials with invalid lidar readings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 SECONDS_EACH = 0.6  # six scans of each kind
 
-NARROW = (0.25, 10.0)  # what a scan says of its lidar: other limits than those of the grader's robot
+LIMITS = (0.25, 10.0)  # range_min and range_max in m: other limits than the simulated lidar's own
 BAD = {
     "NaN": np.nan,
     "+inf": np.inf,
@@ -25,8 +25,8 @@ BAD = {
 
 @trial(serves=["F6"])
 def bad_readings(stage: Stage) -> None:
-    """Drive through scans full of readings that mean nothing, one kind after the other."""
-    stage.set_range_limits(*NARROW)
+    """Drive with scans full of invalid readings, one kind after another."""
+    stage.set_range_limits(*LIMITS)
     stage.run(0.3)
     stage.call("set_speed", speed=0.25)
     stage.run(1.0)
@@ -35,7 +35,7 @@ def bad_readings(stage: Stage) -> None:
         stage.mark(kind)
         stage.run(SECONDS_EACH)
         stage.distort(None)
-        # A robot that stopped gathers speed again, so that each kind is judged for itself.
+        # Let a robot that stopped speed up again, so that each kind is judged by itself.
         stage.run_until(lambda: bool(stage.commands) and stage.commands[-1].v >= 0.24, 1.5)
     stage.distort(lambda ranges: np.where(np.arange(len(ranges)) % 3 == 0, np.nan, 0.0))
     stage.mark("a mixture")
@@ -45,7 +45,7 @@ def bad_readings(stage: Stage) -> None:
 
 @trial(serves=["F6"])
 def empty_scans(stage: Stage) -> None:
-    """Drive through scans that hold no readings at all."""
+    """Drive with empty scans."""
     stage.run(0.3)
     stage.call("set_speed", speed=0.25)
     stage.run(1.0)
@@ -57,8 +57,8 @@ def empty_scans(stage: Stage) -> None:
 
 @trial(serves=["F6"])
 def obstacle_among_bad_readings(stage: Stage) -> None:
-    """Something stands in the way, seen by a few good beams among many bad ones; then the least that is valid."""
-    stage.set_range_limits(*NARROW)
+    """Show an obstacle in a few good beams among many bad ones, then readings of exactly range_min."""
+    stage.set_range_limits(*LIMITS)
     stage.run(0.3)
     stage.call("set_speed", speed=0.25)
     stage.run(1.0)
@@ -66,7 +66,7 @@ def obstacle_among_bad_readings(stage: Stage) -> None:
 
     def spoil(ranges: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
         beams = np.arange(len(ranges))
-        # NaN stands first of all; every fourth beam is left as it is.
+        # The first reading is NaN; every fourth beam is left as it is.
         return np.where(beams % 4 == 2, ranges, kinds[beams % len(kinds)])
 
     stage.distort(spoil)
@@ -80,6 +80,6 @@ def obstacle_among_bad_readings(stage: Stage) -> None:
     stage.distort(None)
     stage.mark("true scans")
     stage.run_until(lambda: bool(stage.commands) and stage.commands[-1].v >= 0.24, 1.5)
-    stage.distort(lambda ranges: np.full_like(ranges, NARROW[0]))
+    stage.distort(lambda ranges: np.full_like(ranges, LIMITS[0]))
     stage.mark("at range_min")
     stage.run(SECONDS_EACH)

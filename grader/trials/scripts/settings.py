@@ -1,4 +1,4 @@
-"""Trials of parameters: from files, by overrides, at run time; with sense and without."""
+"""Trials of parameters (from files, as overrides, at run time; valid and invalid), of the clock and of Ctrl-C."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ PROCESSOR = ("fusion_frequency", "battery_low_threshold", "battery_critical_thre
 
 @trial(serves=["I6"], params_file="robot_params.yaml")
 def file_controller(stage: Stage) -> None:
-    """The controller with its parameter file, in which some values were changed."""
+    """Start the controller with its parameter file, in which some values were changed."""
     for name in CONTROLLER:
         stage.get_parameter(name)
 
 
 @trial(serves=["I6"], node="sensor_processor", params_file="sensor_params.yaml")
 def file_processor(stage: Stage) -> None:
-    """The sensor processor with its parameter file, in which some values were changed."""
+    """Start the sensor processor with its parameter file, in which some values were changed."""
     for name in PROCESSOR:
         stage.get_parameter(name)
 
 
 @trial(serves=["F3", "I6"], parameters={"max_linear_speed": 0.25})
 def slow_robot(stage: Stage) -> None:
-    """The speed limit is set to half of its default at the start."""
+    """Start the controller with half the default speed limit."""
     stage.run(0.3)
     stage.call("set_speed", speed=0.375)
     stage.run(0.3)
@@ -43,7 +43,7 @@ def slow_robot(stage: Stage) -> None:
 
 @trial(serves=["I6"], world="wall_ahead", parameters={"obstacle_detection_threshold": 1.0})
 def far_sighted_robot(stage: Stage) -> None:
-    """The obstacle threshold is set to twice its default at the start."""
+    """Start the controller with twice the default obstacle threshold."""
     stage.run(0.3)
     stage.call("set_speed", speed=0.25)
     stage.run(7.0)
@@ -51,7 +51,7 @@ def far_sighted_robot(stage: Stage) -> None:
 
 @trial(serves=["I6"])
 def senseless_settings(stage: Stage) -> None:
-    """Parameters of the running controller are set to values that make no sense, then one that does."""
+    """Set parameters of the running controller to invalid values, then one to a valid value."""
     stage.run(0.3)
     for name in CONTROLLER:
         if name != "robot_name":
@@ -64,7 +64,7 @@ def senseless_settings(stage: Stage) -> None:
 
 @trial(serves=["I6"], node="sensor_processor")
 def senseless_settings_processor(stage: Stage) -> None:
-    """Parameters of the running sensor processor are set to values that make no sense, then one that does."""
+    """Set parameters of the running sensor processor to invalid values, then one to a valid value."""
     stage.run(0.3)
     for name in PROCESSOR:
         stage.set_parameter(name, -5.0)
@@ -75,19 +75,19 @@ def senseless_settings_processor(stage: Stage) -> None:
 
 @trial(serves=["I6"], parameters={"max_linear_speed": -1.0})
 def senseless_start(stage: Stage) -> None:
-    """The controller is started with a speed limit below zero."""
+    """Start the controller with a negative speed limit."""
     stage.get_parameter("max_linear_speed")
 
 
 @trial(serves=["I6"], node="sensor_processor", parameters={"fusion_frequency": 0.0})
 def senseless_start_processor(stage: Stage) -> None:
-    """The sensor processor is started with a rate of zero."""
+    """Start the sensor processor with a rate of zero."""
     stage.get_parameter("fusion_frequency")
 
 
 @trial(serves=["I7"])
 def standing_clock(stage: Stage) -> None:
-    """The clock stands still for a while, then goes on; the robot drives, so that there is something to say."""
+    """Stop the clock for a while as the robot drives."""
     stage.call("set_speed", speed=0.25)
     stage.run(2.0)
     stage.choices["held"] = stage.freeze_clock(1.0)
@@ -96,7 +96,7 @@ def standing_clock(stage: Stage) -> None:
 
 @trial(serves=["I7"], node="sensor_processor")
 def standing_clock_processor(stage: Stage) -> None:
-    """The clock stands still for a while beside the sensor processor."""
+    """Stop the clock for a while as the sensor processor runs."""
     stage.run(2.0)
     stage.choices["held"] = stage.freeze_clock(1.0)
     stage.run(1.0)
@@ -104,14 +104,14 @@ def standing_clock_processor(stage: Stage) -> None:
 
 @trial(serves=["I8"])
 def interrupted_idle(stage: Stage) -> None:
-    """Ctrl-C while the robot stands."""
+    """Press Ctrl-C while the robot stands still."""
     stage.run(0.5)
     stage.interrupt()
 
 
 @trial(serves=["I8"])
 def interrupted_driving(stage: Stage) -> None:
-    """Ctrl-C while the robot drives."""
+    """Press Ctrl-C while the robot is driving."""
     stage.run(0.3)
     stage.call("set_speed", speed=0.375)
     stage.run(1.5)
@@ -120,7 +120,7 @@ def interrupted_driving(stage: Stage) -> None:
 
 @trial(serves=["I8"])
 def interrupted_navigating(stage: Stage) -> None:
-    """Ctrl-C while the robot drives to a goal."""
+    """Press Ctrl-C while the robot is driving to a goal."""
     stage.run(0.3)
     pose = stage.simulator.odometry().pose
     stage.navigate(pose.x + 3.0 * math.cos(pose.yaw), pose.y + 3.0 * math.sin(pose.yaw))
@@ -130,6 +130,6 @@ def interrupted_navigating(stage: Stage) -> None:
 
 @trial(serves=["I8"], node="sensor_processor")
 def interrupted_processor(stage: Stage) -> None:
-    """Ctrl-C while the sensor processor publishes."""
+    """Press Ctrl-C while the sensor processor is publishing."""
     stage.run(0.5)
     stage.interrupt()

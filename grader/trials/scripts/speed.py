@@ -1,4 +1,4 @@
-"""Trials of the set_speed service. Limits are tested with numbers that float32 holds exactly."""
+"""Trials of the set_speed service, with speeds that float32 represents exactly."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _limit(stage: Stage, speed: float) -> None:
 
 @trial(serves=["F2", "F11"])
 def drive_forward(stage: Stage) -> None:
-    """A speed within the limit, then the limit itself, then straight back, in an open field."""
+    """Drive below the speed limit, at the limit, then backwards."""
     stage.run(0.5)
     stage.call("set_speed", speed=stage.choose("speed", [0.125, 0.1875, 0.25, 0.375]))
     _cruise(stage)
@@ -43,7 +43,7 @@ def drive_forward(stage: Stage) -> None:
 
 @trial(serves=["F2"])
 def drive_backward(stage: Stage) -> None:
-    """A negative speed in an open field, then the limit itself, then no speed at all."""
+    """Drive backwards below the speed limit, at the limit, then stop."""
     stage.run(0.5)
     stage.call("set_speed", speed=-stage.choose("speed", [0.125, 0.1875, 0.25, 0.375]))
     _cruise(stage)
@@ -56,7 +56,7 @@ def drive_backward(stage: Stage) -> None:
 
 @trial(serves=["F3"])
 def refuse_speed(stage: Stage) -> None:
-    """A good speed, then speeds above the limit on both sides and speeds that are no numbers."""
+    """Set a valid speed, then speeds beyond the limits, NaN and infinities."""
     stage.run(0.5)
     stage.call("set_speed", speed=stage.choose("speed", [0.125, 0.25]))
     stage.run(_SETTLED_S)
