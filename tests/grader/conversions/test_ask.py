@@ -1,4 +1,4 @@
-"""The package's conversions are asked behind a wall; whatever comes back is data, and nobody waits for it."""
+"""The package's conversions are called in a sandbox. Whatever it leaves is data, and the grader never hangs on it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ HONEST = (KIT / "solution_pkg/ros2_robot_controller/ros2_robot_controller/utils/
 
 
 def asked(tmp_path: Path, more: str) -> list[FunctionAnswer]:
-    """Return what the reference's functions answer when their module says `more`."""
+    """Return what the reference's functions answer when `more` is added to their module."""
     package = tmp_path / ros_env.SITE_IN_PREFIX / "ros2_robot_controller"
     (package / "utils").mkdir(parents=True)
     (package / "__init__.py").touch()
@@ -26,7 +26,7 @@ def asked(tmp_path: Path, more: str) -> list[FunctionAnswer]:
     return ask_conversions(tmp_path, seed=1)
 
 
-def test_the_references_functions_answer(tmp_path: Path):
+def test_the_reference_answers_every_question(tmp_path: Path):
     answers = asked(tmp_path, "")
     assert len(answers) > 40
     assert not [answer for answer in answers if answer.problem]
@@ -43,7 +43,7 @@ def test_the_references_functions_answer(tmp_path: Path):
     ],
     ids=["a pipe", "a number without end", "a list without end", "a link", "folders without end"],
 )
-def test_what_is_no_answer_is_none(tmp_path: Path, attack: str):
+def test_anything_but_answers_counts_as_no_answer(tmp_path: Path, attack: str):
     answers = asked(tmp_path, f"import os\nif 'conversions_worker.py' in __import__('sys').argv[0]: {attack}")
     assert len(answers) > 40
     assert not [answer for answer in answers if answer.answer]

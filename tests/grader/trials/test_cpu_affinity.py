@@ -1,4 +1,4 @@
-"""A node that crawls on several cores is held to one, for as long as that helps. Nobody else is held."""
+"""A node that is slow on several cores is pinned to one, for as long as that helps. Other nodes never are."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ CORES = [0, 1, 2, 3]
 
 
 class Node:
-    """A node that takes `alone` seconds of work a tick on one core, and `spread` on several."""
+    """A node that takes `pinned` seconds of work a tick on one core, and `spread` on several."""
 
-    def __init__(self, spread: float, alone: float) -> None:
-        self.spread, self.alone = spread, alone
-        self.cores, self.seconds, self.times_held = len(CORES), 0.0, 0
+    def __init__(self, spread: float, pinned: float) -> None:
+        self.spread, self.pinned = spread, pinned
+        self.cores, self.seconds, self.times_pinned = len(CORES), 0.0, 0
 
     def pin_to(self, cores: Iterable[int]) -> None:
         self.cores = len(list(cores))
-        self.times_held += self.cores == 1
+        self.times_pinned += self.cores == 1
 
     def run(self, ticks: int) -> None:
-        one_core = AffinityTuner(self, lambda: self.seconds)
+        tuner = AffinityTuner(self, lambda: self.seconds)
         for _ in range(ticks):
-            self.seconds += self.alone if self.cores == 1 else self.spread
-            one_core.tick()
+            self.seconds += self.pinned if self.cores == 1 else self.spread
+            tuner.tick()
 
 
 @pytest.fixture(autouse=True)
@@ -37,34 +37,34 @@ def four_cores(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(os, "sched_getaffinity", lambda _pid: set(CORES))
 
 
-def test_a_node_that_crawls_on_several_cores_is_held_to_one():
-    node = Node(spread=0.120, alone=0.007)
+def test_a_node_that_is_slow_on_several_cores_is_pinned_to_one():
+    node = Node(spread=0.120, pinned=0.007)
     node.run(200)
-    assert (node.cores, node.times_held) == (1, 1)
+    assert (node.cores, node.times_pinned) == (1, 1)
 
 
-def test_a_node_that_crawls_on_one_core_too_is_let_go_for_good():
-    node = Node(spread=0.120, alone=0.110)
+def test_a_node_that_is_slow_on_one_core_too_is_unpinned_for_good():
+    node = Node(spread=0.120, pinned=0.110)
     node.run(200)
-    assert (node.cores, node.times_held) == (4, 1)
+    assert (node.cores, node.times_pinned) == (4, 1)
 
 
-def test_a_node_that_keeps_up_is_never_held():
-    node = Node(spread=0.005, alone=0.001)
+def test_a_node_that_keeps_up_is_never_pinned():
+    node = Node(spread=0.005, pinned=0.001)
     node.run(200)
-    assert node.times_held == 0
+    assert node.times_pinned == 0
 
 
-def test_nobody_is_held_where_there_is_one_core_only(monkeypatch: pytest.MonkeyPatch):
+def test_no_node_is_pinned_where_there_is_only_one_core(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(os, "sched_getaffinity", lambda _pid: {2})
-    node = Node(spread=0.120, alone=0.007)
+    node = Node(spread=0.120, pinned=0.007)
     node.run(200)
-    assert node.times_held == 0
+    assert node.times_pinned == 0
 
 
 @pytest.mark.sandbox
 @pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="needs two cores")
-def test_a_whole_wall_is_held_with_the_threads_that_it_starts_later(monkeypatch: pytest.MonkeyPatch):
+def test_threads_that_a_pinned_sandbox_starts_later_are_pinned_too(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.undo()
     later = (
         "import os, threading, time\n"

@@ -1,4 +1,4 @@
-"""Calls that others make are passed on and put on record, also where the first request is lost."""
+"""Calls made by others are forwarded and recorded, even if the first request is lost."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ DOMAIN = 60 + os.getpid() % 40
 
 @pytest.fixture
 def graph() -> Iterator[tuple[Node, SingleThreadedExecutor]]:
-    """A node of its own context, and what serves it."""
+    """A node in a context of its own, and its executor."""
     context = Context()
     rclpy.init(context=context, domain_id=DOMAIN)
     node = rclpy.create_node("caller", context=context)
@@ -50,8 +50,8 @@ def offer(node: Node, name: str) -> None:
     node.create_service(SetBool, name, answer)
 
 
-def test_a_call_made_before_the_node_was_found_is_answered_when_it_is(graph):
-    """DDS drops a request that nobody listens to; two gradings in a row lost the demonstration's points by it."""
+def test_a_call_made_before_the_node_is_discovered_is_answered_afterwards(graph):
+    """DDS drops a request without a listener; two gradings in a row lost the demonstration's points that way."""
     node, executor = graph
     seen: list[tuple[str, bool, bool]] = []
     noted = threading.Event()
@@ -60,9 +60,9 @@ def test_a_call_made_before_the_node_was_found_is_answered_when_it_is(graph):
         seen.append((name, request.data, answer.success))
         noted.set()
 
-    relay = ServiceProxy(DOMAIN, {"switch": (SetBool, "behind/switch")}, note)
+    proxy = ServiceProxy(DOMAIN, {"switch": (SetBool, "behind/switch")}, note)
     try:
-        assert not relay.is_ready()
+        assert not proxy.is_ready()
         client = node.create_client(SetBool, "switch")
         assert spin_until(executor, client.service_is_ready)
         first, second = (client.call_async(SetBool.Request(data=data)) for data in (True, False))
@@ -70,7 +70,7 @@ def test_a_call_made_before_the_node_was_found_is_answered_when_it_is(graph):
         offer(node, "behind/switch")
         assert spin_until(executor, lambda: first.done() and second.done())
         assert (first.result().success, second.result().success) == (True, False)
-        assert relay.is_ready()
+        assert proxy.is_ready()
         assert sorted(seen) == [("switch", False, False), ("switch", True, True)]
     finally:
-        relay.close()
+        proxy.close()

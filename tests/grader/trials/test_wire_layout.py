@@ -1,4 +1,4 @@
-"""Messages that a submission has laid out in another way than the contract are read in its way."""
+"""Messages with fields in another order than the contract's are read in the submission's order."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CONTRACT = SimpleNamespace(
 HEADER = struct.pack("<4siI I10s2x", b"\0\1\0\0", 7, 500, 10, b"base_link\0")
 
 
-def test_exchanged_fields_are_told_apart():
+def test_exchanged_fields_are_read_by_their_names():
     read = reader("std_msgs/Header header\nfloat32 battery  # percent\nfloat32 distance\n", CONTRACT)
     assert read is not None
     assert read(HEADER + struct.pack("<ff", 99.0, 1.5)) == {
@@ -25,7 +25,7 @@ def test_exchanged_fields_are_told_apart():
     }
 
 
-def test_a_number_of_another_size_is_read_in_its_size():
+def test_a_number_of_another_size_is_read_in_that_size():
     read = reader("std_msgs/msg/Header header\nfloat64 distance\nfloat32 battery\n", CONTRACT)
     assert read is not None
     found = read(HEADER + struct.pack("<df", 1.5, 99.0))
@@ -47,30 +47,22 @@ def test_a_number_of_another_size_is_read_in_its_size():
         "\x00\x1b[31m",
     ],
     ids=[
-        "the contract's",
-        "renamed",
-        "left out",
-        "a text",
-        "an array",
-        "a constant",
-        "no header",
-        "a number",
-        "empty",
-        "rubbish",
+        "the contract's", "renamed", "left out", "a string", "an array", "a constant", "no header", "a number", "empty",
+        "garbage",
     ],
-)
-def test_any_other_is_read_as_the_contracts(text: str):
+)  # fmt: skip
+def test_any_other_definition_is_read_by_the_contracts_type(text: str):
     assert reader(text, CONTRACT) is None
 
 
 @pytest.mark.parametrize("data", [b"", b"\0\1\0\0", HEADER])
-def test_bytes_that_are_no_such_message_are_none(data: bytes):
+def test_bytes_that_are_not_such_a_message_are_none(data: bytes):
     read = reader("std_msgs/Header header\nfloat32 battery\nfloat32 distance\n", CONTRACT)
     assert read is not None
     assert read(data) is None
 
 
-def test_of_a_long_text_as_much_is_kept_as_of_any_other():
+def test_a_long_string_is_cut_like_any_other():
     read = reader("std_msgs/Header header\nfloat32 battery\nfloat32 distance\n", CONTRACT)
     assert read is not None
     found = read(struct.pack("<4siII", b"\0\1\0\0", 7, 500, 50_000) + b"x" * 49_999 + b"\0" + struct.pack("<ff", 1, 2))

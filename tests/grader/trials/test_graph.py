@@ -1,4 +1,4 @@
-"""What a node shows on the graph without rclpy, or for a moment only."""
+"""What a node shows on the graph for a moment only, or without rclpy."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import pytest
 pytestmark = [pytest.mark.ros]
 
 
-def test_a_topic_whose_name_rclpy_refuses_hides_no_other():
+def test_a_topic_whose_name_rclpy_rejects_hides_no_other_topic():
     from rclpy.qos import QoSReliabilityPolicy
 
     from grader.trials import graph
 
-    def ask(topic: str) -> list[Any]:
+    def info(topic: str) -> list[Any]:
         if " " in topic:
             raise ValueError("topic name is invalid")
         reliable = SimpleNamespace(reliability=QoSReliabilityPolicy.RELIABLE)
@@ -23,19 +23,21 @@ def test_a_topic_whose_name_rclpy_refuses_hides_no_other():
 
     observer: Any = SimpleNamespace(
         get_topic_names_and_types=lambda: [("/odd name!", ["t"]), ("/cmd_vel", ["t"])],
-        get_publishers_info_by_topic=ask,
-        get_subscriptions_info_by_topic=lambda topic: ask(topic)[:0],
+        get_publishers_info_by_topic=info,
+        get_subscriptions_info_by_topic=lambda topic: info(topic)[:0],
     )
     assert [endpoint.topic for endpoint in graph.endpoints(observer, "odd")] == ["cmd_vel"]
 
 
-def test_who_published_the_clock_for_a_moment_stays_on_record():
+def test_a_node_that_published_the_clock_for_a_moment_stays_on_record():
     from grader.trials import graph
 
-    there = [SimpleNamespace(node_name="simulator"), SimpleNamespace(node_name="false")]
-    observer: Any = SimpleNamespace(get_name=lambda: "simulator", get_publishers_info_by_topic=lambda _topic: there)
+    publishers = [SimpleNamespace(node_name="simulator"), SimpleNamespace(node_name="false")]
+    observer: Any = SimpleNamespace(
+        get_name=lambda: "simulator", get_publishers_info_by_topic=lambda _topic: publishers
+    )
     first = graph.foreign_publishers(observer, ["/clock"])
     assert first == ["/clock by false"]
-    del there[1]
+    del publishers[1]
     assert graph.foreign_publishers(observer, ["/clock"]) == []
     assert graph.foreign_publishers(observer, ["/clock"], first) == first
