@@ -28,23 +28,23 @@ def seen(end: evidence.ProcessEnd | None, *, calls: bool = True, goals: bool = T
     return judged(demonstration, untouched(), trials={"demo": trial})
 
 
-def test_a_demonstration_that_shows_both_and_ends_well():
+def test_a_demonstration_of_both_that_exits_with_0_gets_full_marks():
     assert seen(WELL).share == 1.0
 
 
-def test_no_script(tmp_path: Path):
+def test_a_missing_script_gets_nothing(tmp_path: Path):
     """Blatant."""
     result = judged(demonstration, facts(written(tmp_path, {"scripts/show.py": "X = 1\n"})))
     assert result.share == 0.0
     assert "there is no scripts/demo.py" in result.seen
 
 
-def test_a_script_that_only_ends_well_has_shown_nothing():
+def test_a_script_that_only_exits_with_0_gets_nothing():
     """Blatant: `sys.exit(0)`."""
     assert seen(WELL, calls=False, goals=False).share == 0.0
 
 
-def test_a_script_that_ends_with_a_traceback():
+def test_a_script_that_ends_with_a_traceback_gets_nothing():
     """Blatant."""
     result = seen(
         replace(WELL, exit_code=1, output_tail="Traceback\nNameError: name 'rclpy'\n"), calls=False, goals=False
@@ -53,33 +53,33 @@ def test_a_script_that_ends_with_a_traceback():
     assert "NameError: name 'rclpy'" in result.seen
 
 
-def test_a_script_without_the_action():
+def test_a_script_without_the_action_loses_a_quarter():
     """Subtle."""
     result = seen(WELL, goals=False)
     assert result.share == 0.75
     assert "no goal" in result.seen
 
 
-def test_a_script_without_a_service():
+def test_a_script_without_a_service_loses_a_quarter():
     """Subtle."""
     assert seen(WELL, calls=False).share == 0.75
 
 
-def test_a_script_that_never_ends():
-    """Subtle: everything is shown, but nobody says when it is over."""
+def test_a_script_that_never_ends_loses_half():
+    """Subtle: it shows everything, but never that it is over."""
     result = seen(replace(WELL, by="us", exit_code=None, wall_seconds=61.0))
     assert result.share == 0.5
     assert "had not ended after 61 s" in result.seen
 
 
-def test_a_node_that_died_meanwhile_is_not_the_demonstrations_fault():
+def test_a_node_that_dies_meanwhile_is_not_held_against_the_demonstration():
     result = seen(replace(WELL, by="us", exit_code=None), ended="the node ended at 3.00 s with exit status 1")
     assert result.reached is False
     assert "the node ended at 3.00 s" in result.seen
 
 
-def test_services_that_are_not_the_contracts_cannot_be_judged():
-    """They cost I3 its points; the observer cannot see calls of another type."""
+def test_services_of_other_types_cannot_be_judged():
+    """They cost points in I3; the observer cannot see calls of another type."""
     build = evidence.Build(True, True, 0, 0, False, "", contract_hashes={"srv/SetSpeed": "RIHS01_a"})
     trial = evidence.Trial(
         "demo", "robot_controller", "open_field", 0, ready=True, pace="real time", ended="",
@@ -90,7 +90,7 @@ def test_services_that_are_not_the_contracts_cannot_be_judged():
     assert "srv/SetSpeed" in result.seen
 
 
-def test_a_robot_that_did_not_come_up_is_not_the_demonstrations_fault():
+def test_a_node_that_does_not_come_up_is_not_held_against_the_demonstration():
     result = seen(None, ended="the node ended before it came up, with exit status 1")
     assert result.reached is False
 
@@ -113,12 +113,12 @@ def report(*cases: tuple[str, str], root: str = "testsuites") -> str:
     return f'<?xml version="1.0"?><{root}><testsuite name="pytest">{inner}</testsuite></{root}>'
 
 
-def told(tmp_path: Path, xml: str | bytes, tests: dict[str, str] = TESTS) -> Judged:
+def result_of(tmp_path: Path, xml: str | bytes, tests: dict[str, str] = TESTS) -> Judged:
     return judged(results, facts(written(tmp_path, {**tests, "test_results.xml": xml}), tests=True))
 
 
-def test_the_report_of_the_packages_own_tests(tmp_path: Path):
-    assert told(tmp_path, report(*CASES)).share == 1.0
+def test_the_report_of_the_packages_own_tests_gets_full_marks(tmp_path: Path):
+    assert result_of(tmp_path, report(*CASES)).share == 1.0
 
 
 @pytest.mark.parametrize(
@@ -131,49 +131,49 @@ def test_the_report_of_the_packages_own_tests(tmp_path: Path):
         ([*CASES, ("test.test_robot_controller", "test_b[1.0-y]")], "parametrized"),
     ],
 )  # fmt: skip
-def test_wherever_the_tests_were_started(tmp_path: Path, cases: list[tuple[str, str]], way: str):
-    assert told(tmp_path, report(*cases)).share == 1.0, way
+def test_the_folder_where_pytest_was_started_does_not_matter(tmp_path: Path, cases: list[tuple[str, str]], way: str):
+    assert result_of(tmp_path, report(*cases)).share == 1.0, way
 
 
 def test_a_bare_testsuite_is_a_report_too(tmp_path: Path):
     inner = "".join(f'<testcase classname="{where}" name="{name}" />' for where, name in CASES)
-    assert told(tmp_path, f"<testsuite>{inner}</testsuite>").share == 1.0
+    assert result_of(tmp_path, f"<testsuite>{inner}</testsuite>").share == 1.0
 
 
-def test_a_failed_test_is_reported_all_the_same(tmp_path: Path):
-    """Whether the tests pass is T1's matter."""
+def test_a_failed_test_costs_nothing_here(tmp_path: Path):
+    """T1 judges whether the tests pass."""
     xml = report(*CASES).replace('name="test_a" time="0.1" />', 'name="test_a"><failure message="no"/></testcase>')
-    assert told(tmp_path, xml).share == 1.0
+    assert result_of(tmp_path, xml).share == 1.0
 
 
-def test_no_report(tmp_path: Path):
+def test_a_missing_report_gets_nothing(tmp_path: Path):
     """Blatant."""
     result = judged(results, facts(reference(tmp_path, files={"test_results.xml": None})))
     assert result.share == 0.0
     assert "--junitxml" in result.try_
 
 
-def test_the_report_of_another_package(tmp_path: Path):
+def test_the_report_of_another_package_gets_nothing(tmp_path: Path):
     """Blatant."""
-    result = told(tmp_path, report(("test.test_pep257", "test_pep257"), ("test.test_flake8", "test_flake8")))
+    result = result_of(tmp_path, report(("test.test_pep257", "test_pep257"), ("test.test_flake8", "test_flake8")))
     assert result.share == 0.0
     assert "not in the package: test.test_flake8::test_flake8" in result.seen
 
 
-def test_a_report_from_before_the_last_test(tmp_path: Path):
+def test_a_report_without_the_last_test_loses_a_share(tmp_path: Path):
     """Subtle."""
-    result = told(tmp_path, report(*CASES[:2]))
+    result = result_of(tmp_path, report(*CASES[:2]))
     assert result.share == pytest.approx(2 / 3)
     assert "not in the report: test_sensor_processor::test_c" in result.seen
 
 
-def test_a_report_with_a_test_that_is_gone(tmp_path: Path):
+def test_a_report_with_a_removed_test_loses_a_share(tmp_path: Path):
     """Subtle."""
-    assert told(tmp_path, report(*CASES, ("test.test_robot_controller", "test_old"))).share == pytest.approx(3 / 4)
+    assert result_of(tmp_path, report(*CASES, ("test.test_robot_controller", "test_old"))).share == pytest.approx(3 / 4)
 
 
 def test_a_package_without_tests_has_nothing_to_report(tmp_path: Path):
-    assert told(tmp_path, report(*CASES), tests={}).share == 0.0
+    assert result_of(tmp_path, report(*CASES), tests={}).share == 0.0
 
 
 BOMB = '<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]><testsuites>&b;</testsuites>'
@@ -192,7 +192,7 @@ BOMB = '<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a
         ('<?xml version="1.0" encoding="no-such"?><testsuites/>', "is not XML"),
     ],
 )
-def test_what_is_no_report_is_said_and_never_expanded(tmp_path: Path, xml: str | bytes, said: str):
-    result = told(tmp_path, xml)
+def test_other_files_are_reported_and_never_expanded(tmp_path: Path, xml: str | bytes, said: str):
+    result = result_of(tmp_path, xml)
     assert result.share == 0.0
     assert said in result.seen

@@ -1,4 +1,4 @@
-"""Q1 to Q4 look at all that can run: no place, name, size or comment takes bad code out of sight."""
+"""Q1 to Q4 look at all code that can run: no place, name, size or comment hides bad code."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ def names(package: Path) -> list[str]:
     return [source.path for source in source_files.find(package)]
 
 
-def told(package: Path, path: str) -> set[str]:
-    """Return what our reader finds wrong in one file."""
+def problems(package: Path, path: str) -> set[str]:
+    """Return the kinds of findings in one file."""
     quality = facts(package)
     habits = {finding.rule for finding in quality.habits if finding.path == path}
     copied = {"copy" for copy in quality.copies if any(place.startswith(f"{path}:") for place in copy.places)}
@@ -68,7 +68,7 @@ def told(package: Path, path: str) -> set[str]:
 EVERYTHING = {"print", "bare-except", "mutable-default", "copy", "undocumented"}
 
 
-# -- where the code lies ----------------------------------------------------------------------------------------------
+# -- where the code is -----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -92,17 +92,17 @@ EVERYTHING = {"print", "bare-except", "mutable-default", "copy", "undocumented"}
 )
 def test_a_module_is_read_wherever_the_build_takes_it_from(tmp_path: Path, path: str):
     text = BAD if path.endswith(".py") else f"#!/usr/bin/env python3\n{BAD}"
-    assert told(written(tmp_path, {path: text}), path) == EVERYTHING
+    assert problems(written(tmp_path, {path: text}), path) == EVERYTHING
 
 
-def test_a_virtual_environments_mark_hides_nothing_in_the_packages_own_folders(tmp_path: Path):
+def test_a_pyvenv_cfg_hides_nothing_in_the_packages_own_folders(tmp_path: Path):
     package = written(tmp_path, {"ros2_robot_controller/in/pyvenv.cfg": "", "ros2_robot_controller/in/bad.py": BAD})
     package = written(package, {"scripts/pyvenv.cfg": "", "scripts/bad.py": BAD})
     assert names(package) == ["ros2_robot_controller/in/bad.py", "scripts/bad.py"]
 
 
 @pytest.mark.parametrize("folder", [".github", "venv"])
-def test_what_the_build_installs_is_no_tools_folder(tmp_path: Path, folder: str):
+def test_a_tools_folder_is_read_if_the_build_installs_it(tmp_path: Path, folder: str):
     package = written(tmp_path, {f"{folder}/pyvenv.cfg": "", f"{folder}/bad.py": BAD})
     assert names(package) == []
     excluded = f'install(DIRECTORY . DESTINATION x PATTERN "{folder}" EXCLUDE)  # not {folder}\n'
@@ -113,14 +113,14 @@ def test_what_the_build_installs_is_no_tools_folder(tmp_path: Path, folder: str)
 
 @pytest.mark.parametrize("first", ["#!/usr/bin/env python3", "#!/usr/bin/python3 -u", "#! /usr/bin/env -S python3 -u"])
 def test_a_program_without_py_is_read_as_a_script(tmp_path: Path, first: str):
-    """It may print, like any script, and like any script it has docstrings and good habits."""
+    """It may print like any script, and needs docstrings and good habits like any script."""
     package = written(tmp_path, {"scripts/robot_controller": f"{first}\n{BAD}"})
-    assert told(package, "scripts/robot_controller") == EVERYTHING - {"print"}
+    assert problems(package, "scripts/robot_controller") == EVERYTHING - {"print"}
     assert role("scripts/robot_controller") == role("nodes/robot_controller") == "script"
 
 
 def test_a_program_without_py_is_linted(tmp_path: Path):
-    """Under a name, too, that flake8 leaves out by itself."""
+    """Also under a name that flake8 skips by itself."""
     program = f"#!/usr/bin/env python3\n{BAD}"
     quality = with_flake8(written(tmp_path, {"scripts/robot_controller": program, "scripts/CVS": program}))
     assert {(finding.path, finding.rule) for finding in quality.style} >= {
@@ -140,7 +140,7 @@ def test_a_program_without_py_is_linted(tmp_path: Path):
     ],
     ids=["a shell script", "a marker", "texts", "an editor's copies"],
 )
-def test_other_files_are_no_programs_in_python(tmp_path: Path, files: dict[str, str | bytes | None]):
+def test_other_files_are_not_python_programs(tmp_path: Path, files: dict[str, str | bytes | None]):
     assert names(written(tmp_path, files)) == []
 
 
@@ -158,9 +158,9 @@ def test_tests_are_tests_where_pytest_is_started():
 # -- what cannot be read ----------------------------------------------------------------------------------------------
 
 
-def test_a_long_comment_takes_no_module_out_of_sight(tmp_path: Path):
+def test_a_long_comment_does_not_hide_a_module(tmp_path: Path):
     package = written(tmp_path, {"m/bad.py": f"# {'x ' * 2500}x\n{BAD}"})
-    assert told(package, "m/bad.py") == EVERYTHING
+    assert problems(package, "m/bad.py") == EVERYTHING
     quality = with_flake8(package)
     assert [file.problem for file in quality.files] == [""]
     assert {"E501", "E201"} <= {finding.rule for finding in quality.style}
@@ -180,21 +180,21 @@ def test_a_long_name_does_not_make_the_evidence_long(tmp_path: Path):
 
 @pytest.fixture(scope="module")
 def hidden(tmp_path_factory: pytest.TempPathFactory) -> Quality:
-    """The reference with a bad module beside it that runs and cannot be read."""
+    """Return the reference beside a bad module that runs and cannot be read."""
     files = {"ros2_robot_controller/bad.py": TOO_DEEP + BAD}
     return with_linters(reference(tmp_path_factory.mktemp("hidden"), files=files))
 
 
 @pytest.mark.parametrize("check", [COMPLEXITY, COPIES, HABITS, SLEEPING], ids=lambda check: check.__name__)
-def test_what_cannot_be_read_keeps_no_rule(hidden: Quality, check: Check):
-    """A finding in each ten of its 47 lines: as many as there may be."""
+def test_an_unreadable_module_counts_as_many_findings(hidden: Quality, check: Check):
+    """A finding for every ten of its 47 lines costs all points."""
     result = judged(check, hidden)
     assert result.share == 0.0
     assert "ros2_robot_controller/bad.py nests brackets more than 100 deep" in result.seen
 
 
 @pytest.mark.parametrize("check", [DOCSTRINGS, RULES, CONVERSIONS, ANNOTATIONS], ids=lambda check: check.__name__)
-def test_what_cannot_be_read_loses_its_part(hidden: Quality, check: Check):
+def test_an_unreadable_module_costs_its_share(hidden: Quality, check: Check):
     ours = sum(file.lines for file in untouched().files if role(file.path) not in ("test", "setup"))
     theirs = next(file.lines for file in hidden.files if file.problem)
     result = judged(check, hidden)
@@ -202,21 +202,21 @@ def test_what_cannot_be_read_loses_its_part(hidden: Quality, check: Check):
     assert "ros2_robot_controller/bad.py nests brackets" in result.seen
 
 
-def test_definitions_that_cannot_be_read_count_as_bare(hidden: Quality):
+def test_definitions_in_an_unreadable_module_count_as_undocumented(hidden: Quality):
     bare = {thing.name: thing for thing in hidden.definitions if thing.path.endswith("/bad.py")}
     assert set(bare) == {"ros2_robot_controller/bad.py", "decide", "again"}
     assert not any(thing.documented for thing in bare.values())
     assert bare["decide"].unannotated
 
 
-def test_a_small_file_that_cannot_be_read_loses_little(tmp_path: Path):
+def test_a_small_unreadable_file_costs_little(tmp_path: Path):
     """One finding, and not the whole rule."""
     quality = facts_with(SourceFile("m/a.py", 400), SourceFile("m/b.py", 3, "is not valid Python: line 2"))
     assert judged(COMPLEXITY, quality).share == 0.75
     assert judged(DOCSTRINGS, quality).share == pytest.approx(400 / 403)
 
 
-def test_a_test_that_cannot_be_read_is_no_part_of_what_the_nodes_do():
+def test_an_unreadable_test_costs_points_for_style_only():
     quality = facts_with(SourceFile("m/a.py", 400), SourceFile("test/test_b.py", 300, "is not valid Python: line 2"))
     assert judged(COMPLEXITY, quality).share == judged(DOCSTRINGS, quality).share == 1.0
     assert judged(STYLE, quality).share < 1.0
@@ -226,21 +226,21 @@ def facts_with(*files: SourceFile) -> Quality:
     return replace(untouched(), files=list(files))
 
 
-def test_lines_of_any_length_weigh_in_a_file_that_cannot_be_read():
+def test_long_lines_count_as_several_in_an_unreadable_file():
     assert source_files.Source("m/a.py", b"x = 1\n" * 20).rough_lines == 20
     assert source_files.Source("m/a.py", b"x = 1;" * 400).rough_lines == 25
 
 
-# -- decoys -----------------------------------------------------------------------------------------------------------
+# -- padding ----------------------------------------------------------------------------------------------------------
 
 NUMBERS_ONLY = "".join(f"N{n} = {n}\n" for n in range(1_000))
 BULK = NUMBERS_ONLY + "# and so on\n" * 15_000
 
 
-def test_decoys_do_not_push_the_contracts_files_out(tmp_path: Path):
-    decoys = {f"ros2_robot_controller/a{n}.py": BULK for n in range(8)}
-    decoys |= {f"a{n}/a.py": "X = 1\n" for n in range(reading_limits.MOST_FILES)}
-    found = {source.path: source for source in source_files.find(reference(tmp_path, files=decoys))}
+def test_the_contracts_files_are_read_before_padding(tmp_path: Path):
+    padding = {f"ros2_robot_controller/a{n}.py": BULK for n in range(8)}
+    padding |= {f"a{n}/a.py": "X = 1\n" for n in range(reading_limits.MOST_FILES)}
+    found = {source.path: source for source in source_files.find(reference(tmp_path, files=padding))}
     assert not found[CONTROLLER].problem
     assert found["launch/robot_controller_launch.py"].data
 
@@ -255,7 +255,7 @@ def test_decoys_do_not_push_the_contracts_files_out(tmp_path: Path):
     ],
     ids=["bytes", "files", "one file", "definitions"],
 )
-def test_beyond_a_bound_nothing_is_shown(tmp_path: Path, files: dict[str, str | bytes | None], said: str):
+def test_a_package_beyond_a_reading_limit_gets_nothing(tmp_path: Path, files: dict[str, str | bytes | None], said: str):
     package = reference(tmp_path, files=files)
     quality = facts(package, tests=True)
     unread = [SourceFile(found.path, 0, found.problem) for found in source_files.find(package) if found.problem]
@@ -270,8 +270,7 @@ def facts_of(quality: Quality, unread: list[SourceFile]) -> Quality:
     return replace(quality, files=[*quality.files, *unread])
 
 
-def test_lines_of_constants_do_not_thin_out_the_findings(tmp_path: Path):
-    """45 bad lines are bad lines beside 2,000 numbers, too."""
+def test_lines_of_constants_do_not_dilute_the_findings(tmp_path: Path):
     bad = "x = [1,2 ]\n" * 45
     quality = with_flake8(written(tmp_path, {"m/a.py": NUMBERS_ONLY, "m/b.py": NUMBERS_ONLY, "m/c.py": bad}))
     assert sum(file.lines for file in quality.files) == reading_limits.MOST_CONSTANT_LINES
@@ -289,11 +288,11 @@ def test_lines_of_constants_do_not_thin_out_the_findings(tmp_path: Path):
         ("def f():\n    x = 1\n    return x\n", 0),
     ],
 )
-def test_constants_are_names_for_what_is_written_there(text: str, constants: int):
+def test_constant_lines_only_name_literals(text: str, constants: int):
     assert parse("m/a.py", text.encode()).constants == constants
 
 
-def test_no_file_and_no_package_is_more_than_so_many_lines():
+def test_the_counted_lines_of_files_and_packages_are_limited():
     assert reading_limits.counted_lines([SourceFile("m/a.py", 40_000)]) == 1000
     assert reading_limits.counted_lines([SourceFile(f"m/{n}.py", 900) for n in range(10)]) == 5000
     assert reading_limits.counted_lines([SourceFile("m/a.py", 700), SourceFile("m/b.py", 200)]) == 900
@@ -301,7 +300,7 @@ def test_no_file_and_no_package_is_more_than_so_many_lines():
     assert judged(STYLE, quality).share == 0.5
 
 
-# -- nobody else loses ------------------------------------------------------------------------------------------------
+# -- honest packages --------------------------------------------------------------------------------------------------
 
 
 def test_other_good_layouts_lose_nothing(tmp_path: Path):

@@ -1,4 +1,4 @@
-"""Text that is made to break a reader costs its own author points, and nobody else anything."""
+"""Text made to break a parser costs its author points and leaves everything else readable."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ HOSTILE: dict[str, bytes] = {
     "a long chain": b"x = " + b"\\\n + ".join([b"1"] * 20_000) + b"\n",
     "a long run of minus signs": b"x = " + b"-" * 1900 + b"1\n",
     "no such encoding": b"# -*- coding: no-such-thing -*-\nx = 1\n",
-    "bytes that are no UTF-8": b"x = '\xff\xfe'\n",
+    "bytes that are not UTF-8": b"x = '\xff\xfe'\n",
     "UTF-16": 'x = "hello"\n'.encode("utf-16"),
     "unfinished string": b"'''\n" * 3 + b"x = 1\n",
     "not decodable identifiers": "ℌ = 1\nx\u202e = 2\n".encode(),
@@ -34,7 +34,7 @@ HOSTILE: dict[str, bytes] = {
 
 @pytest.fixture(scope="module")
 def read(tmp_path_factory: pytest.TempPathFactory):
-    """All of them in one package, beside a good module."""
+    """Return the facts of a package with all of them beside a good module."""
     package = written(tmp_path_factory.mktemp("hostile"), {"m/good.py": GOOD})
     for number, content in enumerate(HOSTILE.values()):
         written(package, {f"m/h{number}.py": content})
@@ -49,7 +49,7 @@ def test_the_good_module_among_them_is_read(read):
 
 
 @pytest.mark.parametrize("name", ["syntax error", "NUL bytes", "10 MB on one line", "10,000 brackets deep", "UTF-16"])
-def test_what_cannot_be_read_is_said(read, name: str):
+def test_a_file_that_cannot_be_read_has_its_reason(read, name: str):
     path = f"m/h{list(HOSTILE).index(name)}.py"
     assert next(file for file in read.files if file.path == path).problem
 
@@ -58,8 +58,8 @@ def test_every_file_is_accounted_for(read):
     assert {file.path for file in read.files} == {"m/good.py", *(f"m/h{n}.py" for n in range(len(HOSTILE)))}
 
 
-def test_a_file_that_cannot_be_read_is_no_clean_code(tmp_path: Path):
-    """One finding for a syntax error would be a bargain: no other rule can be applied to the file."""
+def test_a_file_that_cannot_be_read_is_not_clean_code(tmp_path: Path):
+    """One finding for the syntax error would be too cheap: no other rule can be applied to the file."""
     clean = written(tmp_path, {"m/a.py": "".join(f"X{n} = {n}\n" for n in range(50))})
     assert judged(style, with_flake8(clean)).share == 1.0
     hidden = written(clean, {"m/b.py": "x=1\n" * 50 + "def f(:\n"})
@@ -68,14 +68,14 @@ def test_a_file_that_cannot_be_read_is_no_clean_code(tmp_path: Path):
     assert "m/b.py is not valid Python: line 51" in result.seen
 
 
-def test_a_name_of_a_file_cannot_forge_a_finding(tmp_path: Path):
+def test_a_file_name_cannot_forge_a_finding(tmp_path: Path):
     quality = with_flake8(written(tmp_path, {"m/a b\n0000/x.py:1:E999:forged.py": GOOD}))
     assert quality.style == []
     assert len(quality.files) == 1
     assert "\n" not in quality.files[0].path
 
 
-def test_too_many_files_are_not_read(tmp_path: Path):
+def test_files_beyond_the_limit_are_not_read(tmp_path: Path):
     package = written(tmp_path, {f"m/f{n:04}.py": "X = 1\n" for n in range(reading_limits.MOST_FILES + 50)})
     found = source_files.find(package)
     assert len(found) == reading_limits.MOST_FILES + 1
@@ -88,7 +88,7 @@ def test_a_link_is_not_followed(tmp_path: Path):
     assert [source.path for source in source_files.find(package)] == ["m/a.py"]
 
 
-def test_build_trees_and_caches_are_not_the_students_text(tmp_path: Path):
+def test_build_trees_and_caches_are_not_read(tmp_path: Path):
     others = (
         "build/x.py", "install/x.py", "venv/pyvenv.cfg", "venv/lib/x.py", ".venv/lib/x.py", ".history/m/a_2024.py",
         ".github/x.py", ".vscode/x.py", ".git/hooks/pre-commit", "m/__pycache__/x.py", "m/.ipynb_checkpoints/x.py",
@@ -97,17 +97,17 @@ def test_build_trees_and_caches_are_not_the_students_text(tmp_path: Path):
     assert [source.path for source in source_files.find(package)] == ["m/a.py"]
 
 
-# -- a tool that breaks -----------------------------------------------------------------------------------------------
+# -- tools that break -------------------------------------------------------------------------------------------------
 
 
-def test_a_file_that_breaks_the_tool_is_found_and_the_rest_read():
+def test_a_file_that_breaks_the_tool_is_named_and_the_rest_read():
     def run(items):
         return None if "bad" in items else f"read {len(items)}"
 
     assert bisect_failures.run_without_culprits(run, ["a", "bad", "b"]) == ("read 2", ["bad"])
 
 
-def test_one_run_is_enough_where_nothing_breaks():
+def test_one_run_is_enough_if_nothing_breaks():
     runs = []
     assert bisect_failures.run_without_culprits(lambda items: runs.append(items) or "ok", ["a", "b"]) == ("ok", [])
     assert len(runs) == 1

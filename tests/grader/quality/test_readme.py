@@ -1,4 +1,4 @@
-"""Q5: the README's words, and its table against the running nodes."""
+"""Q5: the README's words, and its table compared with the running nodes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TRUE = (REFERENCE / "README.md").read_text()
 
 
 def running() -> dict[str, evidence.Trial]:
-    """Return the two trials in which nobody asks for anything, with the graph that the reference shows."""
+    """Return the two idle trials with the graph that the reference shows."""
     seen = {
         "robot_controller": [
             ("subscription", "scan", "sensor_msgs/msg/LaserScan"),
@@ -71,26 +71,26 @@ def compared(tmp_path: Path, text: str, **more: object) -> Judged:
 # -- words ------------------------------------------------------------------------------------------------------------
 
 
-def test_no_readme(tmp_path: Path):
+def test_a_missing_readme_gets_nothing(tmp_path: Path):
     """Blatant."""
     result = judged(words, with_readme(tmp_path, None))
     assert result.share == 0.0
     assert judged(table, with_readme(tmp_path / "again", None)).reached is False
 
 
-def test_a_readme_of_another_kind_is_pointed_at(tmp_path: Path):
+def test_a_readme_of_another_kind_is_pointed_out(tmp_path: Path):
     package = written(tmp_path, {"README.docx": b"PK\3\4", "package.xml": ""})
     assert "found README.docx" in judged(words, facts(package)).seen
 
 
-def test_a_title_alone(tmp_path: Path):
+def test_a_title_alone_gets_nothing(tmp_path: Path):
     """Blatant."""
     result = said(tmp_path, "# ros2_robot_controller\n")
     assert result.share == 0.0
     assert "how to test it" in result.seen
 
 
-def test_a_readme_that_forgets_the_tests(tmp_path: Path):
+def test_a_readme_that_forgets_the_tests_loses_a_quarter(tmp_path: Path):
     """Subtle."""
     text = TRUE.replace("pytest", "checking")
     result = said(tmp_path, text)
@@ -99,14 +99,14 @@ def test_a_readme_that_forgets_the_tests(tmp_path: Path):
     assert "how to build" not in result.seen
 
 
-def test_a_placeholder_says_nothing(tmp_path: Path):
-    """Subtle: the frame is there, the sentence is not."""
+def test_a_placeholder_does_not_say_what_it_does(tmp_path: Path):
+    """Subtle."""
     result = said(tmp_path, TRUE.replace("Drives a TurtleBot 4 safely.", "TODO: describe the package."))
     assert result.share == 0.75
     assert "TODO: describe the package" in result.seen
 
 
-def test_code_headings_and_tables_are_not_what_it_does(tmp_path: Path):
+def test_code_headings_and_tables_are_not_prose(tmp_path: Path):
     code = "```\n" + "echo many many words in a block of code\n" * 20 + "```\n"
     text = "# Title of this\n" + code + "| a | b |\n|---|---|\n" + "| many words in a table | and more |\n" * 20
     assert "what it does (0 words of prose" in said(tmp_path, text).seen
@@ -123,7 +123,7 @@ def test_code_headings_and_tables_are_not_what_it_does(tmp_path: Path):
     ],
     ids=["the reference's", "fenced", "colcon test", "CRLF", "ros2 run"],
 )
-def test_other_ways_to_say_it_lose_nothing(tmp_path: Path, text: str):
+def test_other_ways_to_give_the_commands_lose_nothing(tmp_path: Path, text: str):
     assert said(tmp_path, text).share == 1.0
 
 
@@ -143,45 +143,45 @@ def test_the_references_table_agrees(tmp_path: Path):
     assert compared(tmp_path, TRUE).share == 1.0
 
 
-def test_no_table(tmp_path: Path):
+def test_a_readme_without_a_table_gets_nothing(tmp_path: Path):
     """Blatant."""
     result = compared(tmp_path, "\n".join(line for line in TRUE.splitlines() if not line.startswith("|")))
     assert result.share == 0.0
-    assert "robot_controller: subscription scan (LaserScan) is in no table" in result.seen
+    assert "robot_controller: subscription scan (LaserScan) is not in a table" in result.seen
 
 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("`imu/data`", "`imu`", "imu/data (Imu) is in no table"),
+        ("`imu/data`", "`imu`", "imu/data (Imu) is not in a table"),
         (
             "`std_msgs/msg/Float32`",
             "`std_msgs/msg/Float64`",
-            "obstacle_distance (Float32) stands there with another type",
+            "obstacle_distance (Float32) is listed with another type",
         ),
-        ("publishes | `cmd_vel`", "subscribes | `cmd_vel`", "cmd_vel (Twist) stands there with another direction"),
-        ("srv/SetSpeed`", "srv/SetVelocity`", "set_speed (SetSpeed) stands there with another type"),
+        ("publishes | `cmd_vel`", "subscribes | `cmd_vel`", "cmd_vel (Twist) is listed with another direction"),
+        ("srv/SetSpeed`", "srv/SetVelocity`", "set_speed (SetSpeed) is listed with another type"),
         (
             "ros2_robot_controller/srv/SetSpeed`",
             "std_srvs/srv/Trigger`",
-            "set_speed (SetSpeed) stands there with another",
+            "set_speed (SetSpeed) is listed with another",
         ),
     ],
 )
-def test_one_row_that_is_not_true(tmp_path: Path, old: str, new: str, said: str):
+def test_one_wrong_row_costs_its_share(tmp_path: Path, old: str, new: str, said: str):
     """Subtle."""
     result = compared(tmp_path, TRUE.replace(f"| {old}", f"| {new}").replace(old, new))
     assert 0.8 <= result.share < 1
     assert said in result.seen
 
 
-def test_a_row_about_something_that_is_not_there(tmp_path: Path):
-    """Subtle: a table that was true once."""
+def test_an_outdated_row_costs_its_share(tmp_path: Path):
+    """Subtle."""
     row = "| `sensor_processor` | publishes | `sensor_fusion_data` |"
     stale = "| `sensor_processor` | publishes | `camera/depth` | `sensor_msgs/msg/Image` | |\n"
     result = compared(tmp_path, TRUE.replace(row, stale + row))
     assert result.share == pytest.approx(10 / 11)
-    assert "no node has what this row tells of" in result.seen
+    assert "no node has the interface of this row" in result.seen
     assert "camera/depth" in result.seen
 
 
@@ -237,32 +237,32 @@ CLOCK = "| `robot_controller` | subscribes | `/clock` | `rosgraph_msgs/msg/Clock
     ],
     ids=["like the contract's", "one for each kind", "services without types", "a table of fields", "the clock too"],
 )
-def test_tables_of_other_shapes_agree_too(tmp_path: Path, text: str):
+def test_tables_of_other_shapes_agree(tmp_path: Path, text: str):
     result = compared(tmp_path, text)
     assert result.share == 1.0, result.seen
 
 
-def test_a_column_of_the_wrong_direction(tmp_path: Path):
+def test_columns_under_the_wrong_direction_cost_most(tmp_path: Path):
     swapped = CONTRACTS.replace("| node | subscribes | publishes |", "| node | publishes | subscribes |")
     assert compared(tmp_path, swapped).share < 0.4
 
 
-def test_a_topic_more_than_the_contract_wants_a_row(tmp_path: Path):
+def test_a_topic_beyond_the_contract_needs_a_row(tmp_path: Path):
     trials = running()
     graph = trials["idle"].graph
     assert graph is not None
     extra = evidence.Endpoint("path", "publisher", "robot_controller", "nav_msgs/msg/Path", "", "reliable")
     trials["idle"] = replace(trials["idle"], graph=replace(graph, endpoints=[*graph.endpoints, extra]))
-    assert "path (Path) is in no table" in compared(tmp_path, TRUE, trials=trials).seen
+    assert "path (Path) is not in a table" in compared(tmp_path, TRUE, trials=trials).seen
     row = "| `robot_controller` | publishes | `path` | `nav_msgs/msg/Path` | |\n"
-    mended = TRUE.replace(
+    complete = TRUE.replace(
         "| `sensor_processor` | subscribes | `raw_scan` |", row + "| `sensor_processor` | subscribes | `raw_scan` |"
     )
-    assert compared(tmp_path, mended, trials=trials).share == 1.0
+    assert compared(tmp_path, complete, trials=trials).share == 1.0
 
 
 def test_nodes_that_do_not_run_are_compared_by_their_code(tmp_path: Path):
-    """That they do not come up is not the README's fault."""
+    """The README is not blamed for nodes that do not come up."""
     assert compared(tmp_path, TRUE, trials={}).share == 1.0
     result = compared(tmp_path, TRUE.replace("`cmd_vel`", "`velocity`"), trials={})
     assert result.share < 1

@@ -1,4 +1,4 @@
-"""Q3: layout, complexity, conversions, copies."""
+"""Q3: layout, complexity, conversions, duplicated blocks."""
 
 from __future__ import annotations
 
@@ -28,29 +28,29 @@ from grader.quality.parsed_module import parse
 # -- layout -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_missing_path_loses_a_share(tmp_path: Path):
+def test_a_missing_path_costs_a_share(tmp_path: Path):
     """Subtle: one of 22."""
     result = judged(layout, facts(reference(tmp_path, files={"test_results.xml": None})))
     assert result.share == pytest.approx(21 / 22)
     assert result.seen == "missing: test_results.xml"
 
 
-def test_everything_in_one_folder(tmp_path: Path):
-    """Blatant: what is there under its name elsewhere is pointed at."""
+def test_files_elsewhere_under_their_name_are_pointed_out(tmp_path: Path):
+    """Blatant: everything in one folder."""
     names = ["package.xml", "CMakeLists.txt", "robot_controller.py", "sensor_processor.py", "SetSpeed.srv"]
     result = judged(layout, facts(written(tmp_path, dict.fromkeys(names, "# text\n"))))
     assert result.share < 0.15
     assert "perhaps meant: robot_controller.py" in result.seen
 
 
-def test_launch_files_with_the_other_common_ending_are_pointed_at(tmp_path: Path):
+def test_launch_files_with_the_other_common_ending_are_pointed_out(tmp_path: Path):
     package = reference(tmp_path)
     (package / "launch" / "robot_controller_launch.py").rename(package / "launch" / "robot_controller.launch.py")
     result = judged(layout, facts(package))
     assert "perhaps meant: launch/robot_controller.launch.py" in result.seen
 
 
-def test_interfaces_in_a_package_of_their_own_are_where_they_belong(tmp_path: Path):
+def test_interfaces_may_be_in_a_package_of_their_own(tmp_path: Path):
     package = reference(tmp_path)
     beside = tmp_path / "ros2_robot_controller_interfaces"
     for folder in ("msg", "srv", "action"):
@@ -60,7 +60,7 @@ def test_interfaces_in_a_package_of_their_own_are_where_they_belong(tmp_path: Pa
     assert judged(layout, facts(package, beside)).share == 1.0
 
 
-def test_more_files_than_asked_for_are_welcome(tmp_path: Path):
+def test_additional_files_are_allowed(tmp_path: Path):
     extra = {"docs/notes.md": "x", "test/test_more.py": "def test(): assert 1\n", "rviz/robot.rviz": "x"}
     assert judged(layout, facts(reference(tmp_path, files=extra))).share == 1.0
 
@@ -69,7 +69,7 @@ def test_more_files_than_asked_for_are_welcome(tmp_path: Path):
 
 
 def branches(number: int) -> str:
-    """Return a function with `number` branches, which makes number + 1 ways through it."""
+    """Return a function with `number` branches, which has a complexity of number + 1."""
     return (
         "def decide(x):\n"
         + "".join(f"    if x == {n}:\n        return {n}\n" for n in range(number))
@@ -77,12 +77,12 @@ def branches(number: int) -> str:
     )
 
 
-def test_ten_ways_through_a_function_are_allowed(tmp_path: Path):
+def test_a_complexity_of_10_is_allowed(tmp_path: Path):
     result = judged(complexity, with_flake8(written(tmp_path, {"m/a.py": branches(9)})))
     assert result.share == 1.0
 
 
-def test_one_function_with_eleven(tmp_path: Path):
+def test_a_complexity_of_11_costs_a_quarter(tmp_path: Path):
     """Subtle."""
     result = judged(complexity, with_flake8(written(tmp_path, {"m/a.py": branches(10)})))
     assert result.share == 0.75
@@ -90,13 +90,13 @@ def test_one_function_with_eleven(tmp_path: Path):
     assert "'decide' is too complex (11)" in result.seen
 
 
-def test_four_such_functions_lose_everything(tmp_path: Path):
+def test_four_too_complex_functions_lose_everything(tmp_path: Path):
     """Blatant."""
     files: dict[str, str | bytes | None] = {f"m/{name}.py": branches(30) for name in "abcd"}
     assert judged(complexity, with_flake8(written(tmp_path, files))).share == 0.0
 
 
-def test_a_noqa_makes_nothing_simpler(tmp_path: Path):
+def test_a_noqa_does_not_hide_complexity(tmp_path: Path):
     text = branches(10).replace("def decide(x):", "def decide(x):  # noqa: C901")
     assert judged(complexity, with_flake8(written(tmp_path, {"m/a.py": text}))).share < 1.0
 
@@ -111,15 +111,15 @@ OWN_WRAP_BY_ARCTAN = "\n\ndef wrap(a):\n    return math.atan2(math.sin(a), math.
 OWN_SHORT_YAW = "\n\ndef heading(pose):\n    return 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)\n"
 
 
-def test_no_conversions_at_all(tmp_path: Path):
+def test_a_package_without_conversions_gets_nothing(tmp_path: Path):
     """Blatant."""
     result = judged(conversions, facts(reference(tmp_path, files={CONVERSIONS: None})))
     assert result.share == 0.0
     assert "does not define yaw_from_quaternion" in result.seen
 
 
-def test_conversions_that_nobody_uses(tmp_path: Path):
-    """Blatant: written for the layout's sake."""
+def test_unused_conversions_lose_half(tmp_path: Path):
+    """Blatant: written only for the layout."""
     node = "import math\n\n\nclass RobotController:\n    def turn(self):\n        return math.pi\n"
     files = {CONTROLLER: node, PROCESSOR: node, MOTION: "X = 1\n", "ros2_robot_controller/utils/scans.py": "X = 1\n"}
     result = judged(conversions, facts(reference(tmp_path, files=files)))
@@ -136,8 +136,8 @@ def test_imported_but_never_called_is_not_used(tmp_path: Path):
 @pytest.mark.parametrize(
     "own", [OWN_YAW, OWN_SHORT_YAW, OWN_WRAP, OWN_WRAP_BY_ARCTAN], ids=["yaw", "short", "while", "atan2"]
 )
-def test_a_conversion_made_by_hand_in_a_node(tmp_path: Path, own: str):
-    """Subtle: the helpers are there and used, but one place does its own."""
+def test_a_conversion_made_by_hand_in_a_node_costs_a_quarter(tmp_path: Path, own: str):
+    """Subtle: the helpers exist and are used, except in one place."""
     text = (REFERENCE / CONTROLLER).read_text() + own
     result = judged(conversions, facts(reference(tmp_path, files={CONTROLLER: text})))
     assert result.share == 0.75
@@ -145,7 +145,7 @@ def test_a_conversion_made_by_hand_in_a_node(tmp_path: Path, own: str):
     assert "by hand" in result.seen
 
 
-def test_a_second_clamp_in_a_node(tmp_path: Path):
+def test_a_second_clamp_in_a_node_costs_a_quarter(tmp_path: Path):
     """Subtle."""
     text = (
         REFERENCE / PROCESSOR
@@ -155,7 +155,7 @@ def test_a_second_clamp_in_a_node(tmp_path: Path):
     assert "`_clamp` is defined here" in result.seen
 
 
-def test_one_of_the_four_under_another_name(tmp_path: Path):
+def test_a_conversion_under_another_name_costs_an_eighth(tmp_path: Path):
     """Subtle."""
     text = (REFERENCE / CONVERSIONS).read_text().replace("def quaternion_from_yaw", "def yaw_to_quaternion")
     result = judged(conversions, facts(reference(tmp_path, files={CONVERSIONS: text})))
@@ -182,7 +182,7 @@ HOME = "".join(f"def {name}(x, *more):\n    return x\n" for name in _FOUR)
         "from .helper import helped\nX = helped()\n",
     ],
 )
-def test_every_way_to_import_them_is_a_use(tmp_path: Path, use: str):
+def test_every_way_to_import_conversions_is_a_use(tmp_path: Path, use: str):
     files: dict[str, str | bytes | None] = {
         CONTROLLER: use,
         CONVERSIONS: HOME,
@@ -193,15 +193,15 @@ def test_every_way_to_import_them_is_a_use(tmp_path: Path, use: str):
     assert judged(conversions, facts(written(tmp_path, files))).share == 1.0
 
 
-def test_a_bearing_is_no_conversion(tmp_path: Path):
-    """atan2 of two differences is what navigation is made of."""
+def test_a_bearing_is_not_a_conversion(tmp_path: Path):
+    """Navigation needs atan2 of two differences."""
     text = (
         REFERENCE / CONTROLLER
     ).read_text() + "\n\ndef bearing(a, b):\n    return math.atan2(b.y - a.y, b.x - a.x)\n"
     assert judged(conversions, facts(reference(tmp_path, files={CONTROLLER: text}))).share == 1.0
 
 
-# -- copies -----------------------------------------------------------------------------------------------------------
+# -- duplicates -------------------------------------------------------------------------------------------------------
 
 BLOCK = """\
 def measure(scan):
@@ -276,7 +276,7 @@ def test_a_block_in_two_modules_is_found():
     assert found(a=BLOCK, b="import math\n\n\n" + BLOCK) == [8]
 
 
-def test_spaces_comments_docstrings_and_line_breaks_hide_no_copy():
+def test_spaces_comments_docstrings_and_line_breaks_do_not_hide_a_copy():
     assert found(a=BLOCK, b=RESTYLED) == [8]
 
 
@@ -284,7 +284,7 @@ def test_a_block_twice_in_one_module_is_found():
     assert found(a=BLOCK + "\n\nX = 1\n\n\n" + BLOCK.replace("def measure", "def again")) == [7]
 
 
-def test_a_copy_with_another_name_at_its_head_is_a_copy():
+def test_a_copy_under_another_name_is_found():
     assert found(a=BLOCK, b=BLOCK.replace("def measure(scan)", "def nearest(self, scan)")) == [7]
 
 
@@ -294,12 +294,12 @@ def test_a_copy_with_another_name_at_its_head_is_a_copy():
         (MAIN, "every ROS node ends like this"),
         (MESSAGE, "five statements fill a message"),
         (LAUNCH, "a launch file's table is one statement"),
-        ('"""' + "Words.\n" * 20 + '"""\n', "docstrings are no code"),
-        ("import a\nimport b\nimport c\nimport d\nimport e\nimport f\nfrom g import h\n", "imports are no code"),
-        ("# one\n# two\n# three\n# four\n# five\n# six\nX = 1\n", "comments are no code"),
+        ('"""' + "Words.\n" * 20 + '"""\n', "docstrings are not code"),
+        ("import a\nimport b\nimport c\nimport d\nimport e\nimport f\nfrom g import h\n", "imports are not code"),
+        ("# one\n# two\n# three\n# four\n# five\n# six\nX = 1\n", "comments are not code"),
     ],
 )
-def test_what_may_stand_twice(text: str, why: str):
+def test_some_text_may_be_repeated(text: str, why: str):
     assert found(a=text, b=text) == [], why
 
 
@@ -312,12 +312,12 @@ def test_three_places_are_one_copy():
     assert found(a=BLOCK, b=BLOCK, c=BLOCK) == [8]
 
 
-def test_the_same_line_over_and_over_is_found_in_finite_time():
+def test_3000_equal_lines_are_found_in_finite_time():
     assert len(found(a="x.append(1)\n" * 3000)) >= 1
 
 
-def test_the_scan_callback_copied_into_the_second_node(tmp_path: Path):
-    """Blatant: the reference's measuring, once more in a node."""
+def test_a_block_copied_into_the_second_node_costs_a_quarter(tmp_path: Path):
+    """Blatant."""
     scans = (REFERENCE / "ros2_robot_controller/utils/scans.py").read_text()
     text = (REFERENCE / PROCESSOR).read_text() + "\n\n" + scans[scans.index("def measure_proximity") :]
     result = judged(copies, facts(reference(tmp_path, files={PROCESSOR: text})))
@@ -326,8 +326,8 @@ def test_the_scan_callback_copied_into_the_second_node(tmp_path: Path):
     assert f"{PROCESSOR}:" in result.seen
 
 
-def test_six_lines_copied_into_a_helper(tmp_path: Path):
-    """Subtle: the shortest copy that counts."""
+def test_six_lines_are_the_shortest_copy(tmp_path: Path):
+    """Subtle."""
     block = "    a = x + 1\n    b = a * 2\n    c = b - x\n    d = c / 3\n    e = d + a\n"
     one = f"def one(x):\n{block}    return e * 7\n"
     for text, share in (

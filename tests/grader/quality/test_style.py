@@ -1,4 +1,4 @@
-"""Q1: ament_flake8's rules, whatever the submission says of them, and points by density."""
+"""Q1: ament_flake8's rules, whatever the submission's settings, and points by density."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from grader.checks.check_style import test_ament_flake8_finds_nothing as check
 from grader.evidence import Quality
 
 CLEAN = '"""A module."""\n\nfrom pathlib import Path\n\nHERE = Path()\n'
-# One fault each: what the shipped configuration makes of it.
-FAULTS = {
+# One violation each, under the configuration that ament_flake8 ships.
+VIOLATIONS = {
     "E501": "X = '" + "x" * 100 + "'\n",
     "E302": "X = 1\ndef f():\n    return X\n",
     "W291": "X = 1 \n",
@@ -20,7 +20,7 @@ FAULTS = {
     "F821": "X = undefined\n",
     "E722": "try:\n    X = 1\nexcept:\n    X = 2\n",
 }
-KEPT = {
+ALLOWED = {
     "a line of 99 columns": "X = '" + "x" * 93 + "'\n",
     "double quotes where single ones would need escapes": 'X = "it\'s"\n',
     "double quotes": 'X = "double"\n',
@@ -35,9 +35,9 @@ KEPT = {
 
 @pytest.fixture(scope="module")
 def linted(tmp_path_factory: pytest.TempPathFactory) -> Quality:
-    """All of the snippets, linted at once; "0.py" and so on."""
+    """Return what flake8 finds in all snippets; they are m/s0.py and so on."""
     folder = tmp_path_factory.mktemp("snippets")
-    snippets = [*FAULTS.values(), *KEPT.values()]
+    snippets = [*VIOLATIONS.values(), *ALLOWED.values()]
     return with_flake8(written(folder, {f"m/s{number}.py": text for number, text in enumerate(snippets)}))
 
 
@@ -45,13 +45,13 @@ def rules(quality: Quality, path: str) -> set[str]:
     return {finding.rule for finding in quality.style if finding.path == path}
 
 
-@pytest.mark.parametrize(("number", "rule"), list(enumerate(FAULTS)), ids=str)
-def test_a_fault_is_found_with_its_rule(linted: Quality, number: int, rule: str):
+@pytest.mark.parametrize(("number", "rule"), list(enumerate(VIOLATIONS)), ids=str)
+def test_a_violation_is_found_with_its_rule(linted: Quality, number: int, rule: str):
     assert rule in rules(linted, f"m/s{number}.py")
 
 
-@pytest.mark.parametrize(("number", "name"), list(enumerate(KEPT, len(FAULTS))), ids=str)
-def test_what_ros_allows_is_allowed(linted: Quality, number: int, name: str):
+@pytest.mark.parametrize(("number", "name"), list(enumerate(ALLOWED, len(VIOLATIONS))), ids=str)
+def test_what_ament_flake8_allows_is_allowed(linted: Quality, number: int, name: str):
     assert rules(linted, f"m/s{number}.py") == set(), name
 
 
@@ -70,13 +70,12 @@ def test_points_fall_with_the_density(tmp_path: Path):
     assert "W291" in result.seen
 
 
-def test_more_than_one_in_ten_lines_is_nothing_and_not_less(tmp_path: Path):
+def test_more_findings_than_one_in_ten_lines_get_zero_and_not_less(tmp_path: Path):
     _, result = style(tmp_path, {"m/a.py": "x=1\n" * 30})
     assert result.share == 0.0
 
 
-def test_blank_lines_comments_and_long_strings_do_not_thin_out_the_findings(tmp_path: Path):
-    """Padding is no code."""
+def test_blank_lines_comments_and_long_strings_do_not_dilute_the_findings(tmp_path: Path):
     padding = "# a comment\n\n" * 200 + "'''\n" + "text\n" * 200 + "'''\n"
     quality, result = style(tmp_path, {"m/a.py": "X = 1 \n" * 5 + padding})
     assert sum(file.lines for file in quality.files) < 10
@@ -128,7 +127,7 @@ def test_not_more_than_ten_findings_are_shown(tmp_path: Path):
     assert "more" in result.seen
 
 
-def test_no_python_at_all_is_no_clean_python(tmp_path: Path):
+def test_a_package_without_python_gets_nothing(tmp_path: Path):
     _, result = style(tmp_path, {"README.md": "# Nothing\n"})
     assert result.share == 0.0
     assert "no Python" in result.seen

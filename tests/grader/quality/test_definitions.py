@@ -1,8 +1,9 @@
-"""Q2: docstrings of what is public, and ament_pep257's rules for them. Q4, advanced: annotations."""
+"""Q2: docstrings of public definitions, and ament_pep257's rules for them. Q4, advanced: annotations."""
 
 from __future__ import annotations
 
 import ast
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -31,27 +32,27 @@ def named(text: str, path: str = "pkg/node.py") -> dict[str, Definition]:
     return {thing.name: thing for thing in public_definitions(parse(path, text.encode()))}
 
 
-def test_public_is_what_has_no_leading_underscore_on_the_way_to_it():
+def test_a_leading_underscore_anywhere_on_the_way_makes_a_name_private():
     text = (
         "class A:\n  def f(self): pass\n  def _g(self): pass\n  def __init__(self): pass\nclass _B:\n  def h(self): 1\n"
     )
     assert set(named(text)) == {"pkg.node", "A", "A.f"}
 
 
-def test_a_function_inside_a_function_is_nobody_elses():
+def test_a_function_inside_a_function_is_private():
     assert set(named("def f():\n  def g(): pass\n")) == {"pkg.node", "f"}
 
 
-def test_a_definition_that_depends_on_something_counts():
+def test_a_conditional_definition_counts():
     assert "f" in named("import sys\nif sys.platform == 'linux':\n  def f(): pass\n")
 
 
-def test_a_property_and_its_setter_are_one_thing():
+def test_a_property_and_its_setter_count_once():
     text = "class A:\n  @property\n  def x(self): 'X.'\n  @x.setter\n  def x(self, value): pass\n"
     assert named(text)["A.x"].documented
 
 
-def test_an_empty_init_py_says_nothing_and_needs_no_docstring():
+def test_an_empty_init_py_needs_no_docstring():
     assert named("", "pkg/__init__.py") == {}
     assert not named("X = 1\n", "pkg/__init__.py")["pkg"].documented
 
@@ -62,7 +63,7 @@ def test_tests_and_setup_py_need_no_docstrings(path: str):
 
 
 @pytest.mark.parametrize("path", ["launch/a_launch.py", "scripts/demo.py", "pkg/utils/scans.py"])
-def test_launch_files_and_scripts_do(path: str):
+def test_launch_files_and_scripts_need_docstrings(path: str):
     assert "f" in named("def f(): pass\n", path)
 
 
@@ -77,7 +78,7 @@ def without_docstrings(path: str) -> str:
     return ast.unparse(tree) + "\n"
 
 
-def test_no_docstring_anywhere(tmp_path: Path):
+def test_a_package_without_docstrings_gets_nothing(tmp_path: Path):
     """Blatant."""
     files = {path: without_docstrings(path) for path in (source.path for source in source_files.find(REFERENCE))}
     result = judged(coverage, facts(reference(tmp_path, files=files)))
@@ -85,8 +86,8 @@ def test_no_docstring_anywhere(tmp_path: Path):
     assert "0 of" in result.seen
 
 
-def test_two_modules_without_docstrings(tmp_path: Path):
-    """Subtle: linear below 90 %."""
+def test_points_fall_linearly_below_nine_of_ten(tmp_path: Path):
+    """Subtle."""
     files = {path: without_docstrings(path) for path in (DRIVER, MOTION)}
     quality = facts(reference(tmp_path, files=files))
     documented = sum(thing.documented for thing in quality.definitions)
@@ -96,19 +97,17 @@ def test_two_modules_without_docstrings(tmp_path: Path):
     assert f"{MOTION}:" in result.seen
 
 
-def test_nine_of_ten_are_enough():
+def test_docstrings_for_nine_of_ten_are_enough():
     things = [Definition("m/a.py", n, "function", f"f{n}", documented=n > 0) for n in range(10)]
     assert judged(coverage, with_things(things)).share == 1.0
     assert judged(coverage, with_things(things[:9])).share < 1.0
 
 
-def test_a_docstring_of_blanks_says_nothing():
+def test_a_blank_docstring_does_not_count():
     assert not named("def f():\n  '''  '''\n")["f"].documented
 
 
 def with_things(things: list[Definition]) -> Quality:
-    from dataclasses import replace
-
     return replace(untouched(), definitions=things)
 
 
@@ -117,12 +116,12 @@ def with_things(things: list[Definition]) -> Quality:
 
 @pytest.fixture(scope="module")
 def linted(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
-    """What ament_pep257's rules find in one function each, by its name."""
+    """Return the rules that each of these functions violates, by its name."""
     docstrings = {
         "good": '"""Return a number."""',
         "good_long": '"""\n    Return a number.\n\n    It is 1.\n    """',
         "no_period": '"""Return a number"""',
-        "no_order": '"""Returns a number."""',
+        "not_imperative": '"""Returns a number."""',
         "summary_on_first_line": '"""Return a number.\n\n    It is 1.\n    """',
         "single_quotes": "'''Return a number.'''",
         "spaces": '""" Return a number. """',
@@ -133,14 +132,14 @@ def linted(tmp_path_factory: pytest.TempPathFactory) -> dict[str, set[str]]:
         f"def {name}():\n    {doc}\n    return 1\n" for name, doc in docstrings.items()
     )
     quality = with_pep257(written(tmp_path_factory.mktemp("pep257"), {"m/a.py": text}))
-    return {thing.name: {fault.rule for fault in thing.violations} for thing in quality.definitions}
+    return {thing.name: {violation.rule for violation in thing.violations} for thing in quality.definitions}
 
 
 @pytest.mark.parametrize(
     ("name", "rule"),
     [
         ("no_period", "D400"),
-        ("no_order", "D401"),
+        ("not_imperative", "D401"),
         ("summary_on_first_line", "D213"),
         ("single_quotes", "D300"),
         ("spaces", "D210"),
@@ -156,18 +155,18 @@ def test_ament_pep257_accepts(linted: dict[str, set[str]], name: str):
     assert linted[name] == set()
 
 
-def test_every_docstring_without_its_period(tmp_path: Path):
+def test_docstrings_without_periods_lose_most(tmp_path: Path):
     """Blatant."""
     text = (REFERENCE / MOTION).read_text().replace('."""', '"""')
     quality = with_pep257(written(tmp_path, {MOTION: text}))
     result = judged(rules, quality)
     assert result.share < 0.5
     assert "D400" in result.seen
-    assert "stands alone" in result.seen
+    assert "can be read alone" in result.seen
 
 
-def test_one_docstring_that_describes_instead_of_ordering(tmp_path: Path):
-    """Subtle: one of many loses its share and no more."""
+def test_one_docstring_not_in_the_imperative_loses_its_share(tmp_path: Path):
+    """Subtle."""
     text = (REFERENCE / MOTION).read_text().replace('"""Return whether something', '"""Returns whether something')
     quality = with_pep257(written(tmp_path, {MOTION: text}))
     result = judged(rules, quality)
@@ -176,7 +175,7 @@ def test_one_docstring_that_describes_instead_of_ordering(tmp_path: Path):
     assert judged(coverage, quality).share == 1.0
 
 
-def test_one_good_docstring_among_many_missing_is_not_worth_much():
+def test_one_good_docstring_among_twenty_earns_little():
     things = [Definition("m/a.py", n, "function", f"f{n}", documented=n == 0) for n in range(20)]
     assert judged(rules, with_things(things)).share < 0.1
 
@@ -184,12 +183,12 @@ def test_one_good_docstring_among_many_missing_is_not_worth_much():
 # -- annotations ------------------------------------------------------------------------------------------------------
 
 
-def test_every_parameter_and_the_result_want_a_type():
+def test_every_parameter_and_the_result_need_a_type():
     text = "def f(a: int, b, *c, d, **e): pass\n"
     assert named(text)["f"].unannotated == ["b", "d", "c", "e", "return"]
 
 
-def test_self_and_cls_want_none():
+def test_self_and_cls_need_no_type():
     methods = (
         "def f(self) -> None: 1",
         "@classmethod",
@@ -211,7 +210,7 @@ def without_annotations(path: str) -> str:
     return ast.unparse(tree) + "\n"
 
 
-def test_no_annotations_in_the_helpers(tmp_path: Path):
+def test_helpers_without_annotations_lose_their_share(tmp_path: Path):
     """Blatant."""
     names = ("motion", "steering", "scans", "settings", "conversions", "running")
     files = {
@@ -223,7 +222,7 @@ def test_no_annotations_in_the_helpers(tmp_path: Path):
     assert "return" in result.seen
 
 
-def test_one_parameter_without_a_type(tmp_path: Path):
+def test_one_parameter_without_a_type_loses_one_share(tmp_path: Path):
     """Subtle."""
     result = judged(
         annotations, facts(reference(tmp_path, (MOTION, "def speed_cap(distance: float,", "def speed_cap(distance,")))

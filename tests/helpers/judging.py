@@ -1,0 +1,41 @@
+"""Run one check in this process, as pytest's run over the evidence does, but in milliseconds."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from grader.checks.judge import Failed, Judge, NotReached
+from grader.evidence import Evidence
+
+Check = Callable[[Judge], None]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What a check says: the share of its points, what it saw, what to try, and whether it could judge at all."""
+
+    share: float
+    seen: str
+    try_: str = ""
+    reached: bool = True
+
+
+def find(check_id: str) -> Check:
+    """Return the check "module::function" of grader/checks."""
+    module, _, function = check_id.partition("::")
+    check: Check = getattr(importlib.import_module(f"grader.checks.{module}"), function)
+    return check
+
+
+def ask(check: Check, evidence: Evidence) -> Judged:
+    """Return what `check` says of the evidence. An error of the grader (Unjudged, RuntimeError) is raised."""
+    judge = Judge(evidence)
+    try:
+        check(judge)
+    except Failed as failed:
+        return Judged(0.0, failed.seen, failed.try_)
+    except NotReached as because:
+        return Judged(0.0, str(because), reached=False)
+    return Judged(judge.fraction, judge.seen, judge.try_)
