@@ -27,7 +27,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader import build
+from grader import build, evidence
 from grader.host import namespaces
 from grader.trials import scheduler
 from grader.trials.plan import TrialPlan
@@ -83,7 +83,7 @@ def measure_smallest(executor: str, seconds: float, seed: int) -> _Timing:
 
 
 def measure(install: str, seconds: float, seed: int) -> _Timing:
-    """Run one node for twice `seconds` of simulated time. Only inside a trial host's network and environment."""
+    """Run one node for twice `seconds` of simulated time. Only in a trial worker's network and environment."""
     from grader.trials.stage import Stage
     from grader.trials.worker import run_trial  # needs the environment that `main` makes
 
@@ -105,7 +105,10 @@ def measure(install: str, seconds: float, seed: int) -> _Timing:
         return seconds / (time.perf_counter() - wall), seconds / (_cpu_s() - cpu)
 
     plan = TrialPlan("lockstep", "", script, "robot_controller", "open_field", ())
-    facts = run_trial(plan, TrialRequest("lockstep", install, seed, 1 + seed % 100, ""))
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "trial.json"
+        run_trial(plan, TrialRequest("lockstep", install, seed, 1 + seed % 100, str(out)))
+        facts = evidence.from_json(out.read_text(), evidence.Trial)
     if facts.ended or facts.script_error:
         sys.exit(facts.ended or facts.script_error)
     return timing

@@ -5,17 +5,15 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Callable, Iterable
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from grader.trials import scripts
 from grader.trials.plan import TrialPlan
 
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
 
 Script = Callable[["Stage"], None]
-
-SCRIPTS = "grader.trials.scripts"
 
 _PLANS: dict[str, TrialPlan] = {}
 
@@ -41,9 +39,8 @@ def trial(*, serves: Iterable[str], **options: Any) -> Callable[[Script], Script
 
 def trials() -> dict[str, TrialPlan]:
     """Return every trial by its name, after importing each module of grader/trials/scripts."""
-    folder = Path(__file__).parent / "scripts"
-    for module in sorted(pkgutil.iter_modules([str(folder)]), key=lambda found: found.name):
-        importlib.import_module(f"{SCRIPTS}.{module.name}")
+    for module in pkgutil.iter_modules(scripts.__path__, f"{scripts.__name__}."):
+        importlib.import_module(module.name)
     return dict(_PLANS)
 
 

@@ -10,30 +10,22 @@ from __future__ import annotations
 import os
 import random
 from collections.abc import Callable, Iterable
-from typing import Protocol
 
 _PERIOD = 20  # ticks that one measurement takes
 _SLOW_S = 0.025  # of work a tick: half a tick of simulated time
 _WORTHWHILE = 0.7  # of the work before pinning, at most
 
 
-class Pinnable(Protocol):
-    """A command with all its processes."""
-
-    def pin_to(self, cores: Iterable[int]) -> None:
-        """Let all its threads run on these cores only."""
-
-
 class AffinityTuner:
     """Measures a node every few ticks, pins it to one core if it is slow, and unpins it if that does not help.
 
     Args:
-        process: the node's process.
+        pin_to: lets all the node's threads run on these cores only.
         clock: returns the seconds that the trial has worked so far.
     """
 
-    def __init__(self, process: Pinnable, clock: Callable[[], float]) -> None:
-        self._process, self._clock = process, clock
+    def __init__(self, pin_to: Callable[[Iterable[int]], None], clock: Callable[[], float]) -> None:
+        self._pin_to, self._clock = pin_to, clock
         self._cores = sorted(os.sched_getaffinity(0))
         self._before_pinning: float | None = None
         self._ticks = 0
@@ -55,7 +47,7 @@ class AffinityTuner:
         if self._before_pinning is not None:
             self._settled = True
             if seconds_a_tick > _WORTHWHILE * self._before_pinning:
-                self._process.pin_to(self._cores)
+                self._pin_to(self._cores)
         elif seconds_a_tick > _SLOW_S:
             self._before_pinning = seconds_a_tick
-            self._process.pin_to([random.choice(self._cores)])
+            self._pin_to([random.choice(self._cores)])

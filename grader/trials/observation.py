@@ -18,7 +18,7 @@ from rclpy.action.client import ActionClient
 from rclpy.parameter_client import AsyncParameterClient
 
 from grader import evidence
-from grader.sandbox.cpu_clock import WorkClock
+from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.cpu_affinity import AffinityTuner
 from grader.trials.goal import SentGoal
@@ -110,9 +110,9 @@ class Observation:
         self._foreign: list[str] = []
         self._dropped = 0
         self._started = time.monotonic()
-        self._clock = WorkClock(process, [os.getpid()])
+        self._clock = CpuClock(process, [os.getpid()])
         self._work_limit_s = 120.0
-        self._affinity = AffinityTuner(process, self._clock.seconds)
+        self._affinity = AffinityTuner(process.pin_to, self._clock.seconds)
         node = self.bridge.node
         self._clients: dict[str, Any] = {}
         self.action: Any = None

@@ -161,8 +161,8 @@ class _Worker(threading.Thread):
         if self._process.stdout.readline().strip() != READY:
             log_tail = log_path.read_text().strip()[-2000:]
             raise GraderError(
-                shortage.in_text(log_tail)
-                or shortage.full(folder)
+                shortage.explain_output(log_tail)
+                or shortage.explain_disk(folder)
                 or f"The trial worker did not start:\n{log_tail}\nRun `grader doctor`."
             )
         return self._process

@@ -19,7 +19,7 @@ from rclpy.qos import qos_profile_action_status_default
 from std_msgs.msg import Float32
 
 from grader import evidence
-from grader.sandbox.cpu_clock import WorkClock
+from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.goal import SentGoal
 from grader.trials.interfaces import SERVICES, SensorFusionData
@@ -247,13 +247,13 @@ class Stage(Observation):
         """
         self.mark("interrupt")
         self.interrupted = True
-        clock = WorkClock(self.process, [os.getpid()])
+        clock = CpuClock(self.process, [os.getpid()])
         self.process.interrupt()
-        while self.process.exit_code() is None and clock.look() < limit:
+        while self.process.exit_code() is None and clock.read() < limit:
             # The clock goes on: a node that waits for its next message handles the signal only once that has come.
             self.bridge.tick_by_wall()
         if self.process.exit_code() is not None:
-            self.choices["seconds_to_end"] = round(clock.look(), 2)
+            self.choices["seconds_to_end"] = round(clock.read(), 2)
         # The node's last messages may still be on their way.
         self.bridge.alive = lambda: True
         self.bridge.spin_until(lambda: False, 0.05)

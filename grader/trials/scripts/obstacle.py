@@ -59,7 +59,7 @@ def pole_aside(stage: Stage) -> None:
 
 @trial(serves=["F4"])
 def creeping(stage: Stage) -> None:
-    """Creep at an obstacle: the lowest speeds are valid, too."""
+    """Creep up to an obstacle at one of the lowest valid speeds."""
     stage.run(0.3)
     stage.call("set_speed", speed=stage.choose("speed", [0.0625, 0.09375]))
     stage.run(0.7)

@@ -26,7 +26,7 @@ class Node:
         self.times_pinned += self.cores == 1
 
     def run(self, ticks: int) -> None:
-        tuner = AffinityTuner(self, lambda: self.seconds)
+        tuner = AffinityTuner(self.pin_to, lambda: self.seconds)
         for _ in range(ticks):
             self.seconds += self.pinned if self.cores == 1 else self.spread
             tuner.tick()
