@@ -1,4 +1,4 @@
-"""What the notebooks use: `begin`, `start_at`, `check`, `run_node`. Thin; the work is done in grader.course."""
+"""The functions that the notebooks import: `begin`, `start_at`, `check`, `run_node`."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ __all__ = ["begin", "check", "run_node", "start_at"]
 
 
 def begin(notebook: str) -> None:
-    """Open the workspace for a notebook ("05") and say what is in it.
+    """Open the workspace for a notebook ("05") and print what it holds.
 
-    Makes `ws/src/ros2_robot_controller` beside the notebooks where it is missing, changes into it, and sets the
-    environment so that `!ros2`, `!colcon build` and `!python3` work in cells. A `%%writefile` that meets a file which
-    was edited elsewhere then keeps a copy of it first. Can be run again at any time.
+    Creates `ws/src/ros2_robot_controller` beside the notebooks if it is missing, changes into it, and sets up the
+    environment for `!ros2`, `!colcon build` and `!python3` in cells. From then on, `%%writefile` backs up a file that
+    was edited elsewhere before it overwrites it. Can be called again at any time.
 
     Raises:
         ValueError: the course has no such notebook.
     """
     key = checkpoints.number(notebook)
     workspace = open_workspace(key)
-    cell_hooks.watch(workspace)
+    cell_hooks.install(workspace)
     print(feedback.welcome(key, workspace))
 
 
 def check(*requirements: str) -> Checked:
-    """Try the named requirements ("F4") on your package, as the grader does, and say what was seen.
+    """Check your package against the named requirements ("F4"), as the grader does, and show the findings.
 
     Raises:
-        ValueError: there is no requirement of that name.
+        ValueError: there is no such requirement.
     """
-    from grader.notebook import checking  # takes a second to import; a notebook that only begins should not wait
+    from grader.notebook import checking  # takes a second to import, and `begin` should answer at once
 
     return checking.check(find(), requirements)
 
@@ -54,18 +54,18 @@ def run_node(
 ) -> Run:
     """Build your package, start one of its nodes beside a simulated robot, and return the run.
 
-    Simulated time stands still until `run.drive(...)`, `run.go_to(...)` or a live view lets it pass. A second call for
-    the same node ends the first run. Without a node that works the robot stands, and one line says why.
+    Simulated time passes only in `run.drive(...)`, `run.go_to(...)` or a live view. A second call for the same node
+    closes the first run. If the node does not work, the robot stands still, and one line says why.
 
     Args:
         node: the executable, "robot_controller" or "sensor_processor".
         world: a world's name (`sim.world_names()`) or a World.
-        seed: of the sensors' noise.
+        seed: the seed of the sensors' noise.
         parameters: the node's parameters, by name.
-        remappings: other names for its topics and services.
+        remappings: new names for its topics and services, by name.
         profile: the robot, "course" or "tb4".
     """
-    from grader.notebook import session  # takes a second to import; a notebook that only begins should not wait
+    from grader.notebook import session  # takes a second to import, and `begin` should answer at once
 
     return session.start(
         find(), node, world, seed=seed, parameters=parameters or {}, remappings=remappings or {}, profile=profile
@@ -73,5 +73,5 @@ def run_node(
 
 
 def start_at(notebook: str) -> None:
-    """Lay out the package as the notebooks before `notebook` ("05") leave it; what is there goes into a backup."""
+    """Lay out the package as the notebooks before `notebook` ("05") leave it; back up its content first."""
     print(checkpoints.start_at(find(), notebook))

@@ -1,4 +1,4 @@
-"""What happens around each cell: a new build is seen, changed modules are read again, overwritten files are kept."""
+"""Run before and after each cell: pick up a new build, re-import changed modules, back up files before overwriting."""
 
 from __future__ import annotations
 
@@ -7,49 +7,49 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from grader.notebook.file_backups import Keeper
+from grader.notebook.file_backups import FileBackups
 from grader.notebook.workspace import PACKAGE, Workspace, prepare
 
 
-class Watcher:
-    """Called by the notebook's kernel before and after each cell."""
+class CellHooks:
+    """The functions that the notebook's kernel calls around each cell."""
 
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
-        self._keeper = Keeper(workspace)
+        self._backups = FileBackups(workspace)
 
     def before(self, info: Any) -> None:
-        """Make the cell find what is there now."""
+        """Update the environment and the imported modules, and back up a file that the cell overwrites."""
         prepare(self._workspace, os.environ)
         forget_changed_modules(self._workspace.package)
-        if said := self._keeper.before(info.raw_cell):
-            print(said)
+        if message := self._backups.before(info.raw_cell):
+            print(message)
 
     def after(self, result: Any) -> None:
-        """Remember what the cell has written."""
-        self._keeper.after(result.info.raw_cell)
+        """Note the file that the cell has written."""
+        self._backups.after(result.info.raw_cell)
 
 
-def watch(workspace: Workspace) -> None:
-    """Call a watcher around each cell from now on, where this is a notebook; only the last one counts."""
-    # Two versions of a file, written within one second, would pass for the same in Python's cache.
+def install(workspace: Workspace) -> None:
+    """Call the hooks around each cell from now on, in place of older ones. Outside a notebook, do nothing."""
+    # Python's bytecode cache would take two versions of a file written within one second for the same.
     sys.dont_write_bytecode = True
     module = sys.modules.get("IPython")
     shell = module.get_ipython() if module is not None else None
     if shell is None:
         return
-    watcher = Watcher(workspace)
-    for event, callback in (("pre_run_cell", watcher.before), ("post_run_cell", watcher.after)):
+    hooks = CellHooks(workspace)
+    for event, callback in (("pre_run_cell", hooks.before), ("post_run_cell", hooks.after)):
         for older in list(shell.events.callbacks[event]):
-            if isinstance(getattr(older, "__self__", None), Watcher):
+            if isinstance(getattr(older, "__self__", None), CellHooks):
                 shell.events.unregister(event, older)
         shell.events.register(event, callback)
 
 
 def forget_changed_modules(package: Path) -> None:
-    """Forget the student's modules that this process has imported if one of their files has changed since.
+    """Forget the student's imported modules if one of their files has changed since.
 
-    Python reads a module once, so a cell that imports it again would go on with the old one.
+    Python reads a module once, so a cell that imports it again would get the old one.
     """
     loaded = {
         name: Path(file)

@@ -1,4 +1,4 @@
-"""What a check answers in a notebook: words for a terminal and a stored output, HTML for the page. Runs nothing."""
+"""Show a check's answer in a notebook: as text for terminals and stored outputs, as HTML for the page. Runs nothing."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 import sys
 import textwrap
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from grader.notebook import checkpoints
@@ -18,22 +18,21 @@ if TYPE_CHECKING:
 
 WIDTH = 100
 
-# Middle tones: readable on a light page and on a dark one, so that no theme has to be guessed.
+# Middle tones, readable on both a light and a dark page.
 GOOD, PART, BAD, OURS, SOFT = "#2e9150", "#b7791f", "#d0453e", "#8a55c0", "#7c8591"
 
 
 @dataclass(frozen=True)
 class Note:
-    """One thing that a check saw: rows such as ("seen", "..."), in the order in which they are read."""
+    """One finding of a check: rows such as ("seen", "..."), in reading order."""
 
     heading: str
     rows: tuple[tuple[str, str], ...]
-    lost: bool = True
 
 
 @dataclass(frozen=True)
 class Answer:
-    """How one requirement came out. `points` of `worth`; `ours` says that the kit could not judge it."""
+    """The result of one requirement: `points` of `worth`; `ours` if an error of the kit kept it from being judged."""
 
     id: str
     title: str
@@ -45,8 +44,8 @@ class Answer:
     section: str = ""
 
     @property
-    def words(self) -> str:
-        """Return the first line: what, how, how many points."""
+    def headline(self) -> str:
+        """Return the first line: requirement, result, points."""
         if self.ours:
             return f"{self.id} could not be judged"
         return f"{self.id} {'passed' if self.passed else 'not yet'} ({self.points} of {self.worth})"
@@ -54,11 +53,11 @@ class Answer:
 
 @dataclass(frozen=True, repr=False)
 class Checked:
-    """What `check` answers. A notebook shows it; `passed` and `points` are for programs."""
+    """The answer of `check`. Notebooks display it; `passed` and `points` are for programs."""
 
     answers: tuple[Answer, ...]
     pictures: tuple[Picture, ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -81,7 +80,7 @@ class Checked:
 
 
 def _lines(answer: Answer) -> list[str]:
-    lines = [answer.words]
+    lines = [answer.headline]
     several = len(answer.notes) > 1
     for note in answer.notes:
         if several and note.heading:
@@ -96,7 +95,7 @@ def _card(answer: Answer) -> str:
     colour = OURS if answer.ours else GOOD if answer.passed else PART if float(answer.points) > 0 else BAD
     sign = "!" if answer.ours else "✓" if answer.passed else "◐" if float(answer.points) > 0 else "○"
     head = (
-        f'<div><span style="color:{colour};font-weight:700">{sign} {html.escape(answer.words)}</span>'
+        f'<div><span style="color:{colour};font-weight:700">{sign} {html.escape(answer.headline)}</span>'
         f' <span style="font-weight:600">{html.escape(answer.title)}</span></div>'
     )
     body = "".join(_note(note, len(answer.notes) > 1) for note in answer.notes)
@@ -136,22 +135,22 @@ def _figure(picture: Picture) -> str:
 
 
 def _code(text: str) -> str:
-    """Return text as HTML, all of it escaped, what stands between backticks as code."""
+    """Return text as escaped HTML, with the parts between backticks as code."""
     parts = re.split(r"`([^`\n]+)`", text)
     return "".join(f"<code>{html.escape(p)}</code>" if i % 2 else html.escape(p) for i, p in enumerate(parts))
 
 
 def welcome(notebook: str, workspace: Workspace) -> str:
-    """Return what `begin` says: what is in the package, and what earlier notebooks should have left."""
+    """Return the message of `begin`: the number of files in the package, and those missing from earlier notebooks."""
     package = workspace.package
-    there = {str(path.relative_to(package)) for path in package.rglob("*") if path.is_file()}
-    there = {path for path in there if "__pycache__" not in path and not path.startswith(".")}
-    missing = [path for path in checkpoints.paths_before(notebook) if path not in there]
-    lines = [f"Your package, {workspace.shown(package)}, holds {_files(len(there))}. Cells now work in that folder."]
+    present = {str(path.relative_to(package)) for path in package.rglob("*") if path.is_file()}
+    present = {path for path in present if "__pycache__" not in path and not path.startswith(".")}
+    missing = [path for path in checkpoints.paths_before(notebook) if path not in present]
+    lines = [f"Your package, {workspace.shown(package)}, holds {_files(len(present))}. Cells now work in that folder."]
     if missing:
         shown = ", ".join(missing[:4]) + (", ..." if len(missing) > 4 else "")
-        lines.append(f"From the notebooks before this one {_files(len(missing))} are missing: {shown}")
-        lines.append(f'Work through them first, or let the course lay them out: start_at("{notebook}")')
+        lines.append(f"Missing from earlier notebooks ({_files(len(missing))}): {shown}")
+        lines.append(f'Work through those notebooks first, or let the course lay the files out: start_at("{notebook}")')
     return "\n".join(lines)
 
 
@@ -160,7 +159,7 @@ def _files(count: int) -> str:
 
 
 class Progress:
-    """One line that says what goes on, and is gone in the end: nothing of it stays in a stored notebook."""
+    """One line about the current step; it is removed at the end, so a stored notebook holds nothing of it."""
 
     def __init__(self) -> None:
         self._handle: Any = None
@@ -170,11 +169,11 @@ class Progress:
             self._show = self._display
 
     def say(self, what: str) -> None:
-        """Show what is being done."""
+        """Show the current step."""
         self._show(what)
 
     def done(self) -> None:
-        """Take the line away."""
+        """Remove the line."""
         if self._handle is not None:
             from IPython.display import clear_output
 
@@ -184,7 +183,7 @@ class Progress:
         from IPython.display import display
 
         if self._handle is None:
-            # An empty output first: tools that compare outputs (nbval) see this one only, and nothing in it.
+            # An empty output first: tools that compare outputs (nbval) see only this one.
             self._handle = display({}, raw=True, display_id=True)  # type: ignore[no-untyped-call]
         if self._handle is not None:
             self._handle.update({"text/plain": f"checking: {what[:90]}"}, raw=True)

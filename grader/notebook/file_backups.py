@@ -1,7 +1,7 @@
-"""Keep what `%%writefile` would overwrite: a file may have been edited elsewhere since a cell wrote it.
+"""Back up a file that `%%writefile` is about to overwrite, if it was edited elsewhere since a cell wrote it.
 
-The cells use Jupyter's own `%%writefile`, which asks nothing. Before such a cell runs, the file's present content is
-copied into `kept/` in the workspace, unless a cell wrote it: that text was in a notebook.
+Jupyter's `%%writefile` overwrites without asking. Before such a cell runs, the file is copied into `kept/` in the
+workspace, unless a cell wrote it: that text is in a notebook.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pathlib import Path
 from grader.notebook.workspace import Workspace, ignored_by_colcon
 
 _WRITES = re.compile(r"\s*%%(?:writefile|file) +([^\n]+)")
-_NOTES = "written.json"  # path -> checksum of what a cell wrote there last
+_CHECKSUMS = "written.json"  # path -> checksum of the text that a cell last wrote there
 
 
 def target(cell: str) -> Path | None:
@@ -24,23 +24,23 @@ def target(cell: str) -> Path | None:
     match = _WRITES.match(cell)
     try:
         words = [word for word in shlex.split(match[1]) if word not in ("-a", "--append")] if match else []
-    except ValueError:  # a quotation mark without its partner; %%writefile will say so
+    except ValueError:  # an unclosed quotation mark; %%writefile will report it
         return None
     return Path(words[0]).expanduser().resolve() if len(words) == 1 else None
 
 
-class Keeper:
-    """Looks at each cell before and after it is run."""
+class FileBackups:
+    """The backups of a workspace, made before and noted after each `%%writefile` cell."""
 
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self._folder = workspace.root / "kept"
 
     def before(self, cell: str, now: datetime | None = None) -> str:
-        """Keep what the cell is about to overwrite; return a line that says so, "" if there was nothing to keep."""
+        """Back up the file that the cell is about to overwrite; return a line about it, "" if there is no need."""
         path = target(cell)
         content = _content(path) if path is not None else None
-        if path is None or not content or _sum(content) == self._notes().get(self._name(path)):
+        if path is None or not content or _sum(content) == self._checksums().get(self._name(path)):
             return ""
         if content == cell.partition("\n")[2].encode():
             return ""
@@ -48,27 +48,27 @@ class Keeper:
         ignored_by_colcon(self._folder)
         copy.parent.mkdir(parents=True, exist_ok=True)
         copy.write_bytes(content)
-        return f"{path.name} was changed outside this notebook. What it held is kept: {self._workspace.shown(copy)}"
+        return f"{path.name} was changed outside this notebook. That version is kept: {self._workspace.shown(copy)}"
 
     def after(self, cell: str) -> None:
-        """Note what the cell has written."""
+        """Note the checksum of the file that the cell has written."""
         path = target(cell)
         content = _content(path) if path is not None else None
         if path is None or content is None:
             return
-        notes = self._notes()
-        if notes.get(self._name(path)) != _sum(content):
+        checksums = self._checksums()
+        if checksums.get(self._name(path)) != _sum(content):
             ignored_by_colcon(self._folder)
-            text = json.dumps(notes | {self._name(path): _sum(content)}, indent=1)
-            (self._folder / _NOTES).write_text(text, encoding="utf-8")
+            text = json.dumps(checksums | {self._name(path): _sum(content)}, indent=1)
+            (self._folder / _CHECKSUMS).write_text(text, encoding="utf-8")
 
     def _name(self, path: Path) -> str:
-        """Return the file's place below the package, or its whole path if it lies elsewhere."""
+        """Return the file's path in the package, or its absolute path if it is elsewhere."""
         package = self._workspace.package
         return str(path.relative_to(package) if path.is_relative_to(package) else path)
 
     def _copy_of(self, path: Path, now: datetime) -> Path:
-        """Return where a copy goes that is not there yet: "driver 2026-05-01 14.03.59.py"."""
+        """Return an unused path for a copy: "driver 2026-05-01 14.03.59.py"."""
         name = Path(self._name(path))
         folder = self._folder / (name.parent if not name.is_absolute() else "elsewhere")
         stem = f"{name.stem} {now:%Y-%m-%d %H.%M.%S}"
@@ -78,9 +78,9 @@ class Keeper:
             copy = folder / f"{stem} ({number}){name.suffix}"
         return copy
 
-    def _notes(self) -> dict[str, str]:
+    def _checksums(self) -> dict[str, str]:
         try:
-            found = json.loads((self._folder / _NOTES).read_text(encoding="utf-8"))
+            found = json.loads((self._folder / _CHECKSUMS).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return {}
         return found if isinstance(found, dict) else {}

@@ -1,4 +1,4 @@
-"""The contract's interface types in the notebook's own process, built by the kit and not by the student."""
+"""Make the contract's interface types, as built by the kit, importable in the notebook's kernel."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from grader.notebook.workspace import Workspace
 def load(workspace: Workspace) -> None:
     """Make the contract's interface types importable in this process, beside the modules of the student's package.
 
-    The loader reads LD_LIBRARY_PATH only when a process starts, so the libraries are loaded by hand; those that ROS
-    looks up later by name it finds through the environment variable.
+    The dynamic linker reads LD_LIBRARY_PATH only when a process starts, so the libraries are loaded here; the variable
+    is set for those that ROS looks up by name later.
     """
     if f"{spec.PACKAGE}.srv._set_speed" in sys.modules:
         return
@@ -39,7 +39,7 @@ def load(workspace: Workspace) -> None:
 
 
 def _load_libraries(paths: list[Path]) -> None:
-    """Load shared libraries whose dependencies are among them, in whatever order works."""
+    """Load shared libraries that depend on each other, in any order that works."""
     left = paths
     while left:
         failed = []
@@ -55,10 +55,10 @@ def _load_libraries(paths: list[Path]) -> None:
 
 @contextmanager
 def _importing_from(site: Path, own_modules: Path) -> Iterator[None]:
-    """Import the package's name from `site` alone; afterwards it means the types and `own_modules` together.
+    """Import the package from `site` alone; afterwards its path holds both the types and `own_modules`.
 
-    That is what `extend_path` in the package's `__init__.py` does, were it there and right. The name has to stay known
-    from then on: rosidl's C code asks for it with each message, and ends the process if it is not.
+    A correct `extend_path` in the package's `__init__.py` does the same. The package must stay in sys.modules: rosidl's
+    C code looks it up for each message, and ends the process if it is missing.
     """
     hidden = {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] == spec.PACKAGE}
     hidden.pop(spec.PACKAGE, None)

@@ -1,4 +1,4 @@
-"""A node of the student's as a process of this machine: started, heard, and gone when the notebook's kernel is."""
+"""Run one of the student's nodes as a process that ends with the notebook's kernel, and collect its output."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _OUTPUT_CAP = 200_000
 
 
 class NodeProcess:
-    """A node of the student's on this machine, in a process group of its own, with the methods that a Stage needs."""
+    """A node in a process group of its own, with the methods that a trial's stage expects of a program."""
 
     def __init__(self, command: list[str], environment: Mapping[str, str]) -> None:
         self.started = time.monotonic()
@@ -34,12 +34,12 @@ class NodeProcess:
 
     @property
     def wall_seconds(self) -> float:
-        """Return how long ago it was started."""
+        """Return the seconds since it was started."""
         return time.monotonic() - self.started
 
     @property
     def output(self) -> str:
-        """Return what it has printed, on both streams."""
+        """Return its output so far, on both streams."""
         return bytes(self._text).decode("utf-8", "replace")
 
     def exit_code(self) -> int | None:
@@ -47,7 +47,7 @@ class NodeProcess:
         return self._popen.poll()
 
     def interrupt(self) -> None:
-        """Send it what Ctrl-C sends."""
+        """Send SIGINT, as Ctrl-C does."""
         with suppress(ProcessLookupError):
             os.kill(self._popen.pid, signal.SIGINT)
 
@@ -70,9 +70,9 @@ class NodeProcess:
         return lines[-1][:300] if lines and self.exit_code() is not None else ""
 
     def kill(self) -> None:
-        """End the whole group and wait for it."""
+        """Kill the whole group and wait for its end."""
         if self._gone:
-            return  # its number may be another's by now
+            return  # its process group's number may belong to another by now
         self._gone = True
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self._popen.pid, signal.SIGKILL)
@@ -90,11 +90,11 @@ def _start(command: list[str], environment: dict[str, str]) -> subprocess.Popen[
     )  # fmt: skip
 
 
-# A thread of its own that lasts as long as this process: the kernel sends the signal below when the *thread* ends that
-# started the node, and a live view's thread may start one.
+# A thread that lasts as long as this process: Linux sends the signal below when the *thread* that started the node
+# ends, and a node may be started from a live view's thread.
 _STARTER = ThreadPoolExecutor(1, thread_name_prefix="starter")
 
-# The node dies with the kernel, however that ends: PR_SET_PDEATHSIG, set between fork and exec by this one-liner.
+# Sets PR_SET_PDEATHSIG between fork and exec: the node then dies with the notebook's kernel, however that ends.
 _GUARD = """
 import ctypes, os, signal, sys
 ctypes.CDLL(None).prctl(1, signal.SIGKILL)

@@ -99,8 +99,8 @@ def advice(because: str) -> str:
         return 'install it with install(PROGRAMS ...) in CMakeLists.txt; `check("I1")` says more'
     if "there is no service" in because or "there is no action" in because:
         return "complete the exercise that provides it, and run its cell"
-    if "last words" in because:
-        return "the node ended by itself; its last words say where"
+    if "last output" in because:
+        return "the node ended by itself; its last output says where"
     return "look at what the node does and prints: `run_node()`, then `run.output`"
 
 

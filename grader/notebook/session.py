@@ -1,7 +1,7 @@
-"""A session with one node of the student's and a simulated robot, in lockstep inside the notebook's kernel.
+"""Run one of the student's nodes beside a simulated robot, in lockstep, inside the notebook's kernel.
 
-The node is a process of its own, the robot and the clock are here. Both keep to the workspace's DDS domain, so `!ros2`
-in a cell sees what is seen here. Times are simulated seconds since the session began.
+The node is a separate process; the robot and the clock live in the kernel. Both use the workspace's DDS domain, so
+`!ros2` in a cell sees the same graph. Times are simulated seconds since the run began.
 """
 
 from __future__ import annotations
@@ -13,17 +13,13 @@ import time
 import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from types import SimpleNamespace, TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-from grader import build
-from grader.contract import spec
 from grader.errors import KitError
-from grader.host import ros_env
-from grader.notebook import interface_types, prerequisites
+from grader.notebook import interface_types, node_build
 from grader.notebook.node_process import NodeProcess
-from grader.notebook.workspace import NOTEBOOK, Workspace, discovery_range, prepare
+from grader.notebook.workspace import Workspace, prepare
 from sim import PROFILES, Pose, Recorder, Recording, Simulator, World, load_world
 
 if TYPE_CHECKING:
@@ -31,13 +27,13 @@ if TYPE_CHECKING:
     from sim.live import Live
 
 TICK_S = 0.05  # 20 Hz, as in sim.bridge, which cannot be imported without ROS
-_HEARD = ("cmd_vel", "sensor_fusion_data", "obstacle_distance")
+_RECORDED = ("cmd_vel", "sensor_fusion_data", "obstacle_distance")
 _NO_ACTION = "no node offers the action navigate_to_position"
 
 
 @dataclass(frozen=True, repr=False)
-class Went:
-    """How a drive to a place ended.
+class GoalResult:
+    """The end of a goal.
 
     `status` is "succeeded", "canceled", "aborted", "rejected", "unfinished" or "no server"; `feedback` holds
     (t, metres to go).
@@ -49,14 +45,14 @@ class Went:
     feedback: list[tuple[float, float]] = field(default_factory=list)
 
     def __repr__(self) -> str:
-        place = self.final_pose.position
-        told = f"{len(self.feedback)} feedback messages"
-        return f"Went({self.status!r}, success={self.success}, final_pose at ({place.x:.2f}, {place.y:.2f}), {told})"
+        place, count = self.final_pose.position, len(self.feedback)
+        place_shown = f"final_pose at ({place.x:.2f}, {place.y:.2f})"
+        return f"GoalResult({self.status!r}, success={self.success}, {place_shown}, {count} feedback messages)"
 
 
 @dataclass(frozen=True)
-class Ended:
-    """How a node ended after Ctrl-C: wall seconds, exit code (None: it had to be killed), the last cmd_vel or None."""
+class NodeExit:
+    """The end of a node after Ctrl-C: wall seconds, exit code (None if it had to be killed), last cmd_vel or None."""
 
     seconds: float
     exit_code: int | None
@@ -64,11 +60,12 @@ class Ended:
 
 
 class Run:
-    """A node that runs beside a simulated robot. Close it, or use it in a `with` block.
+    """A node that runs beside a simulated robot. Close it after use, or use it in a `with` block.
 
     Attributes:
-        simulator: the robot and its world; change it between two calls as you like.
-        node: the node's name; `trouble` says why there is none that works, "" if it does.
+        simulator: the robot and its world; free to be changed between two calls.
+        node: the node's name.
+        trouble: why the node does not work, "" if it does.
     """
 
     def __init__(
@@ -90,7 +87,7 @@ class Run:
         self._lock = threading.RLock()  # a live view's thread and a cell
         self._stage: WatchedStage | None = None
         self._process: NodeProcess | None = None
-        self._heard: Mapping[str, list[tuple[float, Any]]] = {}
+        self._recorded: dict[str, list[tuple[float, Any]]] = {}
         self._live: weakref.ref[Live] | None = None
         self._output = ""
         self._closed = False
@@ -100,11 +97,11 @@ class Run:
 
     @property
     def t(self) -> float:
-        """Return the simulated time since the session began, in seconds."""
+        """Return the simulated time since the run began, in seconds."""
         return self.simulator.time
 
     def drive(self, seconds: float, until: Callable[[], object] | None = None) -> Recording:
-        """Let simulated time pass, at most until `until()` is true, and return everything recorded so far."""
+        """Let simulated time pass, `seconds` or until `until()` is true, and return everything recorded so far."""
         for _ in range(max(1, round(seconds / TICK_S))):
             self._tick()
             if until is not None and until():
@@ -113,7 +110,7 @@ class Run:
 
     @property
     def recording(self) -> Recording:
-        """Return what has happened since the session began."""
+        """Return everything recorded since the run began."""
         with self._lock:
             return self._recorder.recording()
 
@@ -122,11 +119,13 @@ class Run:
         from sim.live import Live
 
         self._stop_view()
-        view = Live(self.simulator, step=lambda _dt: self._tick(), on_goal=self._click, on_reset=self._again, **options)
+        view = Live(
+            self.simulator, step=lambda _dt: self._tick(), on_goal=self._click, on_reset=self._restart, **options
+        )
         self._live = weakref.ref(view)
         return view
 
-    # ------------------------------------------------------------- what a client can ask
+    # ------------------------------------------------------------- client calls
 
     def set_speed(self, speed: float) -> Any:
         """Call set_speed and return its response: `.success` and `.message`."""
@@ -140,19 +139,19 @@ class Run:
 
     def go_to(
         self, x: float, y: float, tolerance: float = 0.1, cancel_after: float | None = None, limit: float = 60.0
-    ) -> Went:
-        """Send a goal (m, odom frame), let time pass until it ends, and return how it went.
+    ) -> GoalResult:
+        """Send a goal (m, odom frame), let time pass until it ends, and return its result.
 
-        Asks to cancel it after `cancel_after` simulated seconds, and gives up after `limit`.
+        Cancels the goal after `cancel_after` simulated seconds, and gives up after `limit`.
         """
         with self._lock:
-            stage = self._working()
+            stage = self._active_stage()
             if stage is None or not stage.takes_goals:
                 print(f"not yet: {_NO_ACTION}")
-                return Went("no server", False, _pose())
+                return GoalResult("no server", False, _pose())
             goal = stage.navigate(x, y, tolerance)
         begin, canceled = self.t, False
-        while not (goal.ended or goal.problem) and self.t < begin + limit - 1e-9 and self._working():
+        while not (goal.ended or goal.problem) and self.t < begin + limit - 1e-9 and self._active_stage():
             if cancel_after is not None and not canceled and self.t >= begin + cancel_after - 1e-9:
                 goal.cancel()
                 canceled = True
@@ -160,50 +159,50 @@ class Run:
         if goal.problem:
             print(f"not yet: {goal.problem}")
         facts, result = goal.facts(), goal.result
-        return Went(
+        return GoalResult(
             status=facts.status,
             success=bool(facts.success),
             final_pose=result.final_pose if result is not None else _pose(),
-            feedback=[(t, told) for t, told, _ in facts.feedback],
+            feedback=[(t, remaining) for t, remaining, _ in facts.feedback],
         )
 
     def set_parameter(self, name: str, value: object) -> tuple[bool, str]:
-        """Set a parameter of the running node; return whether it took it, and its reason if not."""
+        """Set a parameter of the running node; return whether it was accepted, and the node's reason if not."""
         with self._lock:
-            stage = self._working()
+            stage = self._active_stage()
             if stage is None:
                 return False, "there is no node"
             answer = stage.set_parameter(name, value)
         return bool(answer.accepted), answer.reason
 
     def messages(self, topic: str) -> list[tuple[float, Any]]:
-        """Return (t, message) of all that came on cmd_vel, sensor_fusion_data or obstacle_distance.
+        """Return (t, message) for each message on cmd_vel, sensor_fusion_data or obstacle_distance.
 
         Raises:
-            KeyError: another topic.
+            KeyError: the topic is not recorded.
         """
-        if topic not in _HEARD:
-            raise KeyError(f"messages of {topic!r} are not kept; those of {', '.join(_HEARD)} are")
-        return list(self._heard.get(topic, ()))
+        if topic not in _RECORDED:
+            raise KeyError(f"messages on {topic!r} are not recorded; those on {', '.join(_RECORDED)} are")
+        return list(self._recorded.get(topic, ()))
 
     # ------------------------------------------------------------- the end
 
-    def interrupt(self) -> Ended:
-        """Press Ctrl-C: send the node SIGINT, wait for its end, and return how it ended. The session is over then."""
+    def interrupt(self) -> NodeExit:
+        """Press Ctrl-C: send the node SIGINT, wait for its end and describe it. This closes the run."""
         with self._lock:
-            stage, process = self._working(), self._process
+            stage, process = self._active_stage(), self._process
             if stage is None or process is None:
-                return Ended(0.0, None, None)
+                return NodeExit(0.0, None, None)
             started = time.monotonic()
             stage.interrupt()
             seconds = stage.choices.get("seconds_to_end", round(time.monotonic() - started, 2))
-            code, heard = process.exit_code(), self._heard["cmd_vel"]
+            code, commands = process.exit_code(), self._recorded["cmd_vel"]
         self.close()
-        return Ended(seconds, code, heard[-1][1] if heard else None)
+        return NodeExit(seconds, code, commands[-1][1] if commands else None)
 
     @property
     def output(self) -> str:
-        """Return what the node has printed."""
+        """Return the node's output so far."""
         return self._process.output if self._process is not None else self._output
 
     def close(self) -> None:
@@ -224,27 +223,30 @@ class Run:
         self.close()
 
     def __repr__(self) -> str:
-        state = f"not yet: {self.trouble}" if self.trouble else "is over" if self._closed else "runs"
+        state = f"not yet: {self.trouble}" if self.trouble else "closed" if self._closed else "running"
         return f"Run({self.node} in {self.simulator.world.name!r}: {state})"
 
     # ------------------------------------------------------------- inside
 
     def _begin(self) -> None:
-        """Start the node and meet it on the graph; without one the robot stands."""
+        """Build and start the node, and wait until it is on the graph; without one the robot stands still."""
         self._recorder = Recorder(self.simulator)
-        install = self._install()
-        if install is None:
+        self._recorded = {topic: [] for topic in _RECORDED}
+        try:
+            install = node_build.install(self._workspace, self.node)
+        except KitError as error:
+            self._give_up(str(error))
             return
         interface_types.load(self._workspace)
         from grader.notebook.watched_stage import TrialOver, WatchedStage
 
-        self._process = process = NodeProcess(self._command(install), self._environment(install))
+        command = node_build.command(install, self.node, self._parameters, self._remappings)
+        self._process = process = NodeProcess(command, node_build.environment(install, self._workspace))
         self._stage = WatchedStage(
             self.node, self.simulator, process, domain_id=self._workspace.domain_id, remappings=self._remappings,
-            recorder=self._recorder,
+            recorder=self._recorder, messages=self._recorded,
         )  # fmt: skip
-        self._heard = self._stage.heard
-        # For a run that nobody holds any more; at the kernel's end the processes are seen to by themselves.
+        # For a run without references to it; when the kernel ends, the processes end by themselves.
         self._finish = weakref.finalize(self, _finish, process, self._stage)
         self._finish.atexit = False
         try:
@@ -252,69 +254,34 @@ class Run:
         except TrialOver as over:
             self._give_up(f"{over}{_last_words(process)}")
 
-    def _install(self) -> Path | None:
-        """Build the package and return where it is installed; say what is missing and return None if it cannot be."""
-        requirement = "F1" if self.node == "robot_controller" else "F13"
-        gap = prerequisites.first_gap(self._workspace.package, requirement, os.environ.get(NOTEBOOK, ""))
-        if gap is not None:
-            self._give_up(f"{gap.seen}; {gap.try_}")
-            return None
-        try:
-            built = build.build([self._workspace.package], build.cache_folder())
-        except KitError as error:
-            self._give_up(str(error))
-            return None
-        if not built.facts.ok:
-            self._give_up(f"the package does not build: {prerequisites.first_error(built.facts)}")
-            return None
-        if self.node not in built.facts.executables:
-            self._give_up(f"the package installs no executable {self.node} in lib/{spec.PACKAGE}")
-            return None
-        return built.install
-
-    def _environment(self, install: Path) -> dict[str, str]:
-        return ros_env.environment(install, home=Path.home()) | {
-            "ROS_DOMAIN_ID": str(self._workspace.domain_id),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
-            "ROS_LOG_DIR": str(self._workspace.root / "log" / "ros"),
-        }
-
-    def _command(self, install: Path) -> list[str]:
-        words = [str(install / "lib" / spec.PACKAGE / self.node), "--ros-args", "-p", "use_sim_time:=true"]
-        for name, value in self._parameters.items():
-            words += ["-p", f"{name}:={str(value).lower() if isinstance(value, bool) else value}"]
-        for name, new in self._remappings.items():
-            words += ["-r", f"{name}:={new}"]
-        return words
-
     def _tick(self) -> None:
         with self._lock:
-            stage = self._working()
+            stage = self._active_stage()
             if stage is not None:
                 from grader.notebook.watched_stage import TrialOver
 
                 try:
                     stage.tick()
                     return
-                except TrialOver as over:  # before the tick: the robot stands from here on
+                except TrialOver as over:  # before the tick: from here on the robot stands still
                     self.simulator.command(0.0, 0.0)
                     self._give_up(f"{over}{_last_words(self._process)}")
             self._recorder.take(self.simulator.step(TICK_S))
 
-    def _working(self) -> WatchedStage | None:
-        """Return the stage while its node is there."""
+    def _active_stage(self) -> WatchedStage | None:
+        """Return the stage while its node runs, else None."""
         return self._stage if self._process is not None and not self.trouble else None
 
     def _call(self, service: str, **fields: object) -> tuple[Any, str]:
-        """Return a service's response, or None and why there was none."""
+        """Return a service's response, or None and the reason."""
         with self._lock:
-            stage = self._working()
+            stage = self._active_stage()
             return (None, f"no node offers {service}") if stage is None else stage.ask(service, fields)
 
     def _click(self, x: float, y: float) -> str:
-        """Send the goal that was clicked, map frame, and say what came of it."""
+        """Send the clicked place (m, map frame) as a goal, and return in words whether the node accepted it."""
         with self._lock:
-            stage = self._working()
+            stage = self._active_stage()
             if stage is None or not stage.takes_goals:
                 return _NO_ACTION
             place = self.simulator.odom_origin.inverse().compose(Pose(x, y, 0.0))
@@ -323,8 +290,8 @@ class Run:
             return f"goal sent: ({x:z.2f}, {y:z.2f}) m"
         return goal.problem or "the node rejected the goal"
 
-    def _again(self) -> None:
-        """Start the node anew after the simulator was set back: for a node time does not go back."""
+    def _restart(self) -> None:
+        """Start the node anew after the simulator was reset: in a node, time must not go back."""
         with self._lock:
             self._end()
             self.trouble = ""
@@ -338,7 +305,7 @@ class Run:
     def _end(self) -> None:
         process, self._process, self._stage = self._process, None, None
         if process is not None:
-            self._finish()  # at most once, whoever comes first
+            self._finish()  # runs at most once
             self._output = process.output
 
     def _stop_view(self) -> None:
@@ -354,7 +321,7 @@ def _finish(process: NodeProcess, stage: WatchedStage) -> None:
 
 
 def _last_words(process: NodeProcess | None) -> str:
-    """Return the last line that a node which has ended by itself had printed."""
+    """Return the last line that the node printed, if it has ended by itself."""
     return f"; its last words: {process.last_words}" if process is not None and process.last_words else ""
 
 
@@ -364,13 +331,13 @@ def _pose() -> Any:
     return Pose()
 
 
-# -- one session a node -----------------------------------------------------------------------------------------------
+# -- one run for each node ---------------------------------------------------------------------------------------------
 
 _RUNS: weakref.WeakValueDictionary[str, Run] = weakref.WeakValueDictionary()
 
 
 def start(workspace: Workspace, node: str, world: str | World, **options: Any) -> Run:
-    """Return a new session with a node; an older one with the same node is closed first."""
+    """Return a new run of a node; an older run of the same node is closed first."""
     prepare(workspace, os.environ)
     older = _RUNS.get(node)
     if older is not None:

@@ -1,6 +1,6 @@
-"""A trial's stage in a notebook: the same lockstep, calls and goals, with messages and a recording to look at.
+"""A trial's stage for a notebook: the same lockstep, calls and goals, but messages and a recording can be looked at.
 
-Importable once the contract's types are (interface_types.load).
+Can be imported once interface_types.load has made the contract's types importable.
 """
 
 from __future__ import annotations
@@ -17,17 +17,13 @@ from grader.trials.observation import Program, TrialOver
 from grader.trials.plan import TrialPlan
 from grader.trials.stage import Stage
 from sim import Recorder, Simulator
-from sim.bridge import TICK_S
 from sim.sensors import Reading
 
-__all__ = ["TICK_S", "TrialOver", "WatchedStage"]
-
-HEARD = ("cmd_vel", "sensor_fusion_data", "obstacle_distance")
-"""The topics whose messages are kept."""
+__all__ = ["TrialOver", "WatchedStage"]
 
 
 class WatchedStage(Stage):
-    """A node and its robot. `heard` has (t, message) by topic."""
+    """A node and its robot. Adds (t, message) to `messages` by topic, and every reading to `recorder`."""
 
     def __init__(
         self,
@@ -38,6 +34,7 @@ class WatchedStage(Stage):
         domain_id: int,
         remappings: Mapping[str, str],
         recorder: Recorder,
+        messages: Mapping[str, list[tuple[float, Any]]],
     ) -> None:
         plan = TrialPlan(
             "notebook", "", lambda _stage: None, node, simulator.world.name, (), remappings=dict(remappings)
@@ -46,10 +43,10 @@ class WatchedStage(Stage):
         self._work_limit_s = math.inf
         self._recorder = recorder
         self._readings: list[Reading] = []
-        self.heard: dict[str, list[tuple[float, Any]]] = {topic: [] for topic in HEARD}
+        self._recorded = messages
         if node == "sensor_processor":
             for kind, topic in ((SensorFusionData, "sensor_fusion_data"), (Float32, "obstacle_distance")):
-                self._hear(kind, topic)
+                self._record(kind, topic)
 
     def tick(self) -> None:
         """Let one tick of simulated time pass.
@@ -60,7 +57,7 @@ class WatchedStage(Stage):
         self._tick()
 
     def ask(self, service: str, fields: Mapping[str, object]) -> tuple[Any, str]:
-        """Return a service's response, or None and why there was none."""
+        """Return a service's response, or None and the reason."""
         client = self._clients.get(service)
         if client is None or not client.service_is_ready():
             return None, f"no node offers {service}"
@@ -77,15 +74,15 @@ class WatchedStage(Stage):
         """Return whether the node offers the action."""
         return self.action is not None and bool(self.action.server_is_ready())
 
-    def _hear(self, kind: Any, topic: str) -> None:
+    def _record(self, kind: Any, topic: str) -> None:
         def take(message: Any) -> None:
-            self.heard[topic].append((self.t, message))
+            self._recorded[topic].append((self.t, message))
 
         self.bridge.node.create_subscription(kind, topic, take, 10)
 
     def _take_command(self, t: float, message: Any) -> None:
         super()._take_command(t, message)
-        self.heard["cmd_vel"].append((t, message))
+        self._recorded["cmd_vel"].append((t, message))
 
     def _take_published(self, reading: Reading) -> None:
         super()._take_published(reading)

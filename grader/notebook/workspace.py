@@ -1,4 +1,4 @@
-"""Where the student's package lies, and the environment in which shell cells find ROS 2, the kit and what was built."""
+"""Locate the student's package, and set up the environment in which shell cells find ROS 2, the kit and the build."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from grader.host import ros_env
 PACKAGE = spec.PACKAGE
 VARIABLE = "ROS2_COURSE_WS"
 NOTEBOOK = "ROS2_COURSE_NOTEBOOK"
-"""Where `begin` notes the notebook at work ("05")."""
+"""The environment variable in which `begin` notes the current notebook ("05")."""
 
 
 @dataclass(frozen=True)
 class Workspace:
-    """A colcon workspace: `root` with src/, and build/, install/ and log/ once something has been built."""
+    """A colcon workspace: `root` holds src/, and after a build also build/, install/ and log/."""
 
     root: Path
 
@@ -34,7 +34,7 @@ class Workspace:
 
     @property
     def install(self) -> Path:
-        """Return the install tree of the package, as a plain `colcon build` makes it."""
+        """Return the package's install tree, where a plain `colcon build` puts it."""
         return self.root / "install" / PACKAGE
 
     @property
@@ -44,17 +44,17 @@ class Workspace:
         return 1 + int.from_bytes(digest[:4], "big") % 100
 
     def shown(self, path: Path) -> str:
-        """Return a path in the workspace as a student should read it, the same on every machine."""
+        """Return a path in the workspace as it is shown to students, the same on every machine."""
         with contextlib.suppress(ValueError):
             return str(Path("ws") / path.relative_to(self.root))
         return path.name
 
 
 def find(here: Path | None = None) -> Workspace:
-    """Return the workspace: $ROS2_COURSE_WS, or `ws` beside the notebooks, looked for from `here` upwards.
+    """Return the workspace: $ROS2_COURSE_WS, or `ws` beside the folder `notebooks`, searched from `here` upwards.
 
     Raises:
-        GraderError: there is no folder `notebooks` above, and the variable is not set.
+        GraderError: the variable is not set, and no folder `notebooks` was found.
     """
     chosen = os.environ.get(VARIABLE)
     if chosen:
@@ -65,12 +65,12 @@ def find(here: Path | None = None) -> Workspace:
             root = folder.parent if folder.name == "notebooks" else folder
             return Workspace(root / "ws")
     raise GraderError(
-        f"There is no folder `notebooks` at or above the present one. Open a notebook in it, or set {VARIABLE}."
+        f"There is no folder `notebooks` in or above the current one. Open a notebook in it, or set {VARIABLE}."
     )
 
 
 def open_workspace(notebook: str) -> Workspace:
-    """Make the workspace where it is missing, change into the package's folder, and prepare the environment."""
+    """Create the workspace if it is missing, change into the package's folder, and prepare the environment."""
     found = find()
     os.environ[NOTEBOOK] = notebook
     found.package.mkdir(parents=True, exist_ok=True)
@@ -81,9 +81,9 @@ def open_workspace(notebook: str) -> Workspace:
 
 
 def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None:
-    """Set what `source install/setup.bash` would set, and what the wheels need besides. Can be done again any time.
+    """Set the variables that `source install/setup.bash` would set, and those that the wheels need.
 
-    The workspace counts as soon as it has been built.
+    Can be called again at any time; includes the workspace's install tree once there is one.
     """
     overlays = [workspace.install] if (workspace.install / "share").is_dir() else []
     wanted = ros_env.environment(*overlays, home=Path.home())
@@ -93,9 +93,9 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
         "ROS_DOMAIN_ID": str(workspace.domain_id),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
         "ROS_LOG_DIR": str(workspace.root / "log" / "ros"),
-        # A plain `colcon build` then does what docs/ros-from-wheels.md describes.
+        # A plain `colcon build` then uses the settings that docs/ros-from-wheels.md describes.
         "COLCON_DEFAULTS_FILE": str(_defaults_file(workspace)),
-        "COLCON_LOG_LEVEL": "error",  # it would warn of the wheels' prefix, which has no setup files
+        "COLCON_LOG_LEVEL": "error",  # it would warn that the wheels' prefix has no setup files
         "CMAKE_GENERATOR": "Ninja",
     }
     if shutil.which("ccache"):
@@ -103,7 +103,7 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
             "CMAKE_C_COMPILER_LAUNCHER": "ccache",
             "CMAKE_CXX_COMPILER_LAUNCHER": "ccache",
             "CCACHE_DIR": str(build.cache_folder() / "ccache"),
-            "CCACHE_READONLY": "1",  # only the kit's own builds fill it
+            "CCACHE_READONLY": "1",  # only the kit's own builds write to it
             "CCACHE_TEMPDIR": "/tmp",
             "CCACHE_NOHASHDIR": "1",
             "CCACHE_BASEDIR": str(workspace.root),
@@ -117,23 +117,23 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
 
 
 def discovery_range(interfaces: Path = Path("/sys/class/net")) -> str:
-    """Return how far DDS looks for others: on this machine only, or a class would drive one another's robots.
+    """Return ROS's discovery range: this machine only, or students in a class would drive each other's robots.
 
-    Where there is nothing but the loopback, LOCALHOST finds nobody (it wants multicast there), and SUBNET reaches
-    no one else either.
+    Without a network interface besides the loopback, LOCALHOST finds no nodes (it needs multicast); there SUBNET does
+    not reach other machines either.
     """
     states = {path.parent.name: path.read_text().strip() for path in interfaces.glob("*/operstate")}
     return "LOCALHOST" if any(state == "up" for name, state in states.items() if name != "lo") else "SUBNET"
 
 
 def ignored_by_colcon(folder: Path) -> None:
-    """Make the folder if it is missing, and keep colcon from looking for packages in it."""
+    """Create the folder if it is missing, and keep colcon from searching it for packages."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "COLCON_IGNORE").touch()
 
 
 def _in_front(path: str, *folders: Path) -> str:
-    """Return a search path with `folders` in front, each once."""
+    """Return a search path with `folders` moved to the front, each once."""
     first = [str(folder) for folder in folders]
     return os.pathsep.join([*first, *(part for part in path.split(os.pathsep) if part and part not in first)])
 

@@ -1,4 +1,4 @@
-"""`check`: the grader's own checks on the workspace's package, in words for its author."""
+"""`check`: the grader's own checks on the workspace's package, worded for its author."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from grader import notebook
+from grader import build, notebook
 from grader.contract.spec import PACKAGE
 from grader.notebook import checking, checkpoints
 from grader.notebook.feedback import Checked
@@ -23,16 +23,16 @@ def package(workspace: Workspace) -> Path:
 
 
 @pytest.fixture
-def build_fails_if_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whoever wants to build here has not seen that it is no use."""
+def no_build(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fail at any attempt to build."""
 
     def refuse(*_: object, **__: object) -> None:
-        raise AssertionError("built in vain")
+        raise AssertionError("built for nothing")
 
-    monkeypatch.setattr(checking.pipeline, "grade", refuse)
+    monkeypatch.setattr(build, "build", refuse)
 
 
-def test_an_empty_workspace_is_not_yet_for_every_requirement(workspace: Workspace, build_fails_if_asked: None) -> None:
+def test_an_empty_workspace_is_not_yet_for_every_requirement(workspace: Workspace, no_build: None) -> None:
     names = [r.id for r in checking.rubric.load(checking.RUBRIC).requirements]
     checked = notebook.check(*names)
     assert not checked.passed
@@ -44,7 +44,7 @@ def test_an_empty_workspace_is_not_yet_for_every_requirement(workspace: Workspac
     assert all("seen" in dict(note.rows) and "try" in dict(note.rows) for a in checked.answers for note in a.notes)
 
 
-def test_an_unknown_requirement_is_a_mistake_of_the_caller(workspace: Workspace) -> None:
+def test_an_unknown_requirement_is_an_error_of_the_caller(workspace: Workspace) -> None:
     with pytest.raises(ValueError, match=r"no requirement 'F99'. There are F1, F2"):
         notebook.check("F1", "F99")
 
@@ -54,14 +54,14 @@ def test_answers_come_in_the_order_asked_for_and_once(workspace: Workspace) -> N
 
 
 @pytest.mark.sandbox
-def test_text_is_judged_without_a_build(package: Path, build_fails_if_asked: None) -> None:
+def test_requirements_about_text_are_judged_without_a_build(package: Path, no_build: None) -> None:
     (package / "CMakeLists.txt").write_text("this is no CMake (")
     checked = notebook.check("I2", "Q1", "Q2", "Q4")
     assert checked.passed, checked
 
 
 @pytest.mark.sandbox
-def test_a_finding_says_what_was_seen_and_what_to_try(package: Path) -> None:
+def test_a_finding_has_seen_and_try(package: Path) -> None:
     module = package / PACKAGE / "driver.py"
     module.write_text(module.read_text() + "\n\ndef shout(words):\n    print(words)\n")
     said = repr(notebook.check("Q4"))
@@ -95,7 +95,7 @@ def test_a_build_that_fails_shows_its_first_error(package: Path) -> None:
 @pytest.mark.ros
 @pytest.mark.sandbox
 @pytest.mark.slow
-def test_a_lost_drive_comes_with_its_picture(package: Path) -> None:
+def test_a_failed_trial_is_shown_as_a_picture(package: Path) -> None:
     module = package / PACKAGE / "utils" / "motion.py"
     module.write_text(module.read_text().replace("return STOP", "pass"))
     checked = notebook.check("F4")
@@ -107,7 +107,7 @@ def test_a_lost_drive_comes_with_its_picture(package: Path) -> None:
 @pytest.mark.ros
 @pytest.mark.sandbox
 @pytest.mark.slow
-def test_a_node_that_dies_tells_its_last_words(package: Path) -> None:
+def test_the_last_words_of_a_node_that_dies_are_shown(package: Path) -> None:
     module = package / PACKAGE / "driver.py"
     module.write_text(module.read_text().replace("        self._speed = 0.0", "        self._speed = nought", 1))
     said = repr(notebook.check("F1"))
@@ -115,7 +115,7 @@ def test_a_node_that_dies_tells_its_last_words(package: Path) -> None:
     assert "name 'nought' is not defined" in said
 
 
-# The notebook at whose end each check first passes: authors put the check there (the section may stand earlier).
+# The notebook at whose end each check first passes; the check's cell is there, its section may come earlier.
 FIRST_PASSES = {
     "01": ("I2", "Q1", "Q2"),
     "03": ("F14",),
@@ -131,7 +131,7 @@ FIRST_PASSES = {
 
 @pytest.fixture
 def checked_after(workspace: Workspace) -> Callable[[str, tuple[str, ...]], Checked]:
-    """Check requirements on the package as a notebook leaves it."""
+    """A function that checks requirements on the package as a notebook leaves it."""
 
     def check(key: str, requirements: tuple[str, ...]) -> Checked:
         for path, text in checkpoints.files_after(key).items():
@@ -151,14 +151,14 @@ def test_every_requirement_has_a_notebook_where_it_first_passes() -> None:
 @pytest.mark.sandbox
 @pytest.mark.slow
 @pytest.mark.parametrize("key", FIRST_PASSES)
-def test_a_notebooks_checks_pass_on_the_package_of_its_stage(
+def test_a_notebooks_checks_pass_at_its_checkpoint(
     checked_after: Callable[[str, tuple[str, ...]], Checked], key: str
 ) -> None:
     checked = checked_after(key, FIRST_PASSES[key])
     assert checked.passed, checked
 
 
-def test_a_check_leaves_nothing_behind_in_the_environment(workspace: Workspace) -> None:
+def test_a_check_leaves_the_environment_unchanged(workspace: Workspace) -> None:
     before = dict(os.environ)
     notebook.check("F1")
     assert dict(os.environ) == before

@@ -1,4 +1,4 @@
-"""`grader submit`: what goes into the archive, and what it says about it."""
+"""`grader submit`: the content of the archive, and its description."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ def packed(archive: Path) -> list[str]:
 
 
 def test_the_archive_holds_the_package_below_one_folder(package: Path):
-    handed_in = packing.submit(package, check=False)
-    assert handed_in.archive == package.parent.parent / "ros2_robot_controller.zip"
-    assert {name.split("/")[0] for name in packed(handed_in.archive)} == {"ros2_robot_controller"}
-    assert "ros2_robot_controller/package.xml" in packed(handed_in.archive)
-    assert handed_in.missing == ()
-    assert handed_in.laid_out == ()
+    submission = packing.submit(package, check=False)
+    assert submission.archive == package.parent.parent / "ros2_robot_controller.zip"
+    assert {name.split("/")[0] for name in packed(submission.archive)} == {"ros2_robot_controller"}
+    assert "ros2_robot_controller/package.xml" in packed(submission.archive)
+    assert submission.missing == ()
+    assert submission.laid_out == ()
 
 
 def test_the_same_package_gives_the_same_bytes(package: Path, tmp_path: Path):
@@ -43,7 +43,7 @@ def test_the_same_package_gives_the_same_bytes(package: Path, tmp_path: Path):
     assert first.read_bytes() == second.read_bytes()
 
 
-def test_what_tools_made_is_left_out_and_a_folder_of_ones_own_stays(package: Path):
+def test_generated_files_are_left_out_and_a_students_own_log_stays(package: Path):
     made = (
         "build/COLCON_IGNORE",
         "build/x.o",
@@ -61,7 +61,7 @@ def test_what_tools_made_is_left_out_and_a_folder_of_ones_own_stays(package: Pat
     assert "log/notes.md" in before
 
 
-def test_an_executable_stays_one(package: Path):
+def test_executables_stay_executable(package: Path):
     archive = packing.submit(package, check=False).archive
     with zipfile.ZipFile(archive) as opened:
         modes = {i.filename.split("/", 1)[1]: i.external_attr >> 16 & 0o111 for i in opened.infolist()}
@@ -69,29 +69,29 @@ def test_an_executable_stays_one(package: Path):
     assert not modes["package.xml"]
 
 
-def test_files_that_the_course_laid_out_are_named(package: Path):
+def test_files_laid_out_by_the_course_are_named(package: Path):
     sums = {name: hashlib.sha256((package / name).read_bytes()).hexdigest() for name in ("package.xml", "setup.py")}
     (package / course_marker.MARKER).write_text(json.dumps({"laid_out_before": "05", "sha256": sums}))
     (package / "setup.py").write_text("# mine now\n")
-    handed_in = packing.submit(package, check=False)
-    assert handed_in.laid_out == ("package.xml",)
-    assert "package.xml   laid out by the course" in str(handed_in)
-    assert "1 of " in str(handed_in)
+    submission = packing.submit(package, check=False)
+    assert submission.laid_out == ("package.xml",)
+    assert "package.xml   laid out by the course" in str(submission)
+    assert "1 of " in str(submission)
 
 
-def test_a_damaged_marker_counts_for_nothing(package: Path):
+def test_a_damaged_marker_is_ignored(package: Path):
     (package / course_marker.MARKER).write_text('{"sha256": [1]}')
     assert packing.submit(package, check=False).laid_out == ()
 
 
-def test_split_interfaces_go_along(package: Path):
+def test_a_separate_interfaces_package_is_packed_too(package: Path):
     other = package.with_name("ros2_robot_controller_interfaces")
     other.mkdir()
     (other / "package.xml").write_text((package / "package.xml").read_text().replace(package.name, other.name))
     assert "ros2_robot_controller_interfaces/package.xml" in packed(packing.submit(package, check=False).archive)
 
 
-def test_what_is_missing_is_said(package: Path):
+def test_a_missing_file_is_named(package: Path):
     (package / "ros2_robot_controller" / "sensor_processor.py").unlink()
     assert "missing: ros2_robot_controller/sensor_processor.py" in str(packing.submit(package, check=False))
 
@@ -102,14 +102,14 @@ def test_without_a_package_one_sentence_says_so(tmp_path: Path, capsys: pytest.C
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_package_that_is_too_large_is_told_by_its_largest_file(package: Path):
+def test_the_error_for_a_package_that_is_too_large_names_its_largest_file(package: Path):
     with (package / "drive.bag").open("wb") as file:
         file.truncate(60_000_000)
     with pytest.raises(SubmissionError, match=r"The largest is drive\.bag with 60\.0 MB"):
         packing.submit(package, check=False)
 
 
-def test_the_command_says_where_the_archive_lies(
+def test_the_command_prints_the_path_of_the_archive(
     package: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.chdir(package)
@@ -123,5 +123,5 @@ def test_the_command_says_where_the_archive_lies(
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_the_public_checks_run_on_the_archive(package: Path):
-    handed_in = packing.submit(package)
-    assert "Together               100 of 100" in str(handed_in)
+    submission = packing.submit(package)
+    assert "Together               100 of 100" in str(submission)

@@ -115,7 +115,7 @@ def test_a_build_without_a_marked_error_shows_its_exit_status() -> None:
         ("the robot did not drive before the obstacle came (F2)", 'fix F2 first: `check("F2")` says more'),
         ("there is no executable robot_controller in lib/x", 'install it with install(PROGRAMS ...) in CMakeLists.txt'),
         ("there is no service set_speed of the contract's type", "complete the exercise that provides it"),
-        ("the node ended at 0.1 s; its last words were: KeyError", "its last words say where"),
+        ("the node ended at 0.1 s; its last output was: KeyError", "its last output says where"),
     ],
 )  # fmt: skip
 def test_the_reason_why_a_check_could_not_be_judged_comes_with_advice(because: str, advice: str) -> None:

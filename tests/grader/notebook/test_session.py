@@ -1,6 +1,6 @@
-"""`run_node`: a node of the student's beside a simulated robot, in the kernel.
+"""`run_node`: one of the student's nodes beside a simulated robot, in the kernel.
 
-Each script runs in a process of its own, as a kernel does: the interface types, once loaded, stay in a process.
+Each script runs in a separate process, as a kernel does: interface types, once loaded, stay in a process.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ BEGIN = """
 import json, os, sys
 sys.path.insert(0, "")
 from grader.notebook import begin, check, run_node, start_at
-def tell(**facts): print("TOLD " + json.dumps(facts), flush=True)
+def report(**facts): print("FACTS " + json.dumps(facts), flush=True)
 def pid(run): return run._process._popen.pid if run._process else None
 begin("05")
 """
 
-Told = dict[str, Any]
+Facts = dict[str, Any]
 pytestmark = pytest.mark.ros
 
 
-def play(root: Path, script: str) -> Told:
-    """Run a script as a notebook's cells; return what it told, with all its output under "said"."""
+def play(root: Path, script: str) -> Facts:
+    """Run a script as a notebook's cells; return the facts it reports, and its other output under "said"."""
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("ROS_", "AMENT", "COLCON", "PYTEST"))}
     ran = subprocess.run(
         [sys.executable, "-W", "error::RuntimeWarning", "-c", BEGIN + script],
@@ -42,15 +42,15 @@ def play(root: Path, script: str) -> Told:
         capture_output=True, text=True, check=False, timeout=240,
     )  # fmt: skip
     assert ran.returncode == 0, ran.stdout + ran.stderr
-    told: Told = {"said": [line for line in ran.stdout.splitlines() if not line.startswith("TOLD ")]}
+    facts: Facts = {"said": [line for line in ran.stdout.splitlines() if not line.startswith("FACTS ")]}
     for line in ran.stdout.splitlines():
-        if line.startswith("TOLD "):
-            told |= json.loads(line.removeprefix("TOLD "))
-    return told
+        if line.startswith("FACTS "):
+            facts |= json.loads(line.removeprefix("FACTS "))
+    return facts
 
 
 def is_gone(pid: int) -> bool:
-    """Whether no process of that number is left, or only its shell."""
+    """Return whether no process of that number is left, or only a zombie."""
     status = Path(f"/proc/{pid}/stat")
     try:
         return status.read_text().rpartition(")")[2].split()[0] == "Z"
@@ -58,12 +58,12 @@ def is_gone(pid: int) -> bool:
         return True
 
 
-# -- without a node that works ----------------------------------------------------------------------------------------
+# -- without a working node --------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
-def empty(tmp_path_factory: pytest.TempPathFactory) -> Told:
-    """What a run tells in an empty workspace."""
+def empty(tmp_path_factory: pytest.TempPathFactory) -> Facts:
+    """The facts of a run in an empty workspace."""
     return play(
         tmp_path_factory.mktemp("empty") / "ws",
         """
@@ -72,7 +72,7 @@ recording = run.drive(1.0)
 went = run.go_to(1.0, 0.0)
 status = run.status()
 ended = run.interrupt()
-tell(trouble=run.trouble, shown=repr(run), x=run.simulator.pose.x, t=run.t, samples=len(recording),
+report(trouble=run.trouble, shown=repr(run), x=run.simulator.pose.x, t=run.t, samples=len(recording),
      set_speed=[run.set_speed(0.2).success, run.set_speed(0.2).message],
      status=[status.obstacle_detected, status.status, status.pose.position.x], went=[went.status, went.success],
      heard=run.messages("cmd_vel"), parameter=run.set_parameter("speed", 1.0),
@@ -81,7 +81,7 @@ tell(trouble=run.trouble, shown=repr(run), x=run.simulator.pose.x, t=run.t, samp
     )
 
 
-def test_without_a_package_the_robot_stands_and_one_line_says_why(empty: Told) -> None:
+def test_without_a_package_the_robot_stands_still_and_one_line_says_why(empty: Facts) -> None:
     assert next(line for line in empty["said"] if "not yet" in line) == (
         "not yet: your package is empty; "
         'notebook 01 writes it; `start_at("05")` lays out what the earlier notebooks leave'
@@ -94,7 +94,7 @@ def test_without_a_package_the_robot_stands_and_one_line_says_why(empty: Told) -
     )
 
 
-def test_without_a_node_every_question_has_an_answer(empty: Told) -> None:
+def test_without_a_node_every_call_still_returns_an_answer(empty: Facts) -> None:
     assert empty["set_speed"] == [False, "no node offers set_speed"]
     assert empty["status"] == [False, "no node offers get_status", 0.0]
     assert empty["went"] == ["no server", False]
@@ -108,8 +108,8 @@ def test_without_a_node_every_question_has_an_answer(empty: Told) -> None:
 
 
 @pytest.fixture(scope="module")
-def driven(tmp_path_factory: pytest.TempPathFactory) -> Told:
-    """What the finished package's controller does: a wall, refusals, goals, Ctrl-C; and its sensor processor."""
+def driven(tmp_path_factory: pytest.TempPathFactory) -> Facts:
+    """The finished package's controller before a wall, with refusals, goals and Ctrl-C; and its sensor processor."""
     root = tmp_path_factory.mktemp("driven") / "ws"
     checkpoints.start_at(Workspace(root), "10")
     return play(
@@ -117,27 +117,27 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Told:
         """
 from grader.notebook.workspace import PACKAGE
 run = run_node("robot_controller", "wall_ahead", seed=1)
-tell(trouble=run.trouble, first=pid(run))
+report(trouble=run.trouble, first=pid(run))
 run.drive(0.5)
 good, bad = run.set_speed(0.375), run.set_speed(7.0)
-tell(good=[good.success, good.message], bad=[bad.success, bad.message], speed=run.status().speed)
+report(good=[good.success, good.message], bad=[bad.success, bad.message], speed=run.status().speed)
 recording = run.drive(8.0)
-tell(at=recording.x[-1], v=recording.v[-1], contacts=len(recording.contacts), status=run.status().status,
+report(at=recording.x[-1], v=recording.v[-1], contacts=len(recording.contacts), status=run.status().status,
      t=run.t, scans=len(recording.scan_t), columns=len(recording), zero=run.messages("cmd_vel")[0][1].linear.x,
      rate=len(run.messages("cmd_vel")) / run.t)
 until = run.t
 run.drive(5.0, until=lambda: run.t > until + 0.2)
-tell(early=run.t - until)
+report(early=run.t - until)
 went = run.go_to(0.6, -0.4, tolerance=0.15)
 pose = run.simulator.pose
-tell(went=[went.status, went.success], missed=((pose.x - 0.6) ** 2 + (pose.y + 0.4) ** 2) ** 0.5,
+report(went=[went.status, went.success], missed=((pose.x - 0.6) ** 2 + (pose.y + 0.4) ** 2) ** 0.5,
      final=[went.final_pose.position.x, went.final_pose.position.y], feedback=len(went.feedback),
      first_feedback=went.feedback[0][1])
-tell(canceled=run.go_to(-3.0, 0.0, cancel_after=1.0).status, limit=run.go_to(-3.0, 0.0, limit=0.5).status)
-tell(refused=run.set_parameter("max_linear_speed", -1.0), taken=run.set_parameter("max_linear_speed", 0.25))
-tell(clicked=run._click(0.5, 0.5))
+report(canceled=run.go_to(-3.0, 0.0, cancel_after=1.0).status, limit=run.go_to(-3.0, 0.0, limit=0.5).status)
+report(refused=run.set_parameter("max_linear_speed", -1.0), taken=run.set_parameter("max_linear_speed", 0.25))
+report(clicked=run._click(0.5, 0.5))
 
-# The kernel goes on as if nothing were: plain rclpy, the student's modules, the contract's types.
+# The rest of the kernel works as usual: plain rclpy, the student's modules, the contract's types.
 import rclpy
 from geometry_msgs.msg import Twist
 rclpy.init()
@@ -153,36 +153,36 @@ node.destroy_node()
 rclpy.shutdown()
 from ros2_robot_controller.utils.conversions import clamp
 from ros2_robot_controller.srv import SetSpeed
-tell(heard=len(heard), clamped=clamp(5.0, 0.0, 1.0), own=sys.modules[f"{PACKAGE}.utils"].__file__,
+report(heard=len(heard), clamped=clamp(5.0, 0.0, 1.0), own=sys.modules[f"{PACKAGE}.utils"].__file__,
      request=SetSpeed.Request(speed=0.5).speed)
 
 ended = run.interrupt()
-tell(ended=[ended.seconds, ended.exit_code, ended.last_command.linear.x], over=repr(run), output=run.output,
+report(ended=[ended.seconds, ended.exit_code, ended.last_command.linear.x], over=repr(run), output=run.output,
      after=run.set_speed(0.1).message)
 run.close()
 
 with run_node("sensor_processor", parameters={"fusion_frequency": 10.0}) as sensors:
     sensors.drive(2.0)
     t, fused = sensors.messages("sensor_fusion_data")[-1]
-    tell(fused=[t, fused.header.frame_id, len(sensors.messages("sensor_fusion_data"))], second=pid(sensors),
+    report(fused=[t, fused.header.frame_id, len(sensors.messages("sensor_fusion_data"))], second=pid(sensors),
          distances=len(sensors.messages("obstacle_distance")))
 run = run_node(remappings={"cmd_vel": "wheels/cmd_vel"})
 other = run_node(world="wall_ahead")
-tell(replaced=repr(run), third=pid(other), deaf=len(run.messages("cmd_vel")))
+report(replaced=repr(run), third=pid(other), deaf=len(run.messages("cmd_vel")))
 live = other.live(rate=float("inf"))
 live.run(0.5)
-tell(live=other.t, view=repr(live))
+report(live=other.t, view=repr(live))
 live.stop()
 import gc
 abandoned = other._process
 del other, live, run
 gc.collect()
-tell(abandoned=abandoned.exit_code())
+report(abandoned=abandoned.exit_code())
 """,
     )
 
 
-def test_a_node_drives_and_stops_before_the_wall(driven: Told) -> None:
+def test_a_node_drives_and_stops_before_the_wall(driven: Facts) -> None:
     assert driven["trouble"] == ""
     assert driven["good"][0] is True
     assert 1.3 < driven["at"] < 1.6
@@ -192,23 +192,23 @@ def test_a_node_drives_and_stops_before_the_wall(driven: Told) -> None:
     assert driven["rate"] == pytest.approx(10.0, rel=0.2)
 
 
-def test_a_refusal_comes_with_the_nodes_own_words(driven: Told) -> None:
+def test_a_refusal_comes_with_the_nodes_own_message(driven: Facts) -> None:
     assert driven["bad"][0] is False
     assert "0.5 m/s" in driven["bad"][1]
     assert driven["speed"] == 0.375
 
 
-def test_the_recording_holds_the_whole_run(driven: Told) -> None:
+def test_the_recording_holds_the_whole_run(driven: Facts) -> None:
     assert driven["t"] == pytest.approx(8.5)
     assert driven["columns"] == 171
     assert driven["scans"] == 85
 
 
-def test_a_drive_ends_early_when_its_condition_holds(driven: Told) -> None:
+def test_a_drive_ends_early_when_its_condition_holds(driven: Facts) -> None:
     assert driven["early"] == pytest.approx(0.25)
 
 
-def test_a_goal_is_reached(driven: Told) -> None:
+def test_a_goal_is_reached(driven: Facts) -> None:
     assert driven["went"] == ["succeeded", True]
     assert driven["missed"] < 0.15
     assert driven["final"] == pytest.approx([0.6, -0.4], abs=0.2)
@@ -216,71 +216,71 @@ def test_a_goal_is_reached(driven: Told) -> None:
     assert driven["first_feedback"] == pytest.approx(0.98, abs=0.15)
 
 
-def test_a_goal_is_canceled_or_left_unfinished(driven: Told) -> None:
+def test_a_goal_is_canceled_or_left_unfinished(driven: Facts) -> None:
     assert driven["canceled"] == "canceled"
     assert driven["limit"] == "unfinished"
 
 
-def test_a_parameter_is_refused_or_taken_while_it_runs(driven: Told) -> None:
+def test_a_running_node_accepts_or_refuses_a_parameter(driven: Facts) -> None:
     assert driven["refused"][0] is False
     assert "max_linear_speed" in driven["refused"][1]
     assert driven["taken"] == [True, ""]
 
 
-def test_a_click_on_the_map_is_a_goal(driven: Told) -> None:
+def test_a_click_on_the_map_is_a_goal(driven: Facts) -> None:
     assert driven["clicked"] == "goal sent: (0.50, 0.50) m"
 
 
-def test_a_cell_with_rclpy_of_its_own_hears_the_node(driven: Told) -> None:
+def test_a_cell_with_rclpy_of_its_own_hears_the_node(driven: Facts) -> None:
     assert driven["heard"] >= 1
 
 
-def test_the_kernel_knows_the_students_modules_and_the_contracts_types(driven: Told) -> None:
+def test_the_kernel_knows_the_students_modules_and_the_contracts_types(driven: Facts) -> None:
     assert driven["clamped"] == 1.0
     assert "/ws/src/" in driven["own"]
     assert driven["request"] == 0.5
 
 
-def test_ctrl_c_ends_it_with_a_zero(driven: Told) -> None:
+def test_ctrl_c_ends_the_node_with_a_zero_command(driven: Facts) -> None:
     seconds, code, last = driven["ended"]
     assert code == 0
     assert 0.0 < seconds < 5.0
     assert last == 0.0
-    assert driven["over"] == "Run(robot_controller in 'wall_ahead': is over)"
+    assert driven["over"] == "Run(robot_controller in 'wall_ahead': closed)"
     assert "turtlebot4 is ready" in driven["output"]
     assert driven["after"] == "no node offers set_speed"
 
 
-def test_the_sensor_processor_runs_with_parameters(driven: Told) -> None:
+def test_the_sensor_processor_runs_with_parameters(driven: Facts) -> None:
     t, frame, count = driven["fused"]
     assert frame == "base_link"
     assert t == pytest.approx(2.0, abs=0.2)
     assert count == driven["distances"] == pytest.approx(20, abs=3)
 
 
-def test_a_second_run_of_a_node_ends_the_first(driven: Told) -> None:
-    assert driven["replaced"] == "Run(robot_controller in 'open_field': is over)"
+def test_a_second_run_of_a_node_ends_the_first(driven: Facts) -> None:
+    assert driven["replaced"] == "Run(robot_controller in 'open_field': closed)"
     assert driven["deaf"] == 0  # its cmd_vel had another name
 
 
-def test_a_live_view_steps_the_run(driven: Told) -> None:
+def test_a_live_view_steps_the_run(driven: Facts) -> None:
     assert driven["live"] == pytest.approx(0.5)
     assert driven["view"] == "Live view of 'wall_ahead'"
 
 
-def test_a_run_that_nobody_holds_is_over(driven: Told) -> None:
+def test_a_run_without_references_ends(driven: Facts) -> None:
     assert driven["abandoned"] == -9
 
 
-def test_no_node_outlives_the_kernel(driven: Told) -> None:
+def test_no_node_outlives_the_kernel(driven: Facts) -> None:
     assert all(is_gone(driven[name]) for name in ("first", "second", "third"))
 
 
-# -- bad ends ---------------------------------------------------------------------------------------------------------
+# -- failures ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture
-def stage(tmp_path: Path) -> Callable[[str], Path]:
+def laid_out(tmp_path: Path) -> Callable[[str], Path]:
     """Lay out what the notebooks before one leave; return the workspace's root."""
 
     def lay_out(notebook: str) -> Path:
@@ -291,23 +291,23 @@ def stage(tmp_path: Path) -> Callable[[str], Path]:
 
 
 @pytest.mark.slow
-def test_a_node_dies_with_a_kernel_that_is_killed(stage: Callable[[str], Path]) -> None:
-    root = stage("10")
+def test_a_node_dies_with_a_kernel_that_is_killed(laid_out: Callable[[str], Path]) -> None:
+    root = laid_out("10")
     script = "import signal\ntell(node=pid(run_node()))\nos.kill(os.getpid(), signal.SIGKILL)\n"
     environment = dict(os.environ) | {VARIABLE: str(root), "PYTHONPATH": str(ROOT)}
     with subprocess.Popen(
         [sys.executable, "-c", BEGIN + script], env=environment, stdout=subprocess.PIPE, text=True
     ) as kernel:
         out, _ = kernel.communicate(timeout=240)
-    node = json.loads(next(line for line in out.splitlines() if line.startswith("TOLD "))[5:])["node"]
+    node = json.loads(next(line for line in out.splitlines() if line.startswith("FACTS "))[6:])["node"]
     assert node
     assert is_gone(node)
 
 
 @pytest.mark.slow
-def test_a_node_that_ends_in_the_middle_is_told_once(stage: Callable[[str], Path]) -> None:
-    told = play(
-        stage("10"),
+def test_a_node_that_ends_in_the_middle_is_reported_once(laid_out: Callable[[str], Path]) -> None:
+    facts = play(
+        laid_out("10"),
         """
 import signal
 run = run_node()
@@ -317,41 +317,41 @@ os.kill(pid(run), signal.SIGKILL)
 run._process._popen.wait()
 run.drive(2.0)
 run.drive(1.0)
-tell(t=run.t, v=run.simulator.twist.v, trouble=run.trouble, said=run.set_speed(0.1).message)
+report(t=run.t, v=run.simulator.twist.v, trouble=run.trouble, said=run.set_speed(0.1).message)
 """,
     )
-    assert told["t"] == pytest.approx(4.0)
-    assert told["v"] == pytest.approx(0.0, abs=1e-6)
-    assert told["trouble"].startswith("the node ended at 1.00 s with exit status -9")
+    assert facts["t"] == pytest.approx(4.0)
+    assert facts["v"] == pytest.approx(0.0, abs=1e-6)
+    assert facts["trouble"].startswith("the node ended at 1.00 s with exit status -9")
 
 
 @pytest.mark.slow
-def test_the_driver_of_notebook_05_takes_its_speed_from_a_parameter(stage: Callable[[str], Path]) -> None:
-    told = play(
-        stage("06"),
+def test_the_driver_of_notebook_05_takes_its_speed_from_a_parameter(laid_out: Callable[[str], Path]) -> None:
+    facts = play(
+        laid_out("06"),
         """
 run = run_node("robot_controller", "wall_ahead", parameters={"speed": 0.25})
 run.drive(2.0)
 first = run.simulator.twist.v
 taken = run.set_parameter("speed", 0.375)
 run.drive(1.0)
-tell(first=first, taken=taken, then=run.simulator.twist.v, service=run.set_speed(0.1).message)
+report(first=first, taken=taken, then=run.simulator.twist.v, service=run.set_speed(0.1).message)
 run.drive(6.0)
-tell(contacts=len(run.recording.contacts), stands=run.simulator.twist.v)
+report(contacts=len(run.recording.contacts), stands=run.simulator.twist.v)
 """,
     )
-    assert told["first"] == pytest.approx(0.25, abs=0.02)
-    assert told["taken"] == [True, ""]
-    assert told["then"] == pytest.approx(0.375, abs=0.02)
-    assert told["service"] == "no node offers set_speed"
-    assert told["contacts"] == 0
-    assert told["stands"] == pytest.approx(0.0, abs=0.01)
+    assert facts["first"] == pytest.approx(0.25, abs=0.02)
+    assert facts["taken"] == [True, ""]
+    assert facts["then"] == pytest.approx(0.375, abs=0.02)
+    assert facts["service"] == "no node offers set_speed"
+    assert facts["contacts"] == 0
+    assert facts["stands"] == pytest.approx(0.0, abs=0.01)
 
 
 @pytest.mark.slow
-def test_a_reset_of_the_live_view_starts_the_node_anew(stage: Callable[[str], Path]) -> None:
-    told = play(
-        stage("10"),
+def test_a_reset_of_the_live_view_starts_the_node_anew(laid_out: Callable[[str], Path]) -> None:
+    facts = play(
+        laid_out("10"),
         """
 run = run_node()
 live = run.live(rate=float("inf"))
@@ -359,17 +359,17 @@ run.set_speed(0.25)
 live.run(1.0)
 first = pid(run)
 live.reset()
-tell(first=first, t=run.t, second=pid(run), speed=run.status().speed, heard=len(run.messages("cmd_vel")))
+report(first=first, t=run.t, second=pid(run), speed=run.status().speed, heard=len(run.messages("cmd_vel")))
 live.stop()
 run.drive(1.0)
-tell(alive=run.trouble == "", after=run.t, samples=len(run.recording))
+report(alive=run.trouble == "", after=run.t, samples=len(run.recording))
 """,
     )
-    assert told["t"] == 0.0
-    assert told["second"] not in (told["first"], None)
-    assert told["speed"] == 0.0
-    assert told["alive"]  # although the thread that started it has ended
-    assert told["after"] == pytest.approx(1.0)
-    assert told["samples"] == 21
-    assert is_gone(told["first"])
-    assert is_gone(told["second"])
+    assert facts["t"] == 0.0
+    assert facts["second"] not in (facts["first"], None)
+    assert facts["speed"] == 0.0
+    assert facts["alive"]  # although the thread that started it has ended
+    assert facts["after"] == pytest.approx(1.0)
+    assert facts["samples"] == 21
+    assert is_gone(facts["first"])
+    assert is_gone(facts["second"])

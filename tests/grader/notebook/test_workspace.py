@@ -1,4 +1,4 @@
-"""The workspace: where it is found, and what shell cells see in it."""
+"""The workspace: its place, and the environment that shell cells see in it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_the_workspace_lies_beside_the_notebooks(tmp_path: Path, monkeypatch: py
         assert find(here).root == tmp_path / "ws"
 
 
-def test_it_is_found_from_inside_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_workspace_is_found_from_inside_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(VARIABLE, raising=False)
     (tmp_path / "notebooks").mkdir()
     inside = find(tmp_path).package
@@ -32,7 +32,7 @@ def test_it_is_found_from_inside_too(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert find(inside).root == tmp_path / "ws"
 
 
-def test_a_variable_names_another_place(workspace: Workspace, tmp_path: Path) -> None:
+def test_a_variable_moves_the_workspace(workspace: Workspace, tmp_path: Path) -> None:
     assert find(Path("/")) == workspace
 
 
@@ -57,7 +57,7 @@ def test_two_workspaces_do_not_hear_each_other() -> None:
         ({}, "SUBNET"),
     ],
 )
-def test_a_class_in_one_room_does_not_drive_one_anothers_robots(
+def test_students_in_one_classroom_do_not_drive_each_others_robots(
     tmp_path: Path, states: dict[str, str], expected: str
 ) -> None:
     for name, state in states.items():
@@ -66,7 +66,7 @@ def test_a_class_in_one_room_does_not_drive_one_anothers_robots(
     assert discovery_range(tmp_path) == expected
 
 
-def test_begin_makes_the_package_folder_and_goes_there(
+def test_begin_makes_the_package_folder_and_changes_into_it(
     workspace: Workspace, capsys: pytest.CaptureFixture[str]
 ) -> None:
     notebook.begin("01")
@@ -76,7 +76,7 @@ def test_begin_makes_the_package_folder_and_goes_there(
     )
 
 
-def test_begin_says_what_earlier_notebooks_should_have_left(
+def test_begin_names_the_files_missing_from_earlier_notebooks(
     workspace: Workspace, capsys: pytest.CaptureFixture[str]
 ) -> None:
     checkpoints.start_at(workspace, "05")
@@ -84,7 +84,7 @@ def test_begin_says_what_earlier_notebooks_should_have_left(
     notebook.begin("05")
     said = capsys.readouterr().out
     assert "holds 17 files" in said
-    assert "missing: package.xml" in said
+    assert "Missing from earlier notebooks (1 file): package.xml\n" in said
     assert 'start_at("05")' in said
     assert str(workspace.root) not in said
 
@@ -99,12 +99,12 @@ def test_begin_can_be_run_again_and_in_the_next_notebook(workspace: Workspace) -
     assert os.environ["PATH"].split(os.pathsep).count(str(ros_env.PREFIX / "bin")) == 1
 
 
-def test_begin_of_no_notebook_names_those_there_are(workspace: Workspace) -> None:
+def test_begin_with_an_unknown_notebook_names_the_known_ones(workspace: Workspace) -> None:
     with pytest.raises(ValueError, match="no notebook '77'"):
         notebook.begin("77")
 
 
-def test_a_build_is_seen_once_it_is_there(workspace: Workspace) -> None:
+def test_a_build_is_found_once_it_exists(workspace: Workspace) -> None:
     environment: dict[str, str] = {}
     prepare(workspace, environment)
     assert str(workspace.install) not in environment["AMENT_PREFIX_PATH"]
@@ -123,7 +123,7 @@ def test_shell_cells_find_the_kits_commands(workspace: Workspace) -> None:
     assert {str(Path(path).parent) for path in ran} == {str(ros_env.PREFIX / "bin")}
 
 
-def test_a_module_written_again_is_imported_again(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_rewritten_module_is_imported_again(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
     package = workspace.package
     folder = package / "fresh_module"
     folder.mkdir(parents=True)
@@ -150,7 +150,7 @@ def test_a_module_written_again_is_imported_again(workspace: Workspace, monkeypa
 
 @pytest.mark.slow
 @pytest.mark.ros
-def test_a_plain_colcon_build_works_in_a_cell_and_is_seen(workspace: Workspace) -> None:
+def test_a_plain_colcon_build_works_in_a_cell_and_is_found(workspace: Workspace) -> None:
     notebook.begin("03")
     checkpoints.start_at(workspace, "04")
     built = subprocess.run("cd ../.. && colcon build", shell=True, capture_output=True, text=True, check=False)

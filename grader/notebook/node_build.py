@@ -1,0 +1,52 @@
+"""Build the student's package for a session: the install tree of a node, its command line and its environment."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from grader import build
+from grader.contract import spec
+from grader.errors import SubmissionError
+from grader.host import ros_env
+from grader.notebook import prerequisites
+from grader.notebook.workspace import NOTEBOOK, Workspace, discovery_range
+
+
+def install(workspace: Workspace, node: str) -> Path:
+    """Build the package if it has changed, and return its install tree, which holds the node.
+
+    Raises:
+        SubmissionError: the package lacks something, does not build, or does not install the node.
+        GraderError: this host cannot build.
+    """
+    requirement = "F1" if node == "robot_controller" else "F13"
+    gap = prerequisites.first_gap(workspace.package, requirement, os.environ.get(NOTEBOOK, ""))
+    if gap is not None:
+        raise SubmissionError(f"{gap.seen}; {gap.try_}")
+    built = build.build([workspace.package], build.cache_folder())
+    if not built.facts.ok:
+        raise SubmissionError(f"the package does not build: {prerequisites.first_error(built.facts)}")
+    if node not in built.facts.executables:
+        raise SubmissionError(f"the package installs no executable {node} in lib/{spec.PACKAGE}")
+    return built.install
+
+
+def command(installed: Path, node: str, parameters: Mapping[str, object], remappings: Mapping[str, str]) -> list[str]:
+    """Return the command line of a node, as `ros2 run` would start it."""
+    words = [str(installed / "lib" / spec.PACKAGE / node), "--ros-args", "-p", "use_sim_time:=true"]
+    for name, value in parameters.items():
+        words += ["-p", f"{name}:={str(value).lower() if isinstance(value, bool) else value}"]
+    for name, new in remappings.items():
+        words += ["-r", f"{name}:={new}"]
+    return words
+
+
+def environment(installed: Path, workspace: Workspace) -> dict[str, str]:
+    """Return the environment of a node: its install tree, and the workspace's DDS domain."""
+    return ros_env.environment(installed, home=Path.home()) | {
+        "ROS_DOMAIN_ID": str(workspace.domain_id),
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
+        "ROS_LOG_DIR": str(workspace.root / "log" / "ros"),
+    }
