@@ -285,7 +285,7 @@ else:
 # **Predict:** while that loop sleeps and loops for two seconds, how many odometry messages arrive? And what becomes of a cancel?
 
 # %%
-from grader.course import interface_types, workspace
+from grader.notebook import interface_types, workspace
 
 interface_types.load(workspace.find())  # the interface types, even where notebook 02 has not been built yet
 from ros2_robot_controller.action import NavigateToPosition

@@ -238,11 +238,11 @@ busy = False
 # %%
 from pathlib import Path
 
-from grader.mutation.operators import faults
+from grader.mutation.operators import mutants
 from grader.mutation.source_text import parse
 
 source = parse("stopping.py", Path("../../stopping.py").read_text())
-all_faults = faults(source)
+all_faults = mutants(source)
 print(len(all_faults), "faults, for example:")
 for fault in all_faults[::4]:
     print(f"  line {fault.line}: {fault.words.replace('`', '')}")

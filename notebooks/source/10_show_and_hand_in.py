@@ -60,10 +60,9 @@ begin("10")
 # %%
 import matplotlib.pyplot as plt
 
-from grader.cli import rubric_file
-from grader.scoring.rubric import load
+from grader.scoring.rubric import RUBRIC, load
 
-rubric = load(rubric_file())
+rubric = load(RUBRIC)
 for criterion in rubric.criteria:
     points = sum(requirement.points for requirement in criterion.requirements)
     advanced = sum(requirement.advanced for requirement in criterion.requirements)

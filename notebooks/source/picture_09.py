@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from grader.mutation.operators import faults
+from grader.mutation.operators import mutants
 from grader.mutation.source_text import Change, Source, parse
 from sim.views import View
 
@@ -80,7 +80,7 @@ def draw() -> Figure:
     """Return a table of faults and tests for each set of tests."""
     source = parse("stopping.py", CODE)
     assert source is not None
-    every = faults(source)
+    every = mutants(source)
     figure = View(figsize=(13.0, 4.6), layout="constrained")
     tables = figure.subplots(1, 3, sharey=True, width_ratios=[1, 4, 6])
     for axes, (title, tests) in zip(tables, SUITES, strict=True):

@@ -3,8 +3,7 @@
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from grader.cli import rubric_file
-from grader.scoring.rubric import Rubric, load
+from grader.scoring.rubric import RUBRIC, Rubric, load
 from sim import Simulator, Tourist, drive, load_world
 from sim.views import COLORS, View, draw_run
 
@@ -20,7 +19,7 @@ def draw() -> Figure:
     draw_run(plan, drive(simulator, Tourist(simulator), SECONDS))
     plan.set(xlabel="x (m)", ylabel="y (m)", title="the demonstration")
     plan.set_aspect("equal", adjustable="datalim")
-    _draw_points(bars, load(rubric_file()))
+    _draw_points(bars, load(RUBRIC))
     return figure
 
 
