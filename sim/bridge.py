@@ -1,22 +1,22 @@
 """The ROS side of the simulator: topics, /clock, and lockstep with a node. The only rclpy in sim.
 
-The simulator owns the time. A tick publishes the sensors and the clock, then goes on as soon as the node has answered,
-so a run takes as long as the node thinks and not as long as the clock says. How an answer is recognised:
+The simulator owns the time. A tick publishes the sensors and the clock and ends as soon as the node has answered, so a
+run takes as long as the node computes, whatever the simulated time. How the bridge recognises an answer:
 
-1. Every rclpy node has parameter services. Executors serve them last, after subscriptions and timers, and one call a
-   round. So the second of two calls (`_barrier`) comes back only when the callbacks of this tick and the timers they
-   made due are done.
-2. A node with several threads may answer the calls while a timer's callback still runs elsewhere. The period in which
-   it publishes is learnt, and a message that is due is waited for.
-3. /clock is best effort and one deep on the node's side, so it can get lost: it is sent again when no answer comes.
-4. Wall-clock caps keep a dead or blocked node from holding up the run.
+1. Every rclpy node has parameter services. Executors serve them last, after subscriptions and timers, one call per
+   round. So the second of two calls (`_barrier`) returns only when the callbacks of this tick are done, and the timers
+   that they made due.
+2. A node with several threads may answer the calls while a timer's callback is still running in another thread. The
+   bridge learns the period in which the node publishes, and waits for a message that is due.
+3. /clock is best effort with depth one on the node's side, so it can get lost: it is sent again if no answer comes.
+4. Wall-clock limits keep a dead or blocked node from holding up the run.
 
-A node that goes by wall time publishes while the clock stands still. One that answers too seldom, or has got a goal, is
-run in real time for a moment (`Probe`), and stays in real time if it sends something when a tick is long over.
+A node that runs on wall time publishes while the clock stands still. A node that answers too rarely, or has just been
+given a goal, is run in real time for a moment (`Probe`), and from then on if it sends messages after a tick is over.
 
-What would come out otherwise in another run is written into `simulator.unrepeatable`, and so into its recording: a
-message that comes when the node has said that it is done, and nothing new has been sent, shows that other threads or
-another clock than ours decide when it comes.
+Anything that another run may not repeat is recorded in `simulator.unrepeatable`, and so in its recording. A message
+that arrives after the node has said that it is done, with nothing new sent to it, shows that its timing depends on
+other threads or on another clock than ours.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState, Imu, LaserScan
 
 from sim.messages import START_S, set_stamp, to_message
-from sim.pace import Answers, Doubts, Probe
+from sim.pace import Answers, Probe, Repeatability
 from sim.sensors import BatteryReading, ImuReading, OdometryReading, Reading, ScanReading
 from sim.simulator import Simulator
 
@@ -49,23 +49,23 @@ __all__ = ["CONTROLLER", "PROCESSOR", "START_S", "TICK_S", "Bridge", "Topics", "
 
 TICK_S = 0.05  # 20 Hz: the odometry's rate, and twice the control loop's
 
-_ROUNDS = 2  # of the node's executor for a tick: one for its messages, one for the timers
-_BARRIER_CAP_S = 5.0  # of wall time, for a node that lives: long, so that a busy machine changes nothing
-_BLOCKED_CAP_S = 0.1  # the same, once it has missed one
+_ROUNDS = 2  # of the node's executor per tick: one for its messages, one for its timers
+_BARRIER_CAP_S = 5.0  # of wall time, for a live node: long, so that a busy machine makes no difference
+_BLOCKED_CAP_S = 0.1  # the same, after it has left one unanswered
 _DUE_CAP_S = 0.3  # for a message that is due
-_CATCH_UP_CAP_S = 0.5  # for what has come already
-_RESENT_AFTER_S = 0.05  # a clock that got lost is sent again after this
-_SILENCES_ALLOWED = 3  # how often it is looked into that answers come more seldom than they should
-_UNEVEN = (0.6, 1.4, 1.0)  # of a tick each: a loop of 20 Hz by wall time must not seem to keep step
-_PROMPT_S = 0.01  # of wall time after a barrier: what comes later was not caused by the tick
-_wall_s = time.monotonic  # the class has a `time` of its own
-_QUIET_S = 0.5  # a graph that has not changed for so long after the node's first answer has come up
-_STABLE_S = 4.0  # the same for a node that answers nothing: it may be busy in its constructor
+_CATCH_UP_CAP_S = 0.5  # for messages that have already arrived
+_RESENT_AFTER_S = 0.05  # without an answer: the clock message is sent again, it may have been lost
+_SILENCES_ALLOWED = 3  # how often a run probes a node that answers too rarely
+_UNEVEN = (0.6, 1.4, 1.0)  # lengths of a probe's ticks: uneven, so that a 20 Hz wall-time loop falls out of step
+_PROMPT_S = 0.01  # of wall time after a barrier: the tick did not cause messages that arrive later
+_wall_s = time.monotonic  # Bridge has a `time` of its own
+_QUIET_S = 0.5  # a node has come up when the graph has not changed for so long after its first answer
+_STABLE_S = 4.0  # the same for a node that does not answer: it may be busy in its constructor
 
 
 @dataclass(frozen=True)
 class Topics:
-    """What a node hears of the robot, by its own names; "" for a sensor that it does not get."""
+    """The node's topic names for the robot's sensors and command; "" for a sensor that it does not get."""
 
     scan: str = ""
     odom: str = ""
@@ -73,9 +73,9 @@ class Topics:
     battery: str = ""
     command: str = ""
     answer: str = ""
-    """The topic whose messages show that the node has done its work for a tick."""
+    """The topic whose messages show that the node has finished its work for a tick."""
     answer_s: float = TICK_S
-    """How long after one another the answers come, unless the node is told otherwise."""
+    """The default period of the answers, s."""
 
 
 CONTROLLER = Topics(scan="scan", odom="odom", command="cmd_vel", answer="cmd_vel", answer_s=0.1)
@@ -86,12 +86,12 @@ class Bridge:
     """A simulated robot on a ROS graph.
 
     Args:
-        simulator: the robot; the bridge alone steps it.
-        topics: under which names the node hears it.
-        node_name: the node to keep in step with.
-        domain_id: the DDS domain; processes in other domains hear nothing.
-        alive: says whether the node's process still runs, so that nobody waits for the dead.
-        reliable: whether the sensors are published reliably, or best effort as real drivers do.
+        simulator: the robot; only the bridge may step it.
+        topics: the node's topic names.
+        node_name: the node to stay in lockstep with.
+        domain_id: the DDS domain; processes in other domains receive nothing.
+        alive: returns whether the node's process is running, so that the bridge does not wait for a dead node.
+        reliable: whether the sensors are published reliably or, as real drivers do, best effort.
         own_name: the bridge's own node name.
     """
 
@@ -112,34 +112,30 @@ class Bridge:
         self.alive = alive
         self.pace = "lockstep"
         self.blocked = False
-        """The node has left a barrier unanswered; it is busy in a callback, or gone."""
-        self.irregular = False
-        self.doubts = Doubts()
-        """What speaks against another run being the same; `simulator.unrepeatable` has it as a sentence."""
-        self.follow_commands = True
+        """Whether the node has left a barrier unanswered: it is busy in a callback, or gone."""
+        self._repeatability = Repeatability()
         self.filter_scan: Callable[[ScanReading], ScanReading | None] = lambda scan: scan
         self.on_command: Callable[[float, TwistMessage], None] = lambda _t, _message: None
         self.on_published: Callable[[Reading], None] = lambda _reading: None
         self.muted: set[type] = set()
-        """The kinds of readings that are not published."""
+        """The types of readings that are not published."""
 
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain_id)
-        # Without parameter services: a node under trial could set our use_sim_time, or keep us busy with questions.
+        # Without parameter services, with which a node under trial could set our use_sim_time or keep us busy.
         self.node: Node = rclpy.create_node(
             own_name, context=self._context, enable_rosout=False, start_parameter_services=False
         )
-        # Several times as quick as the usual executor, which puts its list of what to wait for together each time.
+        # Several times faster than the default executor, which rebuilds its wait set each time.
         self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self.node)
         self._answers = Answers()
         self._tick = 0
         self._wall_due = 0.0
-        self._answer_type: object = None
         self._feedback = 0
         self._probe: Probe | None = None
         self._silences = 0
-        self._idle = False  # the node has said that it is done, and nothing has been sent to it since
+        self._idle = False  # whether the node has said that it is done, and nothing has been sent to it since
         self._make_publishers(reliable)
         self._barrier_client = self.node.create_client(GetParameterTypes, f"{node_name}/get_parameter_types")
         if topics.command:
@@ -159,7 +155,7 @@ class Bridge:
 
     @property
     def time(self) -> float:
-        """Return the simulated time since the start, in seconds. On /clock it reads START_S more."""
+        """The simulated time since the start, in s. /clock is ahead of it by START_S."""
         return self.simulator.time
 
     def await_node(
@@ -171,9 +167,9 @@ class Bridge:
     ) -> bool:
         """Wait until the node has come up, then start the clock. Return whether it is on the graph.
 
-        It is up when `expected` holds. Failing that, when it has answered a call of its parameter services, which it
-        does once it spins, and the graph has then not changed for `quiet_s`; a node that never answers has longer.
-        The seconds are those of `clock`, which on a busy machine may leave out what others had.
+        It is up when `expected` holds or, failing that, when it has answered a call of its parameter services, which
+        it does once it spins, and the graph has then not changed for `quiet_s`. A node that never answers gets longer.
+        The seconds are measured by `clock`, which may leave out the time that a busy machine gave to other processes.
         """
         deadline = clock() + wall_seconds
         seen: object = None
@@ -201,14 +197,14 @@ class Bridge:
     # -- time -----------------------------------------------------------------------------------------------------
 
     def tick(self, dt: float = TICK_S, further_rounds: int = 0) -> None:
-        """Advance the simulation by `dt` seconds and let the node answer, and go on for some rounds of its executor."""
+        """Advance the simulation by `dt` seconds and wait for the node to answer and to finish `further_rounds`."""
         if self.pace == "real time":
             self.tick_by_wall(dt)
-            self.doubts.real_time = True
+            self._repeatability.real_time = True
         elif self._probe is not None:
             before, started = self._signs(), time.monotonic()
             self._advance(dt)
-            # No waiting for an answer that is due: one by wall time would come meanwhile and seem to keep step.
+            # Do not wait for an answer that is due: one on wall time would arrive meanwhile and seem to be in step.
             self._barrier()
             self._watch(self._probe, before, started, dt)
         else:
@@ -216,31 +212,31 @@ class Bridge:
             self._await_answer(_ROUNDS + further_rounds)
             if self._suspiciously_silent(dt):
                 self._silences += 1
-                self._probe = Probe(of_feedback=False)
-        self.simulator.unrepeatable = self.doubts.sentence()
+                self._probe = Probe(expects_feedback=False)
+        self.simulator.unrepeatable = self._repeatability.caveat()
 
     def tick_by_wall(self, dt: float = TICK_S) -> None:
-        """Advance the simulation by `dt` seconds and let as much wall time pass, whether the node answers or not."""
+        """Advance the simulation by `dt` seconds and let the same wall time pass, whether or not the node answers."""
         self._advance(dt)
         self._wait_for_wall(dt)
 
     @property
     def answers(self) -> int:
-        """Return how many answers have come so far."""
+        """The number of answers so far."""
         return self._answers.count
 
     def await_feedback(self) -> None:
-        """Watch in the next ticks whether the feedback of a goal, or the commands, come by wall time."""
+        """Probe in the next ticks whether a goal's feedback, or the commands, come on wall time."""
         if self.pace == "lockstep" and self._probe is None:
-            self._probe = Probe(of_feedback=True)
+            self._probe = Probe(expects_feedback=True)
 
     def note_feedback(self) -> None:
-        """Take note of a feedback message: like an answer, it is a sign of life."""
+        """Count a feedback message; like an answer, it is a sign of life."""
         self._feedback += 1
 
     def spin_until(self, condition: Callable[[], bool], wall_seconds: float) -> bool:
-        """Serve callbacks, the clock standing still, until `condition` holds. Return whether it does."""
-        self._idle = False  # who waits has asked for something
+        """Serve callbacks while the clock stands still, until `condition` holds. Return whether it does."""
+        self._idle = False  # the caller has sent a request
         return self._serve(condition, wall_seconds)
 
     def _serve(self, condition: Callable[[], bool], wall_seconds: float) -> bool:
@@ -253,23 +249,23 @@ class Bridge:
         return True
 
     def settle(self, rounds: int = _ROUNDS) -> None:
-        """Let the node finish what it has been sent or is about to send, the clock standing still."""
+        """Let the node process what it has received, and send its results, while the clock stands still."""
         if self.pace == "lockstep":
             self._barrier(rounds)
 
     def _suspiciously_silent(self, dt: float) -> bool:
-        # A node that has said nothing yet may have to wait for its first scan.
+        # A node that has not answered yet may have to wait for its first scan.
         allowed = _SILENCES_ALLOWED if self._answers.count else 1
         silent = (self._tick - (self._answers.last or 0)) * dt
         return silent > self.topics.answer_s + 1e-9 and self._silences < allowed
 
     def _watch(self, probe: Probe, before: tuple[int, int], started: float, dt: float) -> None:
-        """Let wall time pass after a tick, and look whether something comes that the tick did not cause."""
-        self._overhear(lambda: False, _PROMPT_S)
+        """Let wall time pass after a tick, and count the messages that the tick did not cause."""
+        self._listen(lambda: False, _PROMPT_S)
         answers, feedback = self._signs()
-        probe.prompt += feedback > before[1] if probe.of_feedback else answers > before[0]
+        probe.prompt += feedback > before[1] if probe.expects_feedback else answers > before[0]
         end = started + _UNEVEN[probe.ticks % len(_UNEVEN)] * dt
-        self._overhear(lambda: False, max(0.0, end - time.monotonic()))
+        self._listen(lambda: False, max(0.0, end - time.monotonic()))
         probe.late += sum(self._signs()) - answers - feedback
         probe.ticks += 1
         if verdict := probe.verdict():
@@ -280,18 +276,18 @@ class Bridge:
 
     def _advance(self, dt: float) -> None:
         self._tick += 1
-        readings = [reading for each in self.simulator.step(dt) if (reading := self._let_through(each))]
+        readings = [reading for each in self.simulator.step(dt) if (reading := self._filtered(each))]
         if self._idle:
-            self._overhear(self._caught_up(), _CATCH_UP_CAP_S)
+            self._listen(self._caught_up(), _CATCH_UP_CAP_S)
             self._idle = False
         messages = [(self._sensors[type(reading)], to_message(reading)) for reading in readings]
-        # In one go, for each message that comes alone costs the node a round of its executor.
+        # All together, because each message that arrives alone costs the node a round of its executor.
         for publisher, message in messages:
             publisher.publish(message)
         most = max(Counter(type(reading) for reading in readings).values(), default=0)
         if most > 1 and self.pace == "lockstep":
-            # A round takes one message of each topic. All of them come before the clock, or chance would decide
-            # which reading of the IMU is the latest when a timer looks.
+            # A round takes one message of each topic. All of them must arrive before the clock does, otherwise it would
+            # depend on timing which IMU reading is the latest when a timer fires.
             self._barrier(most)
         self._publish_clock()
 
@@ -299,23 +295,22 @@ class Bridge:
         self._barrier(rounds)
         if not self.alive():
             return
-        self.doubts.overslept += self.blocked
-        if not self._answers.due(self._tick) or self._overhear(self._answered, _RESENT_AFTER_S):
+        self._repeatability.unanswered += self.blocked
+        if not self._answers.due(self._tick) or self._listen(self._answered, _RESENT_AFTER_S):
             return
         self._publish_clock()
         self._barrier()
-        if not self._overhear(self._answered, _DUE_CAP_S):
+        if not self._listen(self._answered, _DUE_CAP_S):
             self._answers.missed()
-            self.irregular = True
 
     def _answered(self) -> bool:
         return self._answers.last == self._tick
 
     def _barrier(self, rounds: int = _ROUNDS) -> None:
-        """Return when the node has served so many calls, each of which it does after subscriptions and timers."""
+        """Return when the node has served `rounds` calls; it serves each after its subscriptions and timers."""
         self._idle = False
         if not self._barrier_client.service_is_ready():
-            self.doubts.unaskable += self.alive()
+            self._repeatability.without_services += self.alive()
             self._serve(lambda: False, 0.002)
             return
         calls = [self._barrier_client.call_async(GetParameterTypes.Request()) for _ in range(rounds)]
@@ -329,21 +324,21 @@ class Bridge:
         self._idle = True
 
     def _caught_up(self) -> Callable[[], bool]:
-        """Return what says whether everything has been served that is here by now."""
-        last = self._executor.create_task(lambda: None)  # it comes after them
+        """Return a condition: whether everything that had arrived by now has been served."""
+        last = self._executor.create_task(lambda: None)  # queued after the arrived messages
         assert last is not None
         return last.done
 
-    def _overhear(self, condition: Callable[[], bool], wall_seconds: float) -> bool:
-        """Serve callbacks until `condition` holds; count the answers of a node that nothing has been sent to."""
+    def _listen(self, condition: Callable[[], bool], wall_seconds: float) -> bool:
+        """Serve callbacks until `condition` holds; count the answers of an idle node as unprompted."""
         before = self._answers.count
         met = self._serve(condition, wall_seconds)
         if self._idle:
-            self.doubts.unprompted += self._answers.count - before
+            self._repeatability.unprompted += self._answers.count - before
         return met
 
     def _wait_for_wall(self, dt: float) -> None:
-        # A pause (a service call, a slow start) is not caught up: that would run the node faster than real time.
+        # Do not catch up after a pause (a service call, a slow start): the node would run faster than real time.
         self._wall_due = max(self._wall_due + dt, time.monotonic() - dt)
         self._serve(lambda: time.monotonic() >= self._wall_due, dt + 0.05)
 
@@ -364,14 +359,14 @@ class Bridge:
             if topic:
                 self._sensors[reading] = self.node.create_publisher(message, topic, qos)
 
-    def _let_through(self, reading: Reading) -> Reading | None:
-        """Return the reading that the node gets of this one, None if it gets none."""
+    def _filtered(self, reading: Reading) -> Reading | None:
+        """Return the reading as the node gets it, None if it does not get it."""
         if type(reading) not in self._sensors or type(reading) in self.muted:
             return None
-        heard = self.filter_scan(reading) if isinstance(reading, ScanReading) else reading
-        if heard is not None:
-            self.on_published(heard)
-        return heard
+        passed = self.filter_scan(reading) if isinstance(reading, ScanReading) else reading
+        if passed is not None:
+            self.on_published(passed)
+        return passed
 
     def _publish_clock(self) -> None:
         self._idle = False
@@ -383,7 +378,7 @@ class Bridge:
             self._answers.note(self._tick)
         self.on_command(self.simulator.time, message)
         v, omega = message.linear.x, message.angular.z
-        if self.follow_commands and math.isfinite(v) and math.isfinite(omega):
+        if math.isfinite(v) and math.isfinite(omega):
             self.simulator.command(v, omega)
 
     # -- graph ----------------------------------------------------------------------------------------------------
@@ -408,5 +403,5 @@ class Bridge:
                 str(self.node.get_subscriber_names_and_types_by_node(*own)),
                 str(self.node.get_service_names_and_types_by_node(*own)),
             )
-        except RuntimeError:  # it left between the two questions
+        except RuntimeError:  # the node left between the two calls
             return names

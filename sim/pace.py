@@ -1,26 +1,27 @@
-"""How a node keeps time, told from when its messages come: in ticks, by wall time, repeatably. No ROS, no waiting."""
+"""How a node keeps time, judged by when its messages arrive: in lockstep or on wall time, repeatably or not. No ROS."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-_MISSES_ALLOWED = 3  # messages that were due and did not come before the node counts as irregular
-_PROBE_TICKS = 24  # how long a suspect is watched at most
-_STEADY_TICKS = 6  # how long at least
-_ODD_ALLOWED = 2  # a goal, or a cancel, that somebody sends between two ticks may be answered at once
+_MISSES_ALLOWED = 3  # missing answers, after which the node counts as irregular and is not waited for
+_PROBE_TICKS = 24  # longest probe
+_STEADY_TICKS = 6  # shortest probe of a node in lockstep
+_ODD_ALLOWED = 2  # a goal or a cancel that is sent between two ticks may be answered at once
 
 
 @dataclass
 class Answers:
-    """When the node's answers came, in ticks; learns their period."""
+    """The ticks in which the node's answers came, and their period once it is known."""
 
     period: int | None = None
     last: int | None = None
     misses: int = 0
     count: int = 0
+    _gap: int = field(default=0, repr=False)
 
     def note(self, tick: int) -> None:
-        """Take note of an answer."""
+        """Record an answer."""
         self.count += 1
         if self.last is not None and tick > self.last:
             gap = tick - self.last
@@ -28,78 +29,76 @@ class Answers:
             self.period, self._gap = (gap if gap == self._gap else None), gap
         self.last = tick
 
-    _gap: int = field(default=0, repr=False)
-
     def due(self, tick: int) -> bool:
-        """Return whether an answer should come in this tick, as far as a period is known."""
+        """Return whether an answer is expected in this tick; False if no period is known."""
         if self.period is None or self.last is None or self.misses >= _MISSES_ALLOWED:
             return False
         return tick >= self.last + self.period
 
     def missed(self) -> None:
-        """Take note that an answer which was due has not come."""
+        """Record that an answer was due and did not come."""
         self.misses += 1
         self.period, self._gap = None, 0
 
 
 @dataclass
 class Probe:
-    """Watches whether signs of life come with the ticks, or while the clock stands still."""
+    """Tells whether a node's messages follow the ticks, or come while the clock stands still."""
 
-    of_feedback: bool
-    """Whether feedback has to come, so that none at all speaks for wall time, and commands with the ticks for nothing.
+    expects_feedback: bool
+    """Whether feedback is due. Then none at all means wall time, and commands that follow the ticks mean nothing.
 
-    A node may steer by a timer on the clock, and sleep by wall time in the loop that sends feedback and ends the goal.
+    A node may steer by a timer on the clock, and sleep on wall time in the loop that sends feedback and ends the goal.
     """
     ticks: int = 0
     prompt: int = 0
-    """In how many ticks there was a sign."""
+    """The number of ticks with a prompt message."""
     late: int = 0
-    """How many signs came when the tick was long over."""
+    """The number of messages that came long after their tick."""
 
     def verdict(self) -> str:
-        """Return the pace of a node that behaves so, "" while that is open."""
-        by_wall = self.late > self.prompt / 4
-        if self.late >= 2 and by_wall:
+        """Return the pace for such a node, "lockstep" or "real time", or "" if it is too early to tell."""
+        on_wall_time = self.late > self.prompt / 4
+        if self.late >= 2 and on_wall_time:
             return "real time"
-        regular = self.prompt * 3 >= self.ticks or not (self.of_feedback or self.prompt)
+        regular = self.prompt * 3 >= self.ticks or not (self.expects_feedback or self.prompt)
         if self.ticks >= _STEADY_TICKS and self.late == 0 and regular:
             return "lockstep"
         if self.ticks < _PROBE_TICKS:
             return ""
-        return "real time" if by_wall or (self.of_feedback and not self.prompt) else "lockstep"
+        return "real time" if on_wall_time or (self.expects_feedback and not self.prompt) else "lockstep"
 
 
 @dataclass
-class Doubts:
-    """What has happened in a run that another run need not repeat."""
+class Repeatability:
+    """What has happened in a run that another run may not repeat."""
 
     real_time: bool = False
-    """The node was run in real time."""
+    """Whether the node was run in real time."""
     unprompted: int = 0
-    """How many answers came after the node had said that its work was done, though nothing new had been sent to it."""
-    unaskable: int = 0
-    """How many ticks the node could not be asked whether its work was done."""
-    overslept: int = 0
-    """In how many ticks the node did not answer, and the clock went on without it."""
+    """The number of answers after the node had said that it was done, although nothing new had been sent to it."""
+    without_services: int = 0
+    """The number of ticks in which the node could not be asked whether it was done."""
+    unanswered: int = 0
+    """The number of ticks in which the node did not answer and the clock went on without it."""
 
-    def sentence(self) -> str:
-        """Return why another run need not be the same, in one sentence; "" if nothing speaks against it."""
+    def caveat(self) -> str:
+        """Return why another run may differ, in one sentence; "" if there is no reason."""
         if self.real_time:
-            return "Not repeatable: the node goes by wall time and was run in real time, so no two runs are the same."
-        if self.overslept:
+            return "Not repeatable: the node runs on wall time and was run in real time, so no two runs are the same."
+        if self.unanswered:
             return (
                 "Perhaps not repeatable: the node was busy in a callback for seconds of wall time, "
                 "and the clock went on without it."
             )
-        if self.unaskable > _ODD_ALLOWED:
+        if self.without_services > _ODD_ALLOWED:
             return (
                 "Perhaps not repeatable: the node has no parameter services, "
-                "so nobody could tell when its work for a tick was done."
+                "so it could not be asked when its work for a tick was done."
             )
         if self.unprompted > _ODD_ALLOWED:
             return (
                 f"Perhaps not repeatable: {self.unprompted} messages came after the node had said that it was done, "
-                "as they do from threads of its own, by wall time, or with an events executor."
+                "as happens with threads of its own, timing by wall time, or an events executor."
             )
         return ""

@@ -1,6 +1,6 @@
-"""Pictures of worlds and runs with matplotlib: units on every axis, equal aspect on maps, one colour per thing.
+"""Pictures of worlds and runs with matplotlib: units on every axis, equal aspect on maps, one colour per kind.
 
-Every function returns a Figure and touches no global state: good in a notebook, in a script and without a display.
+Every `*_view` returns a figure and touches no global state: it works in a notebook, in a script, without a display.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from sim.sensors import ScanReading
 from sim.simulator import Simulator
 from sim.world import World
 
-# One colour per thing, everywhere: after Okabe and Ito, told apart by colour-blind readers too.
+# One colour per kind of thing, everywhere. After Okabe and Ito: colour-blind readers can tell them apart.
 COLORS = {
     "obstacle": "#7d8590",
     "mover": "#CC79A7",
@@ -41,12 +41,12 @@ COLORS = {
     "other": "#882255",
 }
 
-# The contract's distances (robot_controller's parameters), drawn into plots of ranges unless others are given.
+# The contract's distances (robot_controller's parameters), the default thresholds in plots of ranges.
 THRESHOLDS = {"obstacle_detection_threshold": 0.5, "emergency_stop_distance": 0.2}
 
 
 class View(Figure):
-    """A Figure that shows itself in a notebook once, whatever backend is in use."""
+    """A Figure that a notebook shows exactly once, with any backend."""
 
     def _repr_png_(self) -> tuple[bytes, dict[str, str]]:
         out = io.BytesIO()
@@ -56,9 +56,9 @@ class View(Figure):
 
 
 def map_view(what: Recording | World | Simulator, at: float | None = None, *, title: str | None = None) -> View:
-    """Return the map: obstacles, goals and, of a recording, path, odometry, contacts, robot and scan at time `at` (s).
+    """Return the map: obstacles, goals and, for a recording, path, odometry, contacts, and robot and scan at `at`.
 
-    Without `at` a recording shows its end.
+    `at` is simulated time in s; the default is the recording's end.
     """
     figure = View(figsize=(7.0, 6.0), layout="constrained")
     axes = figure.add_subplot()
@@ -77,27 +77,18 @@ def map_view(what: Recording | World | Simulator, at: float | None = None, *, ti
         default = _run_title(what, at)
     figure.suptitle(default if title is None else title)
     if isinstance(what, Recording):
-        _doubt(figure, what)
+        _add_caveat(figure, what)
     _finish_map(axes)
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
     figure.set_size_inches(7.0, min(max(6.3 * (y1 - y0) / (x1 - x0) + 1.1, 2.6), 8.0))
     return figure
 
 
-def time_view(recording: Recording, thresholds: Mapping[str, float] | None = None, *, title: str | None = None) -> View:
-    """Return speed, turning speed and distances over simulated time; thresholds (name -> m) are drawn in."""
-    figure = View(figsize=(8.0, 6.5), layout="constrained")
-    axes = figure.subplots(3, 1, sharex=True, height_ratios=[1, 1, 1.3])
-    draw_speeds(axes[0], axes[1], recording)
-    draw_distances(axes[2], recording, THRESHOLDS if thresholds is None else thresholds)
-    axes[2].set_xlabel("simulated time (s)")
-    figure.suptitle(title if title is not None else _run_title(recording, None))
-    _doubt(figure, recording)
-    return figure
-
-
 def run_view(recording: Recording, thresholds: Mapping[str, float] | None = None, at: float | None = None) -> View:
-    """Return map and time lines of one run side by side; `at` (s) chooses the moment that the map shows."""
+    """Return the map of a run beside its speeds and distances over simulated time.
+
+    `at` (s) is the moment that the map shows; thresholds (name -> m) are drawn into the distances.
+    """
     figure = View(figsize=(13.0, 6.0), layout="constrained")
     plan, axes = _map_and_lines(figure)
     draw_run(plan, recording, at)
@@ -105,7 +96,7 @@ def run_view(recording: Recording, thresholds: Mapping[str, float] | None = None
     draw_speeds(axes[0], axes[1], recording)
     draw_distances(axes[2], recording, THRESHOLDS if thresholds is None else thresholds)
     figure.suptitle(_run_title(recording, at))
-    _doubt(figure, recording)
+    _add_caveat(figure, recording)
     return figure
 
 
@@ -134,21 +125,21 @@ def compare_view(a: Recording, b: Recording, labels: tuple[str, str] = ("first",
     _widen_both_ways(turn)
     difference = "the same path" if apart is None else f"apart by more than 1 cm from {apart:.2f} s on"
     figure.suptitle(f"{a.world.name}: {labels[0]} and {labels[1]}, {difference}")
-    _doubt(figure, a if a.unrepeatable else b)
+    _add_caveat(figure, a if a.unrepeatable else b)
     return figure
 
 
-# ------------------------------------------------------------------- pieces for pictures of one's own
+# ------------------------------------------------------------------- parts for your own pictures
 
 
 def draw_world(axes: Axes, world: World) -> None:
-    """Draw obstacles, the paths of moving ones, and goals."""
+    """Draw a world's obstacles, the paths of moving ones, and the goals."""
     draw_obstacles(axes, world.obstacles)
     draw_goals(axes, world.goals)
 
 
 def draw_obstacles(axes: Axes, obstacles: Iterable[Obstacle], alpha: float = 1.0, ways: bool = True) -> None:
-    """Draw obstacles where their own figures say, and dotted the ways that some of them go."""
+    """Draw obstacles at their own poses, and (if `ways`) the paths of moving ones as dotted lines."""
     for obstacle in obstacles:
         color = COLORS["mover" if obstacle.motion is not None else "obstacle"]
         lines: list[tuple[Point, Point]] = []
@@ -172,7 +163,7 @@ def draw_obstacles(axes: Axes, obstacles: Iterable[Obstacle], alpha: float = 1.0
 
 
 def draw_goals(axes: Axes, goals: Iterable[Pose]) -> None:
-    """Draw goals, numbered in their order."""
+    """Draw goals, numbered in order."""
     for number, goal in enumerate(goals, start=1):
         label = "goal" if number == 1 else None
         axes.plot(goal.x, goal.y, "*", color=COLORS["goal"], markersize=14, zorder=4, label=label)
@@ -180,19 +171,19 @@ def draw_goals(axes: Axes, goals: Iterable[Pose]) -> None:
 
 
 def draw_robot(axes: Axes, pose: Pose, radius: float) -> None:
-    """Draw the hull and where its front is."""
+    """Draw the hull and its heading."""
     axes.add_patch(CirclePatch((pose.x, pose.y), radius, facecolor="white", edgecolor=COLORS["path"], lw=1.6, zorder=5))
     nose = pose.point_to_parent((radius, 0.0))
     axes.plot([pose.x, nose[0]], [pose.y, nose[1]], color=COLORS["path"], linewidth=1.6, zorder=6)
 
 
 def draw_scan(axes: Axes, scan: ScanReading, sensor: Pose) -> None:
-    """Draw a scan's valid readings as points, seen from the sensor's pose in the map frame."""
+    """Draw a scan's valid readings as points; `sensor` is the lidar's pose in the map frame."""
     _scan_points(axes, scan.ranges, scan.angles, sensor)
 
 
 def draw_run(axes: Axes, recording: Recording, at: float | None = None) -> None:
-    """Draw a recorded run on a map; the robot, the scan and what moves are shown at time `at` (s), else at the end."""
+    """Draw a recorded run on a map, with robot, scan and moving obstacles at time `at` (s), by default at the end."""
     time = recording.t[-1] if at is None else at
     index = recording.index_at(time)
     _draw_obstacles_at(axes, recording, time)
@@ -241,7 +232,7 @@ def draw_distances(axes: Axes, recording: Recording, thresholds: Mapping[str, fl
         axes.axhline(value, color=COLORS["threshold"], linewidth=1.0, linestyle=":")
         axes.annotate(
             f"{name} {value:g} m", (right, value), (0, 2), textcoords="offset points", ha="right", fontsize=8,
-            color=COLORS["threshold"], zorder=1.5,  # below the lines: it must not hide one
+            color=COLORS["threshold"], zorder=1.5,  # below the lines, so that it hides none
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.5},
         )  # fmt: skip
     for i, contact in enumerate(recording.contacts):
@@ -255,7 +246,7 @@ def draw_distances(axes: Axes, recording: Recording, thresholds: Mapping[str, fl
 
 
 def _draw_obstacles_at(axes: Axes, recording: Recording, time: float) -> None:
-    """Draw obstacles where they were at `time` (s), faintly those that were not there then."""
+    """Draw obstacles at their positions at `time` (s), those that were absent then faintly."""
     index = recording.index_at(time)
     dragged = {e.subject for e in recording.events if e.kind == "moved" and e.time < time}
     for presence in recording.presences:
@@ -263,7 +254,7 @@ def _draw_obstacles_at(axes: Axes, recording: Recording, time: float) -> None:
         if track is not None:
             obstacle = _shifted(obstacle, (float(track[index, 0]), float(track[index, 1])))
         there = presence.since <= time < presence.until
-        way = obstacle.name not in dragged  # or it would be the one that it left
+        way = obstacle.name not in dragged  # a dragged obstacle has left this path
         draw_obstacles(axes, [obstacle], alpha=1.0 if there else 0.25, ways=way)
 
 
@@ -292,7 +283,7 @@ def _shifted(obstacle: Obstacle, place: Point) -> Obstacle:
 
 
 def _gaps(values: Any) -> Any:
-    """Return the values with a gap in the line wherever nothing is in range."""
+    """Return the values with NaN, a gap in the line, where nothing is in range."""
     return np.where(np.isfinite(values), values, np.nan)
 
 
@@ -307,10 +298,10 @@ def _run_title(recording: Recording, at: float | None) -> str:
     return f"{recording.world.name}: {recording.duration:.1f} s simulated, {recording.distance:.2f} m driven{moment}"
 
 
-def _doubt(figure: Figure, recording: Recording) -> None:
-    """Say below a run why another one need not be the same."""
+def _add_caveat(figure: Figure, recording: Recording) -> None:
+    """Print below a run why another one may differ."""
     if recording.unrepeatable:
-        columns = round(14 * figure.get_figwidth())  # of small letters
+        columns = round(14 * figure.get_figwidth())  # in small type
         figure.supxlabel(textwrap.fill(recording.unrepeatable, columns), fontsize=8, color="#555555")
 
 
@@ -325,7 +316,7 @@ def _legend(axes: Axes) -> None:
 
 
 def _widen(axes: Axes, least: float) -> None:
-    """Show at least from 0 to `least`, or to -`least`, so that a trickle of noise does not fill the axes."""
+    """Show at least the range from 0 to `least` or to -`least`, so that a little noise does not fill the axes."""
     low, high = axes.dataLim.y0, axes.dataLim.y1
     low, high = min(low, 0.0), max(high, 0.0)
     if high - low < least:
@@ -334,13 +325,13 @@ def _widen(axes: Axes, least: float) -> None:
 
 
 def _widen_both_ways(axes: Axes) -> None:
-    """Show as much above 0 as below, and at least 0.5 to each side."""
+    """Show as much below 0 as above, and at least 0.5 on each side."""
     most = 1.07 * max(0.5, abs(axes.dataLim.y0), abs(axes.dataLim.y1))
     axes.set_ylim(-most, most)
 
 
 def _map_and_lines(figure: Figure) -> tuple[Axes, tuple[Axes, Axes, Axes]]:
-    """Return axes for a map at the left and three time lines at the right."""
+    """Return axes for a map on the left and three time series on the right."""
     grid = figure.add_gridspec(3, 2, width_ratios=[1, 1.05], height_ratios=[1, 1, 1.3])
     speed = figure.add_subplot(grid[0, 1])
     turn = figure.add_subplot(grid[1, 1], sharex=speed)

@@ -1,4 +1,4 @@
-"""The bridge: a node in lockstep with the simulator. Runs in a network namespace of its own."""
+"""The bridge: a node in lockstep with the simulator, in its own network namespace."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ if kind == "wall":
             time.sleep(0.05)
     threading.Thread(target=loop, daemon=True).start()
 if kind == "own thread":
-    # What it computes takes longer than the node's executor is busy in a tick.
+    # Its work takes longer than the node's executor is busy in a tick.
     woken = threading.Event()
     def work():
         while True:
@@ -104,15 +104,15 @@ def test_commands_come_at_the_nodes_own_rate_of_simulated_time(tmp_path: Path):
     assert later[-1] == pytest.approx(2.0)
 
 
-def test_a_command_knows_the_scan_of_its_own_tick(tmp_path: Path):
-    """Each command carries the number of scans the node had heard: ten scans a second, ten commands a second."""
+def test_a_command_is_based_on_the_scan_of_its_own_tick(tmp_path: Path):
+    """Each command carries the number of scans received so far: ten scans a second, ten commands a second."""
     found = run(tmp_path, "timer")
     counts = {t: n for t, _, n in found["commands"]}
     assert all(n == pytest.approx(10 * t, abs=1.01) for t, n in counts.items() if t > 0.15)
 
 
 def test_a_sensor_that_the_node_does_not_get_costs_no_time(tmp_path: Path):
-    """Two rounds a tick, a third where a clock got lost; the five readings of the IMU in each are not published."""
+    """Two rounds per tick, a third if a clock message got lost; the five IMU readings in each are not published."""
     assert 80 <= run(tmp_path, "timer", ticks=40)["calls"] < 120
 
 
@@ -122,33 +122,33 @@ def test_two_runs_give_the_same_commands_at_the_same_times(tmp_path: Path):
     assert [c for c in first if c[0] > 0] == [c for c in second if c[0] > 0]
 
 
-def test_the_robot_does_what_it_is_told(tmp_path: Path):
+def test_the_robot_follows_the_nodes_commands(tmp_path: Path):
     found = run(tmp_path, "timer")
     assert found["x"] != 0.0
 
 
-def test_a_node_by_wall_time_is_noticed_and_run_in_real_time(tmp_path: Path):
+def test_a_node_on_wall_time_is_detected_and_run_in_real_time(tmp_path: Path):
     found = run(tmp_path, "wall")
     if found["pace"] == "lockstep" and found["tick_s"] > 0.02:
-        pytest.skip(f"a tick took {found['tick_s']} s: run it again on a machine that is less busy")
+        pytest.skip(f"a tick took {found['tick_s']} s: repeat the test on a less busy machine")
     assert found["pace"] == "real time"
     assert found["t"] == pytest.approx(2.0)
 
 
-def test_a_node_with_one_thread_gives_no_reason_to_doubt_that_a_run_can_be_repeated(tmp_path: Path):
+def test_a_single_threaded_node_is_repeatable(tmp_path: Path):
     assert run(tmp_path, "timer", ticks=100)["said"] == ["", ""]
 
 
 @pytest.mark.parametrize(
     ("kind", "reason"),
     [
-        # On a busy machine one may be taken for the other; each is a fair warning.
-        ("own thread", "came after the node had said that it was done, as they do from threads of its own|real time"),
-        ("wall", "the node goes by wall time and was run in real time|by wall time, or"),
+        # On a busy machine one cause may be taken for another; either is a fair warning.
+        ("own thread", "came after the node had said that it was done|real time"),
+        ("wall", "the node runs on wall time and was run in real time|timing by wall time"),
         ("no services", "the node has no parameter services|real time"),
     ],
 )
-def test_a_recording_says_why_another_run_need_not_be_the_same(tmp_path: Path, kind: str, reason: str):
+def test_a_recording_says_why_another_run_may_differ(tmp_path: Path, kind: str, reason: str):
     simulator_says, recording_says = run(tmp_path, kind, ticks=100)["said"]  # type: ignore[misc]
     assert re.search(reason, simulator_says)
     assert recording_says == simulator_says

@@ -1,4 +1,4 @@
-"""The lidar is exact: it equals pymunk's own ray cast, and it is right where pymunk cannot be asked."""
+"""The lidar is exact: it equals pymunk's own ray casting, and is right where pymunk is not."""
 
 import math
 
@@ -15,14 +15,14 @@ from sim.polygon import signed_area
 RANGE = 12.0
 TOLERANCE = 1e-9
 SIDE = 1e-9  # rad
-GRAZING = 1e-6  # a beam that meets a corner: pymunk itself is blind to some exact corners
+GRAZING = 1e-6  # for a beam that hits a corner: pymunk itself misses some exact corners
 
 
 # --------------------------------------------------------------------------- the oracle: pymunk, asked beam by beam
 
 
 def space_with(obstacles: list[Obstacle]) -> pymunk.Space:
-    """Build the same scene with pymunk's own shapes, from the obstacles' figures and not from our parts."""
+    """Build the same scene from pymunk's own shapes, using the obstacles' attributes and not our parts."""
     space = pymunk.Space()
     for o in obstacles:
         body = space.static_body
@@ -30,8 +30,8 @@ def space_with(obstacles: list[Obstacle]) -> pymunk.Space:
             case Wall(thickness=0.0):
                 space.add(pymunk.Segment(body, o.start, o.end, 0.0))
             case Wall():
-                # Not a Segment with a radius: Chipmunk overlooks its round end when the ray also meets the flat side
-                # (see test_the_round_end_of_a_thick_wall_is_seen_from_its_axis).
+                # Not a Segment with a radius: Chipmunk misses its round end when the ray also hits the flat side
+                # (see test_the_round_end_of_a_thick_wall_is_hit_from_its_axis).
                 r, length = o.thickness / 2, math.dist(o.start, o.end)
                 nx, ny = (o.start[1] - o.end[1]) * r / length, (o.end[0] - o.start[0]) * r / length
                 corners = [(x + k * nx, y + k * ny) for x, y in (o.start, o.end) for k in (1, -1)]
@@ -57,11 +57,11 @@ def oracle(space: pymunk.Space, sensor: Pose, angle: float) -> float:
 
 
 def assert_same(obstacles: list[Obstacle], sensor: Pose, beams: Beams) -> None:
-    """Every beam equals pymunk's; one that grazes a corner lies between pymunk's answers a hair to either side."""
+    """Every beam equals pymunk's; one that grazes a corner lies between pymunk's answers just beside it."""
     space = space_with(obstacles)
     surface = space.point_query_nearest((sensor.x, sensor.y), 1e-6, pymunk.ShapeFilter())
     if surface is not None and abs(surface.distance) < 1e-9:
-        return  # on a surface to the last bits: in or out is a matter of rounding
+        return  # on a surface: rounding decides whether this is inside
     ours = cast(Shapes.of((o.pose, o.parts()) for o in obstacles), sensor, beams)
     for angle, mine in zip(beams.angles.tolist(), ours.tolist(), strict=True):
         theirs = oracle(space, sensor, angle)
@@ -121,7 +121,7 @@ def test_every_beam_equals_pymunks_in_thousands_of_scenes(obstacles: list[Obstac
 
 @settings(max_examples=60, deadline=None, derandomize=True, database=None)
 @given(scenes, sensors, angle, st.floats(0.1, 6.0))
-def test_a_lidar_that_sees_a_part_of_the_circle_equals_pymunk_too(
+def test_a_lidar_with_a_partial_field_of_view_equals_pymunk_too(
     obstacles: list[Obstacle], sensor: Pose, first: float, width: float
 ) -> None:
     assert_same(obstacles, sensor, Beams(count=40, angle_min=first, increment=width / 39))
@@ -129,18 +129,16 @@ def test_a_lidar_that_sees_a_part_of_the_circle_equals_pymunk_too(
 
 @pytest.mark.parametrize("seed", range(12))
 def test_a_crowded_hall_equals_pymunk(seed: int) -> None:
-    """200 obstacles at uniformly random places, 360 beams."""
-    random = np.random.default_rng(seed)
+    """200 obstacles at uniformly random positions, 360 beams."""
+    rng = np.random.default_rng(seed)
     obstacles: list[Obstacle] = []
     for _ in range(100):
-        x, y, w, h, yaw = (
-            random.uniform(-10, 10, 2).tolist() + random.uniform(0.1, 0.8, 2).tolist() + [random.uniform(-3, 3)]
-        )
+        x, y, w, h, yaw = rng.uniform(-10, 10, 2).tolist() + rng.uniform(0.1, 0.8, 2).tolist() + [rng.uniform(-3, 3)]
         obstacles += [Box((x, y), (w, h), yaw), Circle((y, -x), w / 2)]
-    assert_same(obstacles, Pose(*random.uniform(-10, 10, 2).tolist(), random.uniform(-3, 3)), Beams())
+    assert_same(obstacles, Pose(*rng.uniform(-10, 10, 2).tolist(), rng.uniform(-3, 3)), Beams())
 
 
-# ------------------------------------------------------------------------------------- cases with the answer in sight
+# ------------------------------------------------------------------------------------- cases with a known answer
 
 
 def ranges(obstacles: list[Obstacle], sensor: Pose = Pose(), beams: Beams = Beams()) -> np.ndarray:  # noqa: B008 - frozen
@@ -152,14 +150,14 @@ def test_nothing_in_range_reads_infinity() -> None:
     assert np.isinf(ranges([Circle((20.0, 0.0), 1.0)])).all()
 
 
-def test_a_wall_ahead_is_seen_at_its_distance_by_the_middle_beam() -> None:
+def test_the_middle_beam_measures_the_distance_of_a_wall_ahead() -> None:
     seen = ranges([Wall((2.0, -1.0), (2.0, 1.0))])
     assert seen[180] == pytest.approx(2.0, abs=1e-12)
     assert seen[180 + 20] == pytest.approx(2.0 / math.cos(math.radians(20)), abs=1e-12)
     assert np.isinf(seen[0])
 
 
-def test_the_sensors_yaw_turns_the_scan() -> None:
+def test_the_sensors_yaw_rotates_the_scan() -> None:
     wall = [Wall((2.0, -1.0), (2.0, 1.0))]
     assert ranges(wall, Pose(0.0, 0.0, math.pi / 2))[180 - 90] == pytest.approx(2.0, abs=1e-12)
 
@@ -190,16 +188,16 @@ def test_a_thin_wall_seen_edge_on_is_invisible() -> None:
     assert np.isinf(ranges([Wall((1.0, 0.0), (2.0, 0.0))])).all()
 
 
-def test_the_round_end_of_a_thick_wall_is_seen_from_its_axis() -> None:
-    """Chipmunk's segment with a radius reads 1.106 m here: the flat side, behind the round end that is hit first."""
+def test_the_round_end_of_a_thick_wall_is_hit_from_its_axis() -> None:
+    """Chipmunk's segment with a radius reads 1.106 m here, the flat side behind the round end that is hit first."""
     beams = Beams(count=1, angle_min=math.pi + 0.0226, increment=1.0)
     seen = ranges([Wall((-2.0, 0.0), (-1.0, 0.0), 0.05)], beams=beams)[0]
     assert math.hypot(seen * math.cos(0.0226) - 1.0, seen * math.sin(0.0226)) == pytest.approx(0.025, abs=1e-12)
     assert seen == pytest.approx(0.989, abs=1e-3)
 
 
-def test_an_l_shaped_polygon_is_seen_as_an_l() -> None:
-    """Not as its convex hull: the beam into the notch goes deeper."""
+def test_an_l_shaped_polygon_is_measured_as_an_l() -> None:
+    """Not as its convex hull: the beam reaches into the notch."""
     ell = Polygon(((1, -1), (3, -1), (3, 1), (2, 1), (2, 0), (1, 0)))
     seen = ranges([ell], Pose(0.0, 0.5, 0.0))
     assert signed_area(ell.points) == 3
@@ -207,7 +205,7 @@ def test_an_l_shaped_polygon_is_seen_as_an_l() -> None:
     assert seen[180 - 45] == pytest.approx(math.sqrt(2))
 
 
-def test_no_beam_slips_through_the_joint_of_two_walls() -> None:
+def test_no_beam_slips_between_two_adjoining_walls() -> None:
     corner = [Wall((1.0, 0.0), (0.0, 1.0)), Wall((1.0, 0.0), (0.0, -1.0))]
     for yaw in np.linspace(-0.5, 0.5, 101):
         assert ranges(corner, Pose(0.0, 0.0, float(yaw)))[180] <= 1.0 + 1e-9

@@ -1,4 +1,4 @@
-"""Recordings: what they hold, that they survive a file, that equal runs are bit-equal, that others can read them."""
+"""Recordings: their contents, saving and loading, repeatability, and bags that other programs can read."""
 
 import json
 import os
@@ -47,7 +47,7 @@ def test_steps_that_do_not_divide_the_period_do_not_stretch_it() -> None:
     assert len(recorder.recording()) == 41
 
 
-def test_it_holds_the_ground_truth(crash: Recording) -> None:
+def test_a_recording_contains_the_ground_truth(crash: Recording) -> None:
     assert crash.x[-1] == pytest.approx(1.0 - 0.171, abs=1e-6)
     assert crash.v.max() == 0.5
     assert crash.v[-1] == 0.0
@@ -60,7 +60,7 @@ def test_it_holds_the_ground_truth(crash: Recording) -> None:
     assert [e.kind for e in crash.events] == ["contact", "note"]
 
 
-def test_scans_belong_to_the_sample_of_their_time(crossing: Recording) -> None:
+def test_each_scan_belongs_to_the_sample_of_its_time(crossing: Recording) -> None:
     assert crossing.scan_t == pytest.approx(np.arange(1, 81) * 0.1)
     assert crossing.t[crossing.scan_index] == pytest.approx(crossing.scan_t)
     assert crossing.scan_ranges.shape == (80, 360)
@@ -72,7 +72,7 @@ def test_moving_obstacles_leave_their_track(crossing: Recording) -> None:
     assert track[-1, 1] < 0.0
 
 
-def test_what_is_saved_is_what_is_loaded(crossing: Recording, tmp_path: Path) -> None:
+def test_a_loaded_recording_equals_the_saved_one(crossing: Recording, tmp_path: Path) -> None:
     crossing.save(tmp_path / "run.npz")
     loaded = Recording.load(tmp_path / "run.npz")
     assert loaded.digest() == crossing.digest()
@@ -82,7 +82,7 @@ def test_what_is_saved_is_what_is_loaded(crossing: Recording, tmp_path: Path) ->
     assert (tmp_path / "run.npz").stat().st_size < 400_000
 
 
-def test_a_doubt_that_the_run_can_be_repeated_is_in_the_file_and_ends_with_a_reset(tmp_path: Path) -> None:
+def test_the_reason_why_a_run_is_unrepeatable_is_saved_and_a_reset_clears_it(tmp_path: Path) -> None:
     simulator = Simulator(World())
     simulator.unrepeatable = "Not repeatable: the wind blew."
     Recorder(simulator).recording().save(tmp_path / "run.npz")
@@ -91,7 +91,7 @@ def test_a_doubt_that_the_run_can_be_repeated_is_in_the_file_and_ends_with_a_res
     assert Recorder(simulator).recording().unrepeatable == ""
 
 
-def test_a_file_from_before_there_were_doubts_is_read(crash: Recording, tmp_path: Path) -> None:
+def test_a_file_of_an_older_version_without_that_reason_is_read(crash: Recording, tmp_path: Path) -> None:
     crash.save(tmp_path / "run.npz")
     with np.load(tmp_path / "run.npz") as data:
         arrays = dict(data)
@@ -101,7 +101,7 @@ def test_a_file_from_before_there_were_doubts_is_read(crash: Recording, tmp_path
     assert Recording.load(tmp_path / "old.npz").unrepeatable == ""
 
 
-def test_obstacles_added_at_run_time_are_in_the_file(tmp_path: Path) -> None:
+def test_obstacles_added_at_run_time_are_saved(tmp_path: Path) -> None:
     simulator = Simulator(World())
     recorder = Recorder(simulator)
     name = simulator.add_obstacle(Wall((1.0, 0.0), (2.0, 0.0), 0.1))
@@ -118,7 +118,7 @@ def test_obstacles_added_at_run_time_are_in_the_file(tmp_path: Path) -> None:
 
 @pytest.fixture
 def dragged() -> Recording:
-    """A crate stands at x = 2 m, is put to 3 m at 0.5 s, and is taken away at 1 s. A post stays."""
+    """A crate at x = 2 m is moved to 3 m at 0.5 s and removed at 1 s. A post stays."""
     simulator = Simulator(World(obstacles=(Box((2.0, 1.0), (0.4, 0.4), name="crate"), Circle((5.0, 5.0), 0.1))))
     recorder = Recorder(simulator)
     for act in (lambda: simulator.move_obstacle("crate", 3.0, 1.0), lambda: simulator.remove_obstacle("crate")):
@@ -138,7 +138,7 @@ def test_a_dragged_obstacle_is_one_obstacle_with_a_path(dragged: Recording) -> N
     assert np.isnan(x[21])
 
 
-def test_an_obstacle_is_shown_where_it_was_then_and_where_it_was_last_after_it_has_gone(dragged: Recording) -> None:
+def test_a_track_gives_each_position_and_the_last_one_after_removal(dragged: Recording) -> None:
     crate, post = dragged.presences
     track = dragged.track(crate)
     assert track is not None
@@ -146,7 +146,7 @@ def test_an_obstacle_is_shown_where_it_was_then_and_where_it_was_last_after_it_h
     assert dragged.track(post) is None
 
 
-def test_an_obstacle_that_comes_again_under_its_old_name_has_a_path_of_its_own() -> None:
+def test_a_second_obstacle_of_the_same_name_has_its_own_track() -> None:
     simulator = Simulator(World(obstacles=(Box((2.0, 1.0), (0.4, 0.4), name="crate"),)))
     recorder = Recorder(simulator)
     recorder.take(simulator.step(0.05))
@@ -161,7 +161,7 @@ def test_an_obstacle_that_comes_again_under_its_old_name_has_a_path_of_its_own()
     assert [track[:, 0].tolist() for track in tracks if track is not None] == [[2.0] * 5, [4.0] * 4 + [5.0]]
 
 
-def test_the_path_of_a_dragged_obstacle_is_in_the_file(dragged: Recording, tmp_path: Path) -> None:
+def test_the_path_of_a_dragged_obstacle_is_saved(dragged: Recording, tmp_path: Path) -> None:
     dragged.save(tmp_path / "run.npz")
     assert Recording.load(tmp_path / "run.npz").digest() == dragged.digest()
 
@@ -169,7 +169,7 @@ def test_the_path_of_a_dragged_obstacle_is_in_the_file(dragged: Recording, tmp_p
 # ------------------------------------------------------------------------------------------------- files of others
 
 
-def test_a_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_recording_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.npz").write_bytes(b"hello")
     np.savez(tmp_path / "b.npz", x=np.zeros(3))
     for name in ("a.npz", "b.npz", "missing.npz"):
@@ -177,7 +177,7 @@ def test_a_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
             Recording.load(tmp_path / name)
 
 
-def test_pickles_are_never_opened(crash: Recording, tmp_path: Path) -> None:
+def test_pickles_are_never_loaded(crash: Recording, tmp_path: Path) -> None:
     crash.save(tmp_path / "run.npz")
     with zipfile.ZipFile(tmp_path / "run.npz") as good:
         members = {name: good.read(name) for name in good.namelist()}
@@ -189,7 +189,7 @@ def test_pickles_are_never_opened(crash: Recording, tmp_path: Path) -> None:
         Recording.load(tmp_path / "mixed.npz")
 
 
-def test_a_bomb_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_zip_bomb_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sim.recording.MAX_BYTES", 10_000)
     np.savez_compressed(tmp_path / "bomb.npz", x=np.zeros(10_000))
     with pytest.raises(RecordingError, match="more than the limit of 10000"):
@@ -221,14 +221,14 @@ def digests(seed: int, hash_seed: str) -> list[str]:
 
 
 def test_recordings_are_bit_equal_in_different_processes() -> None:
-    """Same seed, other hash seed: the same bits. Another seed: others."""
+    """The same seed with another hash seed gives the same bits, another seed different ones."""
     first = digests(5, "1")
     assert len(set(first)) == 2
     assert digests(5, "4321") == first
     assert digests(6, "1") != first
 
 
-def test_a_reset_brings_the_same_future() -> None:
+def test_after_a_reset_the_run_repeats() -> None:
     simulator = Simulator(load_world("forest"))
     first = drive(simulator, Tourist(simulator), 3.0)
     simulator.reset()
@@ -272,7 +272,7 @@ def test_an_independent_reader_opens_the_bag(crash: Recording, tmp_path: Path) -
 
 
 def test_foxgloves_own_reader_decodes_the_bag_by_the_types_in_it(crash: Recording, tmp_path: Path) -> None:
-    """It knows no type beforehand, the contract's neither: all must stand in the file."""
+    """That reader knows no types, so the file must define all of them."""
     pytest.importorskip("rosbags")
     from mcap.reader import make_reader
     from mcap_ros2.decoder import DecoderFactory
@@ -294,7 +294,7 @@ def test_foxgloves_own_reader_decodes_the_bag_by_the_types_in_it(crash: Recordin
     assert read["/sensor_fusion_data"][1].linear_acceleration.z == 9.81
 
 
-def test_a_field_that_the_type_does_not_have_is_named(crash: Recording, tmp_path: Path) -> None:
+def test_the_error_for_an_unknown_field_names_it(crash: Recording, tmp_path: Path) -> None:
     pytest.importorskip("rosbags")
     from sim.bag import BagMessage, write_bag
 

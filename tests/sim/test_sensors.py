@@ -1,4 +1,4 @@
-"""Sensors: noise of the right size, its own stream for each, all of it can be off; battery; the TurtleBot 4."""
+"""Sensors: size of the noise, separate random streams, exact without noise; battery; the TurtleBot 4."""
 
 import math
 from dataclasses import replace
@@ -15,7 +15,7 @@ ROOM = World(obstacles=room((-3.0, -3.0), (3.0, 3.0)))
 # ------------------------------------------------------------------------------------------------------------- noise
 
 
-def test_noise_off_means_exact() -> None:
+def test_without_noise_all_sensors_are_exact() -> None:
     simulator = Simulator(load_world("forest"), noise=False)
     simulator.command(0.3, 0.4)
     simulator.step(3.0)
@@ -41,7 +41,7 @@ def test_lidar_noise_is_gaussian_and_half_a_percent_of_the_range() -> None:
     assert np.mean(np.abs(sample) < 0.005) == pytest.approx(0.683, abs=0.01)
 
 
-def test_asking_twice_gives_the_same_reading_and_asking_changes_nothing() -> None:
+def test_reading_twice_gives_the_same_and_has_no_side_effects() -> None:
     quiet, curious = Simulator(ROOM), Simulator(ROOM)
     assert curious.scan().ranges.tolist() == curious.scan().ranges.tolist()
     for _ in range(20):
@@ -54,7 +54,7 @@ def test_asking_twice_gives_the_same_reading_and_asking_changes_nothing() -> Non
 
 
 def test_each_sensor_has_its_own_random_stream() -> None:
-    """A noisier lidar, or one more obstacle, changes no number of the IMU and none of the odometry."""
+    """A noisier lidar or other obstacles change no reading of the IMU or the odometry."""
     blind = replace(COURSE, lidar=replace(COURSE.lidar, rate_hz=(1.0, 1.0), noise=0.2, dropout=0.5))
     a, b = Simulator(ROOM), Simulator(World(), profile=blind)
     for simulator in (a, b):
@@ -76,8 +76,8 @@ def test_streams_of_different_names_are_unrelated() -> None:
 # ------------------------------------------------------------------------------------------------------------- lidar
 
 
-def test_nothing_there_reads_plus_infinity_and_too_close_minus_infinity() -> None:
-    """REP 117, seen by a lidar with a hull that lets things come near."""
+def test_nothing_in_range_reads_plus_infinity_and_too_close_minus_infinity() -> None:
+    """REP 117, with a hull so small that obstacles can come too close."""
     small = replace(COURSE, radius=0.05)
     simulator = Simulator(World(obstacles=(Circle((0.2, 0.0), 0.1),)), profile=small, noise=False)
     ranges = simulator.scan().ranges
@@ -86,12 +86,12 @@ def test_nothing_there_reads_plus_infinity_and_too_close_minus_infinity() -> Non
     assert simulator.scan().closest == pytest.approx(float(ranges[np.isfinite(ranges)].min()))
 
 
-def test_closest_ignores_what_is_not_valid() -> None:
+def test_closest_ignores_invalid_readings() -> None:
     simulator = Simulator(World(), noise=False)
     assert simulator.scan().closest == math.inf
 
 
-def test_dropouts_come_as_often_as_the_profile_says() -> None:
+def test_dropouts_are_as_frequent_as_the_profile_says() -> None:
     leaky = replace(COURSE, lidar=replace(COURSE.lidar, dropout=0.1))
     simulator = Simulator(ROOM, profile=leaky)
     lost = []
@@ -101,7 +101,7 @@ def test_dropouts_come_as_often_as_the_profile_says() -> None:
     assert np.mean(lost) == pytest.approx(0.1, abs=0.01)
 
 
-def test_a_scan_cannot_be_changed_by_who_reads_it() -> None:
+def test_a_scan_is_read_only() -> None:
     with pytest.raises(ValueError, match="read-only"):
         Simulator(ROOM).scan().ranges[0] = 1.0
 
@@ -126,14 +126,14 @@ def test_odometry_does_not_drift_while_standing() -> None:
     assert simulator.odometry().pose == simulator.pose
 
 
-def test_the_imu_feels_gravity_upwards_at_rest() -> None:
+def test_at_rest_the_imu_measures_gravity_upwards() -> None:
     simulator = Simulator(World())
     rest = np.array([simulator.step(0.01)[0].linear_acceleration for _ in range(500)])
     assert rest.mean(axis=0) == pytest.approx([0.0, 0.0, 9.80665], abs=0.08)
     assert rest.std(axis=0) == pytest.approx([0.02] * 3, rel=0.15)
 
 
-def test_the_imu_feels_speeding_up_and_braking() -> None:
+def test_the_imu_measures_speeding_up_and_braking() -> None:
     simulator = Simulator(World(), noise=False)
     simulator.command(0.5, 0.0)
     simulator.step(0.05)
@@ -176,7 +176,7 @@ def tb4(world: World | None = None) -> Simulator:
 
 
 def test_the_tb4_scales_v_and_omega_together() -> None:
-    """v 0.306 with omega 1.0: the outer wheel would need 0.4225 m/s; both are scaled by 0.72."""
+    """With v 0.306 and omega 1.0 the outer wheel would need 0.4225 m/s, so both are scaled by 0.72."""
     simulator = tb4()
     for _ in range(10):
         simulator.command(0.306, 1.0)
@@ -214,7 +214,7 @@ def test_the_tb4_refuses_to_back_up_far() -> None:
     assert [e.kind for e in simulator.events] == ["hazard", "hazard over"]
 
 
-def test_the_tb4s_lidar_looks_left_and_sits_behind_the_centre() -> None:
+def test_the_tb4s_lidar_faces_left_and_is_behind_the_centre() -> None:
     simulator = tb4(World(obstacles=(Wall((2.0, -5.0), (2.0, 5.0)),)))
     ranges = simulator.scan().ranges
     angles = simulator.scan().angles
@@ -223,13 +223,13 @@ def test_the_tb4s_lidar_looks_left_and_sits_behind_the_centre() -> None:
     assert int(np.argmin(ranges)) == ahead
 
 
-def test_behind_the_tb4_contact_is_too_close_to_be_seen() -> None:
+def test_a_contact_behind_the_tb4_is_too_close_to_be_measured() -> None:
     simulator = tb4(World(obstacles=(Box((-1.0, 0.0), (1.65, 4.0)),)))
     assert 0.0 < simulator.clearance() < 0.01
     assert (simulator.scan().ranges == -np.inf).any()
 
 
-def test_the_tb4s_lidar_turns_at_5_5_to_10_hz_and_the_seed_decides() -> None:
+def test_the_seed_draws_the_tb4s_scan_rate_from_5_5_to_10_hz() -> None:
     rates = []
     for seed in range(20):
         simulator = Simulator(World(), profile=TB4, seed=seed)
@@ -238,7 +238,7 @@ def test_the_tb4s_lidar_turns_at_5_5_to_10_hz_and_the_seed_decides() -> None:
     assert 8.5 < max(rates) <= 10.0
 
 
-def test_the_tb4s_odometry_starts_at_zero_wherever_it_stands() -> None:
+def test_the_tb4s_odometry_starts_at_zero_anywhere() -> None:
     simulator = tb4(World(start=Pose(3.0, 4.0, 1.0)))
     assert simulator.odometry().pose.distance_to(Pose()) < 1e-12
     for _ in range(5):

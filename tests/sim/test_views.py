@@ -1,4 +1,4 @@
-"""Pictures and the command line. What they look like is judged by eye; here is what must be on them."""
+"""Pictures and the command line. Their looks are judged by eye; the tests cover their contents."""
 
 import json
 import re
@@ -19,7 +19,7 @@ from sim import Box, Recorder, Recording, Simulator, Tourist, Twist, Wall, World
 from sim.__main__ import main, summary
 from sim.obstacles import Path as Way
 from sim.replay import Replay
-from sim.views import COLORS, compare_view, map_view, run_view, time_view
+from sim.views import COLORS, compare_view, map_view, run_view
 
 ROOT = KIT
 
@@ -54,7 +54,7 @@ def test_the_map_shows_path_scan_and_contact_each_in_its_colour(crash: Recording
         assert drawn[thing].lower() == COLORS[thing].lower()
 
 
-def test_the_map_shows_a_cart_where_it_was_at_that_time(cart: Recording) -> None:
+def test_the_map_shows_a_cart_at_its_position_at_that_time(cart: Recording) -> None:
     def middle(at: float) -> float:
         (axes,) = map_view(cart, at=at).axes
         boxes = [
@@ -69,7 +69,7 @@ def test_the_map_shows_a_cart_where_it_was_at_that_time(cart: Recording) -> None
 
 @pytest.fixture(scope="module")
 def dragged() -> Recording:
-    """A crate is dragged from x = 2 m to 3 m at 1 s, and a cart from its way at 2 m to another at 3 m."""
+    """A crate is dragged from x = 2 m to 3 m at 1 s, and so is a cart with its path."""
     cart = Box((2.0, -2.0), (0.2, 0.2), name="cart", motion=Way(((2.0, -1.0),), 0.1))
     simulator = Simulator(World(obstacles=(Box((2.0, 1.0), (0.4, 0.4), name="crate"), cart)))
     recorder = Recorder(simulator)
@@ -82,19 +82,19 @@ def dragged() -> Recording:
 
 
 def boxes(figure: Figure, color: str) -> list[tuple[float, float | None]]:
-    """Return x of the middle and the opacity of each box in a colour."""
+    """Return the centre's x and the opacity of each box of a colour."""
     found = [p for axes in figure.axes for p in axes.patches if to_hex(p.get_facecolor()) == COLORS[color].lower()]
     return [(round(float(p.get_path().vertices[:-1].mean(axis=0)[0]), 3), p.get_alpha()) for p in found]
 
 
-def test_the_map_shows_a_dragged_obstacle_once_where_it_was_at_that_time(dragged: Recording) -> None:
+def test_the_map_shows_a_dragged_obstacle_once_at_its_position_at_that_time(dragged: Recording) -> None:
     for view, x in ((map_view(dragged, at=0.5), 2.0), (map_view(dragged, at=1.5), 3.0), (run_view(dragged), 3.0)):
         assert boxes(view, "obstacle") == [(x, 1.0)]
         assert [x for x, _ in boxes(view, "mover")] == [x]
     assert boxes(compare_view(dragged, dragged), "obstacle") == [(3.0, 1.0)]
 
 
-def test_the_old_way_of_a_dragged_cart_is_not_drawn(dragged: Recording) -> None:
+def test_the_old_path_of_a_dragged_cart_is_not_drawn(dragged: Recording) -> None:
     def dotted(at: float) -> int:
         return sum(line.get_linestyle() == ":" for line in map_view(dragged, at=at).axes[0].get_lines())
 
@@ -111,8 +111,8 @@ def test_in_the_replay_a_dragged_obstacle_is_one_shape_with_a_track(dragged: Rec
 
 
 def test_time_lines_have_units_and_thresholds(crash: Recording) -> None:
-    figure = time_view(crash, {"my_threshold": 0.4})
-    assert labels(figure) == {"simulated time (s)", "v (m/s)", "omega (rad/s)", "distance (m)"}
+    figure = run_view(crash, {"my_threshold": 0.4})
+    assert labels(figure) == {"x (m)", "y (m)", "simulated time (s)", "v (m/s)", "omega (rad/s)", "distance (m)"}
     assert any(line.get_ydata()[0] == 0.4 for line in figure.axes[2].get_lines())
     assert any("my_threshold 0.4 m" in text.get_text() for text in figure.axes[2].texts)
 
@@ -121,13 +121,12 @@ def test_time_lines_have_units_and_thresholds(crash: Recording) -> None:
     "view",
     [
         map_view,
-        time_view,
         run_view,
         lambda r: compare_view(r, r),
         lambda r: compare_view(r, replace(r, unrepeatable="")),
     ],
 )
-def test_below_a_run_that_need_not_come_out_the_same_again_stands_why(view: Any, crash: Recording) -> None:
+def test_every_view_of_an_unrepeatable_run_says_why(view: Any, crash: Recording) -> None:
     doubtful = replace(crash, unrepeatable="Not repeatable: the wind blew.")
     figure = view(doubtful)
     figure.canvas.draw()
@@ -136,14 +135,14 @@ def test_below_a_run_that_need_not_come_out_the_same_again_stands_why(view: Any,
     assert view(crash).get_supxlabel() == ""
 
 
-def test_the_replay_and_the_console_say_it_too(crash: Recording) -> None:
+def test_the_replay_and_the_summary_of_an_unrepeatable_run_say_why(crash: Recording) -> None:
     doubtful = replace(crash, unrepeatable="Not repeatable: <wind> blew.")
     assert summary(doubtful).splitlines()[-1] == "Not repeatable: <wind> blew."
     assert '<p class="note">Not repeatable: &lt;wind&gt; blew.</p>' in Replay(doubtful).html()
     assert 'class="note"' not in Replay(crash).html()
 
 
-def test_two_runs_are_compared_and_the_moment_they_part_is_named(crash: Recording) -> None:
+def test_a_comparison_names_the_time_when_two_runs_diverge(crash: Recording) -> None:
     other = drive(Simulator(crash.world), lambda seen: Twist(0.4, 0.0 if seen.time < 2 else 0.5), 5.0)
     assert "apart by more than 1 cm from " in compare_view(crash, other).get_suptitle()
     assert "the same path" in compare_view(crash, crash).get_suptitle()
@@ -161,7 +160,7 @@ def test_a_world_a_simulator_and_a_run_in_the_open_can_be_drawn(crash: Recording
         figure.canvas.draw()
 
 
-def test_a_figure_shows_itself_once_and_leaves_no_global_state(crash: Recording) -> None:
+def test_a_figure_is_shown_once_and_leaves_no_global_state(crash: Recording) -> None:
     figure = map_view(crash)
     picture, metadata = figure._repr_png_()
     assert picture.startswith(b"\x89PNG")
@@ -172,14 +171,14 @@ def test_a_figure_shows_itself_once_and_leaves_no_global_state(crash: Recording)
 # ------------------------------------------------------------------------------------------------------- the replay
 
 
-def test_the_replay_is_one_piece_and_asks_the_network_for_nothing(cart: Recording) -> None:
+def test_the_replay_is_self_contained_and_makes_no_network_request(cart: Recording) -> None:
     page = Replay(cart).html()
     assert set(re.findall(r"https?://[^\"' <]+", page)) == {"http://www.w3.org/2000/svg"}
     assert not re.search(r"<link|<img|src=|import\(|fetch\(|\{\{", page)
     assert len(page) < 200_000
 
 
-def test_the_replay_escapes_what_others_name() -> None:
+def test_the_replay_escapes_names() -> None:
     nasty = "</script><script>alert(1)</script>"
     simulator = Simulator(World(name=nasty, obstacles=(Box((2.0, 0.0), (0.2, 0.2), name=nasty),)))
     page = Replay(drive(simulator, lambda _: Twist(0.5, 0.0), 5.0)).html()
@@ -187,7 +186,7 @@ def test_the_replay_escapes_what_others_name() -> None:
     assert page.count("<script>") == 1
 
 
-def test_in_a_notebook_the_replay_lives_in_a_frame_of_its_own(cart: Recording) -> None:
+def test_in_a_notebook_the_replay_is_in_an_iframe(cart: Recording) -> None:
     output = Replay(cart)._repr_html_()
     assert output.startswith('<iframe sandbox="allow-scripts"')
     assert "<script>" not in output
@@ -195,10 +194,10 @@ def test_in_a_notebook_the_replay_lives_in_a_frame_of_its_own(cart: Recording) -
 
 @pytest.mark.slow
 def test_the_replay_plays_in_a_browser(cart: Recording, tmp_path: Path) -> None:
-    """Opened at 4 s, the page shows the robot and the cart where they were."""
+    """Opened at 4 s, the page shows robot and cart at their positions then."""
     browser = shutil.which("chromium") or shutil.which("google-chrome")
     if browser is None:
-        pytest.skip("no chromium: install it to try the page in a browser")
+        pytest.skip("no chromium: install it to test the page in a browser")
     Replay(cart).save(tmp_path / "page.html")
     command = [browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}", "--dump-dom"]
     url = (tmp_path / "page.html").as_uri() + "#4"
@@ -228,7 +227,7 @@ def test_the_command_line_writes_recordings_and_replays(suffix: str, tmp_path: P
     assert out.stat().st_size > 1000
 
 
-def test_an_unknown_world_is_told_on_stderr_with_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_world_is_reported_on_stderr_with_exit_code_1(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["nowhere"]) == 1
     assert "no world named 'nowhere'" in capsys.readouterr().err
 

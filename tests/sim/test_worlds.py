@@ -1,10 +1,11 @@
-"""World files: what they may say, and what one is told when they are wrong."""
+"""World files: what they can contain, and the errors for mistakes in them."""
 
 import contextlib
 import math
 from collections.abc import Callable
 from pathlib import Path as FilePath
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -15,7 +16,7 @@ from sim.obstacles import PolygonPart
 from sim.polygon import signed_area
 
 EVERYTHING = """
-title: All that a file can say
+title: Everything that a file can contain
 seed: 42
 start: {x: 1.0, y: 2.0, yaw: 0.5}
 goals:
@@ -43,7 +44,7 @@ def write(folder: FilePath, text: str) -> FilePath:
     return path
 
 
-def test_a_file_can_say_all_this(tmp_path: FilePath) -> None:
+def test_a_file_can_contain_all_this(tmp_path: FilePath) -> None:
     world = load_world(write(tmp_path, EVERYTHING))
     assert (world.name, world.seed, world.start, world.goals) == ("some", 42, Pose(1.0, 2.0, 0.5), (Pose(3.0, 0.0),))
     named = {o.name: o for o in world.obstacles}
@@ -56,7 +57,7 @@ def test_a_file_can_say_all_this(tmp_path: FilePath) -> None:
     assert named["wall 1"] == Wall((0, 0), (1, 0), 0.1, name="wall 1")
 
 
-def test_a_world_survives_being_written_as_plain_data(tmp_path: FilePath) -> None:
+def test_a_world_is_the_same_after_a_round_trip_through_plain_data(tmp_path: FilePath) -> None:
     for world in (load_world(write(tmp_path, EVERYTHING)), *map(load_world, world_names())):
         again = World.from_dict(world.to_dict())
         assert {o.name: o for o in again.obstacles} == {o.name: o for o in world.obstacles}
@@ -96,14 +97,14 @@ MISTAKES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("text", "place", "remedy"), MISTAKES, ids=[m[1] for m in MISTAKES])
-def test_a_mistake_is_told_with_file_key_and_remedy(tmp_path: FilePath, text: str, place: str, remedy: str) -> None:
+@pytest.mark.parametrize(("text", "place", "fix"), MISTAKES, ids=[m[1] for m in MISTAKES])
+def test_an_error_names_file_key_and_fix(tmp_path: FilePath, text: str, place: str, fix: str) -> None:
     with pytest.raises(WorldError) as caught:
         load_world(write(tmp_path, text))
     message = str(caught.value)
     assert "some.yaml" in message
     assert place in message
-    assert remedy in message
+    assert fix in message
 
 
 values = st.recursive(
@@ -125,12 +126,12 @@ keys = st.sampled_from(
 
 @settings(max_examples=150, deadline=None, derandomize=True, database=None)
 @given(st.dictionaries(keys, values | st.lists(values, max_size=2), max_size=3))
-def test_whatever_a_file_says_the_answer_is_a_world_or_a_world_error(document: object) -> None:
+def test_any_content_gives_a_world_or_a_world_error(document: object) -> None:
     with contextlib.suppress(WorldError):
         Simulator(World.from_dict(document, where="some.yaml"))
 
 
-def test_the_whole_message() -> None:
+def test_the_complete_message_of_an_error() -> None:
     with pytest.raises(WorldError) as caught:
         World.from_dict({"boxes": [{"center": [1, 2], "size": [1]}]}, where="office.yaml")
     assert str(caught.value) == (
@@ -139,12 +140,12 @@ def test_the_whole_message() -> None:
     )
 
 
-def test_an_unknown_name_is_answered_with_the_names_there_are() -> None:
+def test_the_error_for_an_unknown_name_lists_the_known_names() -> None:
     with pytest.raises(WorldError, match=r"no world named 'ofice'.*corridor, .*office"):
         load_world("ofice")
 
 
-def test_a_missing_file_is_named(tmp_path: FilePath) -> None:
+def test_the_error_for_a_missing_file_names_it(tmp_path: FilePath) -> None:
     with pytest.raises(WorldError, match=r"nowhere\.yaml: cannot be read"):
         load_world(tmp_path / "nowhere.yaml")
 
@@ -156,7 +157,7 @@ def test_an_empty_file_is_an_open_field(tmp_path: FilePath) -> None:
 # --------------------------------------------------------------------------------------------------- worlds in code
 
 
-def test_obstacles_without_a_name_get_one() -> None:
+def test_obstacles_without_a_name_are_given_one() -> None:
     world = World(obstacles=(Circle((0, 1), 0.1), Circle((0, 2), 0.1, name="circle 1"), Box((5, 5), (1, 1))))
     assert [o.name for o in world.obstacles] == ["circle 2", "circle 1", "box 1"]
 
@@ -171,20 +172,20 @@ def test_obstacles_without_a_name_get_one() -> None:
         (lambda: Polygon(((0, 0), (1, 1), (2, 2))), "three corners or more"),
     ],
 )
-def test_an_impossible_obstacle_is_refused_where_it_is_made(make: Callable[[], object], needed: str) -> None:
+def test_an_impossible_obstacle_is_refused_on_creation(make: Callable[[], object], needed: str) -> None:
     with pytest.raises(ValueError, match=needed):
         make()
 
 
-def test_two_obstacles_of_one_name_are_refused() -> None:
+def test_two_obstacles_with_the_same_name_are_refused() -> None:
     with pytest.raises(ValueError, match="named 'a'"):
         World(obstacles=(Circle((0, 1), 0.1, name="a"), Circle((0, 2), 0.1, name="a")))
 
 
-def test_a_world_is_turned_mirrored_and_shifted_in_this_order() -> None:
+def test_a_world_is_mirrored_rotated_and_shifted_in_this_order() -> None:
     world = World(obstacles=(Circle((1.0, 1.0), 0.1),), start=Pose(1.0, 1.0, 0.2), goals=(Pose(2.0, 0.0),))
     moved = world.transformed(mirror=True, rotate=math.pi / 2, shift=(10.0, 0.0), seed=9)
-    # (1, 1) -> mirrored (1, -1) -> turned (1, 1) -> shifted (11, 1)
+    # (1, 1) -> mirrored (1, -1) -> rotated (1, 1) -> shifted (11, 1)
     assert moved.obstacles[0].center == pytest.approx((11.0, 1.0))
     assert (moved.start.x, moved.start.y, moved.start.yaw) == pytest.approx((11.0, 1.0, math.pi / 2 - 0.2))
     assert (moved.goals[0].x, moved.goals[0].y) == pytest.approx((10.0, 2.0))
@@ -218,12 +219,12 @@ def grid(folder: FilePath, rows: str, **meta: object) -> World:
     return load_world(write(folder, "maps:\n  - {name: map, file: m.yaml}"))
 
 
-def test_occupied_cells_become_few_rectangles_and_the_first_row_is_the_top(tmp_path: FilePath) -> None:
+def test_occupied_cells_become_few_rectangles_and_the_first_row_is_at_the_top(tmp_path: FilePath) -> None:
     world = grid(tmp_path, "##.. ##.. ...?")
     assert world.obstacles[0].rectangles == ((0.0, 0.5, 1.0, 1.5),)
 
 
-def test_a_maps_origin_and_resolution_place_it(tmp_path: FilePath) -> None:
+def test_a_maps_origin_and_resolution_determine_its_position(tmp_path: FilePath) -> None:
     world = grid(tmp_path, "..# ... ...", origin=[-1.0, -1.0, 0.0])
     simulator = Simulator(world, noise=False)
     simulator.place_robot(Pose(-0.75, 0.25, 0.0))
@@ -236,8 +237,6 @@ def test_a_binary_map_reads_like_a_text_map() -> None:
 
 
 def test_rectangles_cover_exactly_the_occupied_cells() -> None:
-    import numpy as np
-
     occupied = np.random.default_rng(3).random((30, 40)) < 0.5
     covered = np.zeros_like(occupied, dtype=int)
     for x0, y0, x1, y1 in merge(occupied, 1.0):
@@ -254,7 +253,7 @@ def test_rectangles_cover_exactly_the_occupied_cells() -> None:
         ({"origin": [1, 2]}, "not enough values"),
     ],
 )
-def test_a_bad_map_is_told_with_its_reason(tmp_path: FilePath, spoil: dict[str, object], problem: str) -> None:
+def test_the_error_for_a_bad_map_says_why(tmp_path: FilePath, spoil: dict[str, object], problem: str) -> None:
     with pytest.raises(WorldError, match=rf"maps\[0\]\.file: m\.yaml.*{problem}"):
         grid(tmp_path, "#. ..", **spoil)
 
@@ -262,6 +261,6 @@ def test_a_bad_map_is_told_with_its_reason(tmp_path: FilePath, spoil: dict[str, 
 @pytest.mark.parametrize(
     "data", [b"", b"GIF89a", b"P2\n2 2\n255\n1 2 3", b"P5\n9999 9999\n255\n", b"P2\n1 1\n65535\n7"]
 )
-def test_an_image_that_is_no_map_is_refused(data: bytes) -> None:
+def test_an_image_that_is_not_a_map_is_refused(data: bytes) -> None:
     with pytest.raises(ValueError, match=r"image (is|has|holds)"):
         read_pgm(data)
