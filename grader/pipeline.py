@@ -47,7 +47,7 @@ def grade(
     shortage.require_memory()
     sandbox.require()
     try:
-        with atomic.folder(out) as fresh:
+        with atomic.replace_entries(out) as fresh:
             evidence.save(_collected(source, settings), fresh / EVIDENCE)
             settings.progress("checking the evidence")
             grading = replace(judge(fresh / EVIDENCE, settings), wall_seconds=time.monotonic() - started)
@@ -55,7 +55,7 @@ def grade(
             write(grading, fresh)
     except OSError as error:
         # A failed write does not say where.
-        if shortage.explain(error) and (said := shortage.full(out)):
+        if shortage.explain(error) and (said := shortage.explain_disk(out)):
             raise GraderError(said) from error
         raise
     return grading
@@ -84,9 +84,9 @@ def _collected(source: Path, settings: Settings) -> Evidence:
         found = collect(submission, folder / "work", settings)
     made = {"seed": str(settings.seed), "kit": provenance.kit_hash(), "submission": found.intake.sha256}
     found = replace(found, origin=made | provenance.environment())
-    if namespaces.unsafe():
-        intake = replace(found.intake, notes=[namespaces.UNSAFE_WORDS, *found.intake.notes])
-        flag = Flag("no sandbox", namespaces.UNSAFE_WORDS)
+    if namespaces.sandbox_disabled():
+        intake = replace(found.intake, notes=[namespaces.UNSAFE_NOTICE, *found.intake.notes])
+        flag = Flag("no sandbox", namespaces.UNSAFE_NOTICE)
         found = replace(found, intake=intake, flags=[flag, *found.flags])
     return found
 

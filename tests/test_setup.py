@@ -1,4 +1,4 @@
-"""Set-up as it stands in the tree: what `make` runs, what is pinned, and how CI calls it."""
+"""Set-up: what `make` runs, what is pinned, and how CI calls it."""
 
 from __future__ import annotations
 
@@ -58,14 +58,14 @@ def test_no_file_of_the_tree_names_a_registry_or_this_machine():
     assert listed.stdout == ""
 
 
-def test_a_second_setup_says_and_does_nothing():
+def test_a_second_setup_prints_and_does_nothing():
     if setup_with("print(setup.ready())").stdout != "True\n":
         pytest.skip("this tree is not set up, or its lock has changed since; run `make setup`")
     again = run("make", "setup")
     assert (again.returncode, again.stdout, again.stderr) == (0, "", "")
 
 
-def test_without_a_python_that_suits_one_sentence_says_what_to_type(tmp_path: Path):
+def test_without_a_supported_python_one_sentence_says_what_to_install(tmp_path: Path):
     old = tmp_path / "python2"
     old.write_text("#!/bin/sh\nexit 1\n")
     old.chmod(0o755)
@@ -79,13 +79,13 @@ def setup_with(code: str) -> subprocess.CompletedProcess[str]:
     prelude = (
         "import sys; sys.path[:0] = ['.ci', '.']\n"
         "import setup\n"
-        "from grader.host.machine import Host, Ran\n"
-        "class Bare(Host):\n"
+        "from grader.host.machine import Machine, CommandResult\n"
+        "class Bare(Machine):\n"
         "    ran = []\n"
         "    tools = {'apt-get'}\n"
         "    root = False\n"
         "    def which(self, tool): return tool if tool in self.tools else None\n"
-        "    def run(self, command, *_, **__): self.ran.append(' '.join(command)); return Ran(0, '')\n"
+        "    def run(self, command, *_, **__): self.ran.append(' '.join(command)); return CommandResult(0, '')\n"
         "bare = Bare()\n"
     )
     return run(sys.executable, "-c", prelude + code)
@@ -93,7 +93,7 @@ def setup_with(code: str) -> subprocess.CompletedProcess[str]:
 
 def test_a_missing_compiler_stops_setup_with_the_command_of_this_distribution():
     stopped = setup_with("setup.check_machine(bare)")
-    assert "No C and C++ compiler was found. Type: sudo apt-get update && sudo apt-get install -y build-essential" in (
+    assert "No C and C++ compiler was found. Run: sudo apt-get update && sudo apt-get install -y build-essential" in (
         stopped.stderr
     )
 
@@ -103,16 +103,16 @@ def test_bubblewrap_is_installed_where_that_is_permitted():
     assert "['apt-get update', 'apt-get install -y bubblewrap']" in done.stdout
 
 
-def test_where_it_is_not_permitted_one_sentence_says_what_to_type():
+def test_where_it_is_not_permitted_one_sentence_says_what_to_run():
     done = setup_with("setup.provide(bare, ['bubblewrap'], 'Missing.'); print(bare.ran)")
-    assert done.stderr == "setup: Missing. Type: sudo apt-get update && sudo apt-get install -y bubblewrap\n"
+    assert done.stderr == "setup: Missing. Run: sudo apt-get update && sudo apt-get install -y bubblewrap\n"
     assert done.stdout == "[]\n"
     assert done.returncode == 0
 
 
 @pytest.fixture
 def clone(tmp_path: Path) -> Path:
-    """A tree with our Makefile and .ci, whose set-up is done and whose pytest is a script."""
+    """Return a tree with our Makefile and .ci, in which set-up is done and pytest is a script."""
     for name in ("Makefile", ".ci/run"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text((ROOT / name).read_text())
@@ -124,14 +124,14 @@ def clone(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_ci_types_the_command_of_the_readme(clone: Path):
-    """Word for word: what CI hides, a new user meets."""
+def test_ci_runs_the_command_of_the_readme(clone: Path):
+    """Word for word: a new user meets whatever CI hides."""
     last = (ROOT / ".ci" / "run").read_text().splitlines()[-1]
     assert last == "make test </dev/null"
     assert "    make test " in (ROOT / "README.md").read_text()
 
 
-def test_ci_ends_with_pytests_own_words(clone: Path):
+def test_ci_ends_with_the_output_of_pytest(clone: Path):
     ended = run(clone / ".ci" / "run", cwd=Path("/"), CI="true")
     assert (ended.returncode, ended.stdout, ended.stderr) == (0, "args: -m pytest -m not slow\n", "")
 
@@ -156,7 +156,7 @@ def test_narrowing_the_tests_down_leaves_the_slow_ones_out(clone: Path):
 
 
 def test_the_tests_do_not_inherit_that_they_run_inside_make(clone: Path):
-    """A `make` run by a test would print "Entering directory" beside its own words."""
+    """A `make` run by a test would also print "Entering directory"."""
     (clone / ".venv" / "bin" / "python").write_text("#!/bin/sh\nenv\n")
     inherited = run("make", "test", cwd=clone, MAKEFLAGS="w", MAKELEVEL="1").stdout
     assert not re.search(r"^(MAKELEVEL|MAKEFLAGS|MFLAGS)=", inherited, re.MULTILINE)

@@ -14,7 +14,7 @@ from grader.errors import GraderError
 from grader.host import shortage
 from grader.scoring.scorecard import CheckResult, Outcome
 
-_LIMIT_S = 300.0  # they take seconds
+_LIMIT_S = 300.0  # the checks take seconds
 _FOLDER = Path(__file__).parent
 
 
@@ -22,7 +22,7 @@ def run(folder: Path, ids: Sequence[str]) -> list[CheckResult]:
     """Return the results of the checks `ids` ("module::function") over the evidence in `folder`.
 
     Raises:
-        GraderError: the checks could not be run at all. A single check that breaks is a result with outcome error.
+        GraderError: the checks could not be run at all. A single check that breaks has the outcome error.
     """
     if not ids:
         return []
@@ -42,14 +42,14 @@ def run(folder: Path, ids: Sequence[str]) -> list[CheckResult]:
             )
         except subprocess.TimeoutExpired as error:
             raise GraderError(
-                f"The checks of the evidence did not end within {_LIMIT_S:g} s, where seconds are usual. Grade again "
-                "on a quieter machine; if they do not end there either, the fault is the kit's."
+                f"The checks did not end within {_LIMIT_S:g} s; they usually take seconds. Grade again on a less busy "
+                "machine; if they do not end there either, it is an error of the grader."
             ) from error
         if not results.exists():
             said = done.stdout + done.stderr
             raise GraderError(
-                shortage.in_text(said)
-                or shortage.full(Path(scratch))
+                shortage.explain_output(said)
+                or shortage.explain_disk(Path(scratch))
                 or f"The checks did not run (status {done.returncode}):\n{said}"
             )
         return [_result(entry) for entry in json.loads(results.read_text())]

@@ -1,4 +1,4 @@
-"""Write a file, or the contents of a folder, whole or not at all."""
+"""Replace a file, or the entries of a folder, completely or not at all."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _FRESH = ".results-"
 
 
 def write_atomically(path: Path, text: str) -> None:
-    """Put `text` into `path`, UTF-8, by way of a file beside it: a reader sees the old or the new one, never half.
+    """Write `text` to `path` in UTF-8, by way of a file beside it: a reader sees the old file or the new one.
 
     Raises:
         OSError: the folder cannot be written.
@@ -25,7 +25,7 @@ def write_atomically(path: Path, text: str) -> None:
     try:
         with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
             stream.write(text)
-        beside.chmod(0o644)  # mkstemp makes private files; a report is to be read, by a web server too
+        beside.chmod(0o644)  # mkstemp makes private files, but a web server must be able to read a report
         beside.replace(path)
     except BaseException:
         beside.unlink(missing_ok=True)
@@ -33,8 +33,8 @@ def write_atomically(path: Path, text: str) -> None:
 
 
 @contextmanager
-def folder(out: Path) -> Iterator[Path]:
-    """Yield an empty folder to write into. In the end its entries replace those of `out`, all of them or none.
+def replace_entries(out: Path) -> Iterator[Path]:
+    """Yield an empty folder to write to. At the end its entries replace those of the same name in `out`, all or none.
 
     Raises:
         OSError: `out` cannot be written.
@@ -46,7 +46,7 @@ def folder(out: Path) -> Iterator[Path]:
     fresh = Path(tempfile.mkdtemp(prefix=_FRESH, dir=out))
     try:
         yield fresh
-        # Everything is on the disk by now; moving it needs no space.
+        # Everything is on the disk by now; moving takes no space.
         for entry in sorted(fresh.iterdir()):
             if (out / entry.name).is_dir():
                 (out / entry.name).rename(fresh / f"old-{entry.name}")
@@ -54,5 +54,5 @@ def folder(out: Path) -> Iterator[Path]:
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
         if not existed:
-            with contextlib.suppress(OSError):  # it is empty where nothing was graded
+            with contextlib.suppress(OSError):  # it is empty if nothing was graded
                 out.rmdir()

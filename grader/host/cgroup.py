@@ -1,8 +1,8 @@
-"""Hold memory and the number of processes of a whole wall, by cgroups: version 2 where delegated, 1 as root.
+"""Limit the memory and the number of processes of a whole sandbox with cgroups: version 2 where delegated, 1 as root.
 
-Resource limits count for each process by itself, and the number of processes is not limited for root at all. A cgroup
-counts everything behind one wall together, shared memory and files in memory included. Where none can be made,
-resource limits stand in; `grader doctor` says which.
+A resource limit counts each process by itself, and root has no limit on the number of processes at all. A cgroup counts
+everything in one sandbox together, including shared memory and files in memory. Where no cgroup can be made, resource
+limits are used instead; `grader doctor` reports which.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ ROOT = Path("/sys/fs/cgroup")
 HOST_MEMORY = "memory of the host"
 _PREFIX = "ros2-course-kit"
 _NUMBERS = itertools.count()
-# Waits until its standard input ends, which is when the grader does, and ends what is in the grader's groups by then.
-# More than once: what was being started at that moment joins its group a little later.
-_GUARD = """
+# Waits for its standard input to close, which happens when the grader ends, and kills what is left in the grader's
+# groups. Repeatedly: a process that was being started at that moment joins its group a little later.
+_WATCHDOG = """
 cat >/dev/null
 for round in 1 2 3 4 5 6 7 8 9 10; do
     for group in GROUPS; do
@@ -39,7 +39,7 @@ done
 
 @dataclass(frozen=True)
 class Hierarchy:
-    """Where groups can be made: version 2 below one folder, or version 1 below one folder a controller."""
+    """Where groups can be made: below one folder (version 2), or below one folder for each controller (version 1)."""
 
     version: int
     folders: Mapping[str, Path]
@@ -47,20 +47,20 @@ class Hierarchy:
 
 @dataclass
 class Group:
-    """The cgroup of one wall. Without folders it holds nothing, and resource limits stand in."""
+    """The cgroup of one sandbox. Without folders it limits nothing, and resource limits must do."""
 
     folders: list[Path] = field(default_factory=list)
 
     @property
-    def doors(self) -> list[str]:
-        """Return the files into which a process writes its id to be held."""
+    def procs_files(self) -> list[str]:
+        """Return the files into which a process writes its id to join the group."""
         return [str(folder / "cgroup.procs") for folder in self.folders]
 
-    def events(self) -> str:
-        """Return what the group had to stop: "memory", "processes" or "".
+    def limit_hit(self) -> str:
+        """Return the limit that the group has hit: "memory", "processes" or "".
 
-        HOST_MEMORY if something was ended though the group had not come to its limit: the machine, or a group around
-        this one, was out of memory.
+        HOST_MEMORY if a process was killed although the group was below its limit: the machine, or a group around this
+        one, was out of memory.
         """
         for folder in self.folders:
             if _number(folder / "pids.events", r"^max (\d+)") > 0:
@@ -68,11 +68,11 @@ class Group:
             killed = _number(folder / "memory.events", r"^oom_kill (\d+)")
             killed += _number(folder / "memory.oom_control", r"^oom_kill (\d+)")
             if killed:
-                return "memory" if _full(folder) else HOST_MEMORY
+                return "memory" if _reached_memory_limit(folder) else HOST_MEMORY
         return ""
 
     def close(self) -> None:
-        """Take the group away. Its processes are dead by now, but the kernel may need a moment to count them out."""
+        """Remove the group. Its processes are dead by now, but the kernel may take a moment to notice."""
         deadline = time.monotonic() + 2.0
         for folder in self.folders:
             while folder.exists():
@@ -80,20 +80,20 @@ class Group:
                     folder.rmdir()
                     break
                 if time.monotonic() > deadline:
-                    break  # swept up by a later grading
+                    break  # a later grading removes it
                 time.sleep(0.005)
         self.folders = []
 
 
-def make(memory_bytes: int, processes: int) -> Group:
-    """Return a group with these limits for all its processes together; an empty one where none can be made."""
-    hierarchy = find()
+def create(memory_bytes: int, processes: int) -> Group:
+    """Return a group with these limits for all its processes together; one without folders where none can be made."""
+    hierarchy = find_hierarchy()
     group = Group()
     if hierarchy is None:
         return group
     name = f"{_PREFIX}.{os.getpid()}.{next(_NUMBERS)}"
     limits = {
-        # Version 1, then version 2. Swap would let a memory bomb slow down the machine instead of ending.
+        # Version 1, then version 2. With swap, a memory bomb would slow the machine down instead of being killed.
         "memory": (("memory.limit_in_bytes", memory_bytes), ("memory.memsw.limit_in_bytes", memory_bytes),
                    ("memory.max", memory_bytes), ("memory.swap.max", 0)),
         "pids": (("pids.max", processes),),
@@ -113,10 +113,10 @@ def make(memory_bytes: int, processes: int) -> Group:
 
 
 @cache
-def find(root: Path = ROOT) -> Hierarchy | None:
-    """Return where groups with limits on memory and processes can be made, None if nowhere. Changes nothing to stay.
+def find_hierarchy(root: Path = ROOT) -> Hierarchy | None:
+    """Return where groups with limits on memory and processes can be made, None if nowhere.
 
-    Leftovers of gradings that were killed are taken away on the way.
+    Also removes what killed gradings have left, and starts this grader's own watchdog.
     """
     own = dict(re.findall(r"^\d+:([^:]*):(.*)$", _read(Path("/proc/self/cgroup")), re.MULTILINE))
     if (root / "cgroup.controllers").exists():
@@ -128,19 +128,19 @@ def find(root: Path = ROOT) -> Hierarchy | None:
     if hierarchy is not None:
         for folder in set(hierarchy.folders.values()):
             _sweep(folder)
-        _post_guard(set(hierarchy.folders.values()))
+        _start_watchdog(set(hierarchy.folders.values()))
     return hierarchy
 
 
-def _post_guard(folders: set[Path]) -> None:
-    """Start a process that ends what is left in this grader's groups when the grader has been killed.
+def _start_watchdog(folders: set[Path]) -> None:
+    """Start a process that kills what is left in this grader's groups once the grader has been killed.
 
-    bubblewrap, killed while it builds a wall, leaves its half-built child waiting for ever. Nothing of a submission
-    runs in it, but nobody else would end it before the next grading.
+    If bubblewrap is killed while it sets up a sandbox, its child waits for ever. It runs no code of a submission, but
+    without the watchdog it would live until the next grading.
     """
     patterns = [f'"{folder}"/{_PREFIX}.{os.getpid()}.*' for folder in folders]
-    script = _GUARD.replace("GROUPS", " ".join(patterns))
-    read_end, _write_end = os.pipe()  # the writing end is open as long as this process lives, and nobody inherits it
+    script = _WATCHDOG.replace("GROUPS", " ".join(patterns))
+    read_end, _write_end = os.pipe()  # the write end stays open as long as this process lives; no child inherits it
     quiet = [(os.POSIX_SPAWN_OPEN, stream, os.devnull, os.O_WRONLY, 0) for stream in (1, 2)]
     os.posix_spawn(
         "/bin/sh", ["sh", "-c", script], {"PATH": os.environ.get("PATH", os.defpath)},
@@ -152,10 +152,10 @@ def _post_guard(folders: set[Path]) -> None:
 def _version_2(own: Path) -> Path | None:
     """Return the folder below which limited groups can be made.
 
-    Version 2 lets a group have either processes or limited groups below it. So we move aside, into a group beside the
-    walls', which a delegated folder allows (`systemd-run --user --scope -p Delegate=yes`).
+    In version 2 a group has either processes or limited groups below it. So the grader moves into a group beside those
+    of the sandboxes, which a delegated folder allows (`systemd-run --user --scope -p Delegate=yes`).
     """
-    # A grader that another one of ours has started sits in that one's group beside the walls'.
+    # A grader that was started by another grader is already in such a group.
     folder = own.parent if own.name.startswith(f"{_PREFIX}-self") else own
     try:
         if not {"memory", "pids"} <= set(_read(folder / "cgroup.subtree_control").split()):
@@ -182,11 +182,11 @@ def _usable(folder: Path) -> bool:
 
 
 def _sweep(folder: Path) -> None:
-    """Take away the groups of gradings that are no more, with what is left in them."""
+    """Remove the groups of graders that have ended, and kill what is left in them."""
     for left in folder.glob(f"{_PREFIX}*.*"):
         pid = left.name.split(".")[1]
         if pid.isdigit() and not Path("/proc", pid).exists():
-            # bubblewrap, killed at the wrong moment, can leave its half-built child waiting; nobody else would end it.
+            # If bubblewrap is killed at the wrong moment, its child waits for ever; nothing else would end it.
             for member in _read(left / "cgroup.procs").split() if "-self" not in left.name else ():
                 with contextlib.suppress(OSError):
                     os.kill(int(member), signal.SIGKILL)
@@ -194,9 +194,9 @@ def _sweep(folder: Path) -> None:
                 left.rmdir()
 
 
-def _full(folder: Path) -> bool:
-    """Return whether a group has come to its own limit on memory."""
-    # Version 1 counts failures too, but not on every kernel; its peak is told everywhere.
+def _reached_memory_limit(folder: Path) -> bool:
+    """Return whether a group has reached its own limit on memory."""
+    # Version 1 counts failures too, but not on every kernel; every kernel reports the peak.
     limit = _number(folder / "memory.limit_in_bytes", r"^(\d+)")
     peak = _number(folder / "memory.max_usage_in_bytes", r"^(\d+)")
     return _number(folder / "memory.events", r"^max (\d+)") > 0 or (limit > 0 and peak > 0.95 * limit)

@@ -1,4 +1,4 @@
-"""Say, thing by thing, what this machine has and lacks for grading, and what mends each. Changes nothing."""
+"""Check what this machine has and lacks for grading, and name the command that fixes each lack. Changes nothing."""
 
 from __future__ import annotations
 
@@ -14,22 +14,23 @@ from enum import Enum
 from pathlib import Path
 
 from grader import KIT
+from grader.errors import EXIT_GRADED, EXIT_OUR_FAULT
 from grader.host import namespaces, ros_env
-from grader.host.machine import Host, install_line
+from grader.host.machine import Machine, install_line
 
 GB = 1024**3
 # CPython releases for which all the ROS 2 wheels exist.
 OLDEST, NEWEST = (3, 11), (3, 14)
-# A build with two compilers at work and a trial fit into this.
-LITTLE_MEMORY, LITTLE_DISK = 2 * GB, 2 * GB
+# Enough for a build with two compilers and for a trial.
+LOW_MEMORY, LOW_DISK = 2 * GB, 2 * GB
 NO_DISK = GB // 4
-# Starting two nodes takes a second on an idle machine, ten on one whose every core is loaded.
+# Starting two nodes takes a second on an idle machine, ten with every core loaded.
 DDS_SECONDS = 30.0
-AGAIN = "rm -rf .venv && make setup"
+REINSTALL = "rm -rf .venv && make setup"
 
 
 class State(Enum):
-    """How a thing is: as it should be, usable with less, or missing."""
+    """The state of one thing: fine, usable with limits, or missing."""
 
     OK = "ok"
     WARN = "warn"
@@ -38,7 +39,7 @@ class State(Enum):
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """One thing that was looked at. `fix` is the command that puts it right, empty when it is."""
+    """The result of one check. `fix` is the command that corrects it, empty if nothing is wrong."""
 
     name: str
     state: State
@@ -46,27 +47,39 @@ class Diagnosis:
     fix: str = ""
 
 
-def examine(host: Host | None = None) -> list[Diagnosis]:
-    """Return what was found on `host`, by default this machine. Takes about three seconds."""
-    seen = host or Host()
+def _ok(name: str, found: str) -> Diagnosis:
+    return Diagnosis(name, State.OK, found)
+
+
+def _warn(name: str, found: str, fix: str = "") -> Diagnosis:
+    return Diagnosis(name, State.WARN, found, fix)
+
+
+def _bad(name: str, found: str, fix: str) -> Diagnosis:
+    return Diagnosis(name, State.BAD, found, fix)
+
+
+def examine(machine: Machine | None = None) -> list[Diagnosis]:
+    """Return the diagnoses of `machine`, by default this one. Takes about three seconds."""
+    machine = machine or Machine()
     with ThreadPoolExecutor(max_workers=2) as pool:
-        lists = pool.map(lambda look: look(seen), _LOOKS)
+        lists = pool.map(lambda check: check(machine), _CHECKS)
         return [diagnosis for found in lists for diagnosis in found]
 
 
-def defences(host: Host | None = None) -> list[Diagnosis]:
-    """Return what was found of the walls around submissions alone."""
-    seen = host or Host()
-    return [*_walls(seen), *_cgroups(seen)]
+def examine_sandbox(machine: Machine | None = None) -> list[Diagnosis]:
+    """Return only the diagnoses of the sandbox: bubblewrap, networks, cgroups."""
+    machine = machine or Machine()
+    return [*_sandbox(machine), *_cgroups(machine)]
 
 
 def exit_status(diagnoses: list[Diagnosis]) -> int:
-    """Return 0 when everything that grading needs is there, else 3."""
-    return 3 if any(diagnosis.state is State.BAD for diagnosis in diagnoses) else 0
+    """Return 0 if everything that grading needs is there, else 3."""
+    return EXIT_OUR_FAULT if any(diagnosis.state is State.BAD for diagnosis in diagnoses) else EXIT_GRADED
 
 
 def render(diagnoses: list[Diagnosis]) -> str:
-    """Return the diagnoses as text for a console, one line each and one more where something is to be done."""
+    """Return the diagnoses as text for a console: one line each, and one more for a fix."""
     width = max((len(diagnosis.name) for diagnosis in diagnoses), default=0)
     lines = []
     for diagnosis in diagnoses:
@@ -78,77 +91,76 @@ def render(diagnoses: list[Diagnosis]) -> str:
     return "\n".join(lines)
 
 
-def _python(_host: Host) -> list[Diagnosis]:
+# -- tools and packages -------------------------------------------------------------------------------------------
+
+
+def _python(_machine: Machine) -> list[Diagnosis]:
     version = sys.version.split()[0]
     if OLDEST <= sys.version_info[:2] <= NEWEST and sys.implementation.name == "cpython":
-        return [Diagnosis("Python", State.OK, version)]
+        return [_ok("Python", version)]
     wanted = f"CPython {'.'.join(map(str, OLDEST))} to {'.'.join(map(str, NEWEST))}"
+    found = f"{sys.implementation.name} {version}; the ROS 2 wheels are for {wanted}"
+    return [_bad("Python", found, "rm -rf .venv && make setup PYTHON=python3.11")]
+
+
+def _compilers(machine: Machine) -> list[Diagnosis]:
     return [
-        Diagnosis(
-            "Python",
-            State.BAD,
-            f"{sys.implementation.name} {version}; the ROS 2 wheels are for {wanted}",
-            "rm -rf .venv && make setup PYTHON=python3.11",
-        )
+        _compiler(machine, "C compiler", ("cc", "gcc", "clang"), "c", "#include <stdio.h>"),
+        _compiler(machine, "C++ compiler", ("c++", "g++", "clang++"), "c++", "#include <string>"),
     ]
 
 
-def _compilers(host: Host) -> list[Diagnosis]:
-    fix = install_line(host, ["compiler"])
-    return [
-        _compiles(host, "C compiler", ("cc", "gcc", "clang"), "c", fix),
-        _compiles(host, "C++ compiler", ("c++", "g++", "clang++"), "c++", fix),
-    ]
-
-
-def _compiles(host: Host, name: str, tools: tuple[str, ...], language: str, fix: str) -> Diagnosis:
-    tool = next((tool for tool in tools if host.which(tool)), None)
+def _compiler(machine: Machine, name: str, tools: tuple[str, ...], language: str, include: str) -> Diagnosis:
+    fix = install_line(machine, ["compiler"])
+    tool = next((tool for tool in tools if machine.which(tool)), None)
     if tool is None:
-        return Diagnosis(name, State.BAD, "not found", fix)
-    source = (
-        "#include <stdio.h>\nint main(void) { return 0; }\n"
-        if language == "c"
-        else "#include <string>\nint main() {}\n"
-    )
+        return _bad(name, "not found", fix)
+    source = f"{include}\nint main(void) {{ return 0; }}\n"
     with tempfile.TemporaryDirectory() as folder:
-        ran = host.run([tool, "-x", language, "-", "-o", f"{folder}/it"], 20, text=source)
+        ran = machine.run([tool, "-x", language, "-", "-o", f"{folder}/program"], 20, text=source)
     if not ran.ok:
-        return Diagnosis(name, State.BAD, f"{tool} does not compile a one-line program: {_last_line(ran.output)}", fix)
-    return Diagnosis(name, State.OK, f"{tool} compiles")
+        return _bad(name, f"{tool} does not compile a one-line program: {_last_line(ran.output)}", fix)
+    return _ok(name, f"{tool} compiles")
 
 
-def _build_tools(host: Host) -> list[Diagnosis]:
+def _build_tools(machine: Machine) -> list[Diagnosis]:
     diagnoses = []
     for tool in ("make", "prlimit", "cmake", "ninja"):
         beside = str(Path(sys.executable).with_name(tool))
-        path = beside if host.exists(beside) else host.which(tool)
+        path = beside if machine.exists(beside) else machine.which(tool)
         package = {"make": "make", "prlimit": "util-linux"}.get(tool)
-        fix = install_line(host, [package]) if package else _pip("install -r requirements.txt")
-        diagnoses.append(Diagnosis(tool, State.OK, path) if path else Diagnosis(tool, State.BAD, "not found", fix))
+        fix = install_line(machine, [package]) if package else _pip("install -r requirements.txt")
+        diagnoses.append(_ok(tool, path) if path else _bad(tool, "not found", fix))
     return diagnoses
 
 
-def _headers(host: Host) -> list[Diagnosis]:
+def _headers(machine: Machine) -> list[Diagnosis]:
     path = f"{sysconfig.get_path('include')}/Python.h"
-    if host.exists(path):
-        return [Diagnosis("Python headers", State.OK, path)]
+    if machine.exists(path):
+        return [_ok("Python headers", path)]
     python = f"python{sys.version_info[0]}.{sys.version_info[1]}"
-    return [Diagnosis("Python headers", State.BAD, f"{path} is not there", install_line(host, ["headers"], python))]
+    return [_bad("Python headers", f"{path} does not exist", install_line(machine, ["headers"], python))]
 
 
-def _wheels(host: Host) -> list[Diagnosis]:
-    pins = host.read(str(KIT / "requirements.txt"))
+def _ccache(machine: Machine) -> list[Diagnosis]:
+    path = machine.which("ccache")
+    if path:
+        return [_ok("ccache", path)]
+    return [_warn("ccache", "not found; first builds take twice as long", install_line(machine, ["ccache"]))]
+
+
+def _wheels(machine: Machine) -> list[Diagnosis]:
+    name = "ROS 2 wheels"
+    pins = machine.read(str(KIT / "requirements.txt"))
     installed = _installed()
-    fix = _pip("install -r requirements.txt")
-    if not any(name.startswith("ros-jazzy-") for name in installed):
-        return [Diagnosis("ROS 2 wheels", State.BAD, "not installed", AGAIN)]
-    odd = mismatches(installed, pins or "")
-    if odd:
-        more = f" and {len(odd) - 3} more" if len(odd) > 3 else ""
-        return [Diagnosis("ROS 2 wheels", State.BAD, "; ".join(odd[:3]) + more, fix)]
-    count = sum(1 for name in installed if name.startswith("ros-jazzy-"))
-    against = "the lock and each other" if pins else "each other"
-    return [Diagnosis("ROS 2 wheels", State.OK, f"{count} ros-jazzy packages, matching {against}")]
+    count = sum(1 for package in installed if package.startswith("ros-jazzy-"))
+    if not count:
+        return [_bad(name, "not installed", REINSTALL)]
+    problems = mismatches(installed, pins or "")
+    if problems:
+        more = f" and {len(problems) - 3} more" if len(problems) > 3 else ""
+        return [_bad(name, "; ".join(problems[:3]) + more, _pip("install -r requirements.txt"))]
+    return [_ok(name, f"{count} ros-jazzy packages, matching {'the lock and ' if pins else ''}each other")]
 
 
 @dataclass(frozen=True)
@@ -162,13 +174,13 @@ class Installed:
 def mismatches(installed: Mapping[str, Installed], pins: str) -> list[str]:
     """Return how the ROS packages among `installed` (by canonical name) disagree with each other and with `pins`.
 
-    The un-prefixed packages, like ros-std-msgs, are there always: ros-jazzy-std-msgs asks for one version of them.
-    Only one of another version, of a newer ROS distribution, breaks things.
+    The un-prefixed packages, such as ros-std-msgs, are always installed: ros-jazzy-std-msgs needs one version of them.
+    Only another version, from a newer ROS distribution, breaks things.
     """
-    # Imported here: a host on which nothing is installed yet must be able to hear so.
+    # Imported here: the doctor must work on a host on which nothing is installed yet.
     from packaging.requirements import Requirement
 
-    odd: dict[str, str] = {}
+    found: dict[str, str] = {}
     for name, package in installed.items():
         for text in package.requires if name.startswith("ros-") else ():
             wanted = Requirement(text)
@@ -176,15 +188,15 @@ def mismatches(installed: Mapping[str, Installed], pins: str) -> list[str]:
             if not other.startswith("ros-") or (wanted.marker and not wanted.marker.evaluate({"extra": ""})):
                 continue
             if other not in installed:
-                odd.setdefault(other, f"{other} is missing ({name} needs it)")
+                found.setdefault(other, f"{other} is missing ({name} needs it)")
             elif not wanted.specifier.contains(installed[other].version, prereleases=True):
-                odd.setdefault(other, f"{other} is {installed[other].version}, {name} needs {wanted.specifier}")
+                found.setdefault(other, f"{other} is {installed[other].version}, {name} needs {wanted.specifier}")
     for name, version in re.findall(r"^(ros-[\w.-]+)==([^\s;]+)", pins, re.MULTILINE):
         if name not in installed:
-            odd.setdefault(name, f"{name} {version} is missing")
+            found.setdefault(name, f"{name} {version} is missing")
         elif installed[name].version != version:
-            odd.setdefault(name, f"{name} is {installed[name].version}, not {version}")
-    return [odd[name] for name in sorted(odd)]
+            found.setdefault(name, f"{name} is {installed[name].version}, not {version}")
+    return [found[name] for name in sorted(found)]
 
 
 def _installed() -> dict[str, Installed]:
@@ -200,79 +212,80 @@ def _canonical(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
-def _rclpy(host: Host) -> list[Diagnosis]:
+def _rclpy(machine: Machine) -> list[Diagnosis]:
     with tempfile.TemporaryDirectory() as home:
         environment = ros_env.environment(home=Path(home))
-        ran = host.run([sys.executable, "-c", "import rclpy, std_msgs.msg; print('fine')"], 20, environment)
+        ran = machine.run([sys.executable, "-c", "import rclpy, std_msgs.msg; print('fine')"], 20, environment)
     if ran.output.endswith("fine"):
-        return [Diagnosis("import rclpy", State.OK, "works in a clean process")]
-    return [Diagnosis("import rclpy", State.BAD, _last_line(ran.output), AGAIN)]
+        return [_ok("import rclpy", "works in a clean process")]
+    return [_bad("import rclpy", _last_line(ran.output), REINSTALL)]
 
 
-def _launch(_host: Host) -> list[Diagnosis]:
-    """A package named launch on the Python index has nothing to do with ROS, and hides what stands in for it."""
+def _launch(_machine: Machine) -> list[Diagnosis]:
+    """Look for the package index's `launch`, which is not ROS's and would hide the kit's replacement for it."""
     try:
         files = importlib.metadata.files("launch") or []
     except importlib.metadata.PackageNotFoundError:
-        return [Diagnosis("launch", State.OK, "no foreign package of that name")]
+        return [_ok("launch", "no foreign package of that name")]
     if any(str(file) == "launch/launch_description.py" for file in files):
-        return [Diagnosis("launch", State.OK, "the one of ROS 2")]
+        return [_ok("launch", "the one of ROS 2")]
     found = "a package that only shares its name with ROS 2's launch is installed"
-    return [Diagnosis("launch", State.BAD, found, _pip("uninstall -y launch"))]
+    return [_bad("launch", found, _pip("uninstall -y launch"))]
 
 
-# What the sandbox asks of bubblewrap, and no more: a wall of its own, and one inside a trial's network.
-_NODE_WALL = ["bwrap", "--ro-bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--tmpfs", "/run"]
-_NODE_WALL += ["--unshare-user", "--unshare-pid", "--unshare-ipc", "--die-with-parent", "--"]
-_WALL = [*_NODE_WALL[:-1], "--unshare-net", "--"]
+# -- the sandbox --------------------------------------------------------------------------------------------------
+
+# What the sandbox asks of bubblewrap, and no more: one for a node in its trial's network, and one without a network.
+_NODE_SANDBOX = ["bwrap", "--ro-bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--tmpfs", "/run"]
+_NODE_SANDBOX += ["--unshare-user", "--unshare-pid", "--unshare-ipc", "--die-with-parent", "--"]
+_SANDBOX = [*_NODE_SANDBOX[:-1], "--unshare-net", "--"]
 
 
-def _walls(host: Host) -> list[Diagnosis]:
-    """Bubblewrap, bubblewrap inside it, and DDS inside it: each needs the one before."""
-    later = ("nested bubblewrap", "DDS in a network namespace")
-    if host.which("bwrap") is None:
-        fix = install_line(host, ["bubblewrap"])
+def _sandbox(machine: Machine) -> list[Diagnosis]:
+    """Try bubblewrap, bubblewrap inside it, and DDS inside that: each needs the one before."""
+    name, later = "bubblewrap", ("nested bubblewrap", "DDS in a network namespace")
+    if machine.which("bwrap") is None:
+        fix = install_line(machine, ["bubblewrap"])
         return [
-            Diagnosis("bubblewrap", State.BAD, "not found", fix),
-            *(Diagnosis(name, State.BAD, "not tried: bubblewrap is missing", fix) for name in later),
+            _bad(name, "not found", fix),
+            *(_bad(each, "not tried: bubblewrap is missing", fix) for each in later),
         ]
-    ran = host.run([*_WALL, "true"], 5)
+    ran = machine.run([*_SANDBOX, "true"], 5)
     if not ran.ok:
-        reason, fix = _why_no_wall(host, _last_line(ran.output))
+        reason, fix = _why_bubblewrap_fails(machine, _last_line(ran.output))
         return [
-            Diagnosis("bubblewrap", State.BAD, reason, fix),
-            *(Diagnosis(name, State.BAD, "not tried: bubblewrap does not work", fix) for name in later),
+            _bad(name, reason, fix),
+            *(_bad(each, "not tried: bubblewrap does not work", fix) for each in later),
         ]
-    return [Diagnosis("bubblewrap", State.OK, "walls in a process, a network and its users"), _nested(host), _dds(host)]
+    return [_ok(name, "isolates processes, users and the network"), _nested(machine), _dds(machine)]
 
 
-def _why_no_wall(host: Host, said: str) -> tuple[str, str]:
-    """Return the reason why bubblewrap fails here, and what mends it."""
-    sudo = "" if host.root else "sudo "
+def _why_bubblewrap_fails(machine: Machine, message: str) -> tuple[str, str]:
+    """Return the reason why bubblewrap fails here, and the fix."""
+    sudo = "" if machine.root else "sudo "
     for setting, forbids, allows in (
         ("kernel.apparmor_restrict_unprivileged_userns", "1", "0"),
         ("kernel.unprivileged_userns_clone", "0", "1"),
         ("user.max_user_namespaces", "0", "15000"),
     ):
-        value = host.read("/proc/sys/" + setting.replace(".", "/"))
+        value = machine.read("/proc/sys/" + setting.replace(".", "/"))
         if value is not None and value.strip() == forbids:
-            return f"{setting} is {forbids}, which forbids it ({said})", f"{sudo}sysctl -w {setting}={allows}"
-    if host.exists("/.dockerenv") or host.exists("/run/.containerenv"):
+            return f"{setting} is {forbids}, which forbids it ({message})", f"{sudo}sysctl -w {setting}={allows}"
+    if machine.exists("/.dockerenv") or machine.exists("/run/.containerenv"):
         options = " ".join(f"--security-opt {option}=unconfined" for option in ("seccomp", "apparmor", "systempaths"))
-        return f"this container forbids it ({said})", f"docker run {options} ...  (start the container again so)"
+        return f"this container forbids it ({message})", f"docker run {options} ...  (restart the container like this)"
     return (
-        f"does not work ({said})",
-        f"{' '.join(_WALL)} true  (shows the reason; a container or a kernel setting forbids it)",
+        f"does not work ({message})",
+        f"{' '.join(_SANDBOX)} true  (shows the reason; a container or a kernel setting forbids it)",
     )
 
 
-def _nested(host: Host) -> Diagnosis:
+def _nested(machine: Machine) -> Diagnosis:
     name = "nested bubblewrap"
-    ran = host.run(namespaces.private_network([*_NODE_WALL, "true"]), 5)
+    ran = machine.run(namespaces.private_network([*_NODE_SANDBOX, "true"]), 5)
     if ran.ok:
-        return Diagnosis(name, State.OK, "works; a node's wall fits into its trial's network")
-    reason, fix = _why_no_wall(host, _last_line(ran.output))
-    return Diagnosis(name, State.BAD, reason, fix)
+        return _ok(name, "works; a node's sandbox can join its trial's network")
+    return _bad(name, *_why_bubblewrap_fails(machine, _last_line(ran.output)))
 
 
 _LISTENER = """
@@ -286,7 +299,7 @@ print("ready", flush=True)
 while not heard:
     rclpy.spin_once(node, timeout_sec=0.1)
 """
-# The time for a message starts when both are ready, so that a busy machine is not taken for a deaf one.
+# The time for a message starts when both are ready: a slow start on a busy machine must not look like a lost message.
 _TALKER = """
 import subprocess, sys, time, rclpy
 from std_msgs.msg import String
@@ -305,74 +318,60 @@ sys.exit(listener.wait())
 """
 
 
-def _dds(host: Host) -> Diagnosis:
-    """Two nodes in a network of their own, the listener behind a wall as a student's node is."""
+def _dds(machine: Machine) -> Diagnosis:
+    """Run two nodes in a network of their own, the listener in a sandbox like a student's node."""
     name = "DDS in a network namespace"
-    listener = [*_NODE_WALL[:-1], "--setenv", "ROS_LOG_DIR", "/run/ros-log", "--", sys.executable, "-c", _LISTENER]
+    listener = [*_NODE_SANDBOX[:-1], "--setenv", "ROS_LOG_DIR", "/run/ros-log", "--", sys.executable, "-c", _LISTENER]
     with tempfile.TemporaryDirectory() as home:
-        ran = host.run(
+        ran = machine.run(
             namespaces.private_network([sys.executable, "-c", _TALKER, *listener]),
             DDS_SECONDS,
             ros_env.environment(home=Path(home)),
         )
     if ran.ok:
-        return Diagnosis(name, State.OK, "a message gets through a wall")
+        return _ok(name, "messages reach a sandbox")
     fix = f"{' '.join(namespaces.private_network(['ip', 'address', 'show', 'lo']))}  (lo must be UP, with 127.0.0.1)"
-    return Diagnosis(name, State.BAD, f"nothing got through a wall: {_last_line(ran.output)}", fix)
+    return _bad(name, f"no message reached a sandbox: {_last_line(ran.output)}", fix)
 
 
-def _cgroups(host: Host) -> list[Diagnosis]:
-    """Where memory and process counts are held: asked as a grading asks. Without, resource limits do.
+def _cgroups(machine: Machine) -> list[Diagnosis]:
+    """Look for cgroups in the way a grading does. Without them, resource limits do.
 
-    That way makes a group and takes it away; with version 2 it also moves this process into one, as a grading does.
+    This creates a group and removes it; with version 2 it also moves this process into one, as a grading does.
     """
     name = "cgroups"
-    hierarchy = host.cgroups()
+    hierarchy = machine.cgroups()
     if hierarchy is not None:
         folders = ", ".join(sorted({str(folder) for folder in hierarchy.folders.values()}))
-        return [Diagnosis(name, State.OK, f"version {hierarchy.version}, below {folders}")]
-    standing_in = "resource limits stand in"
-    if host.exists("/sys/fs/cgroup/cgroup.controllers"):
+        return [_ok(name, f"version {hierarchy.version}, below {folders}")]
+    instead = "resource limits are used instead"
+    if machine.exists("/sys/fs/cgroup/cgroup.controllers"):
         fix = "systemd-run --user --scope -p Delegate=yes .venv/bin/grader grade SUBMISSION --out out/NAME"
-        return [Diagnosis(name, State.WARN, f"version 2, memory and pids not delegated to us; {standing_in}", fix)]
-    missing = [each for each in ("memory", "pids") if not host.exists(f"/sys/fs/cgroup/{each}")]
+        return [_warn(name, f"version 2, memory and pids are not delegated; {instead}", fix)]
+    missing = [each for each in ("memory", "pids") if not machine.exists(f"/sys/fs/cgroup/{each}")]
     if len(missing) == 2:
-        return [Diagnosis(name, State.WARN, f"none; {standing_in}")]
+        return [_warn(name, f"none; {instead}")]
     if missing:
-        return [Diagnosis(name, State.WARN, f"version 1, without the controller {missing[0]}; {standing_in}")]
-    return [Diagnosis(name, State.WARN, f"version 1, not writable for us; {standing_in}", "sudo -E make grade")]
+        return [_warn(name, f"version 1, without the controller {missing[0]}; {instead}")]
+    return [_warn(name, f"version 1, not writable; {instead}", "sudo -E make grade")]
 
 
-def _room(host: Host) -> list[Diagnosis]:
-    match = re.search(r"^MemAvailable:\s*(\d+) kB", host.read("/proc/meminfo") or "", re.MULTILINE)
+# -- memory and disk ----------------------------------------------------------------------------------------------
+
+
+def _resources(machine: Machine) -> list[Diagnosis]:
+    match = re.search(r"^MemAvailable:\s*(\d+) kB", machine.read("/proc/meminfo") or "", re.MULTILINE)
     memory = int(match[1]) * 1024 if match else 0
-    free = host.free_bytes(str(KIT))
+    free = machine.free_bytes(str(KIT))
+    low_memory = f"{memory / GB:.1f} GB available; 2 GB are recommended"
+    low_disk = f"{free / GB:.1f} GB free; 2 GB are recommended"
     return [
-        Diagnosis("memory", State.OK, f"{memory / GB:.1f} GB available")
-        if memory >= LITTLE_MEMORY
-        else Diagnosis(
-            "memory",
-            State.WARN,
-            f"{memory / GB:.1f} GB available, 2 GB are better",
-            "ps axo rss,comm --sort -rss | head",
-        ),
-        Diagnosis("disk", State.OK, f"{free / GB:.1f} GB free")
-        if free >= LITTLE_DISK
-        else Diagnosis(
-            "disk",
-            State.WARN if free >= NO_DISK else State.BAD,
-            f"{free / GB:.1f} GB free, 2 GB are better",
-            "make clean",
-        ),
-    ]
-
-
-def _ccache(host: Host) -> list[Diagnosis]:
-    path = host.which("ccache")
-    if path:
-        return [Diagnosis("ccache", State.OK, path)]
-    return [
-        Diagnosis("ccache", State.WARN, "not found; first builds take twice as long", install_line(host, ["ccache"]))
+        _ok("memory", f"{memory / GB:.1f} GB available")
+        if memory >= LOW_MEMORY
+        else _warn("memory", low_memory, "ps axo rss,comm --sort -rss | head"),
+        _ok("disk", f"{free / GB:.1f} GB free")
+        if free >= LOW_DISK
+        else (_warn if free >= NO_DISK else _bad)("disk", low_disk, "make clean"),
     ]
 
 
@@ -385,17 +384,7 @@ def _last_line(text: str) -> str:
     return lines[-1][:200] if lines else "no message"
 
 
-# In the order of the report. The slow ones run beside the others.
-_LOOKS: tuple[Callable[[Host], list[Diagnosis]], ...] = (
-    _python,
-    _compilers,
-    _build_tools,
-    _headers,
-    _wheels,
-    _rclpy,
-    _launch,
-    _walls,
-    _cgroups,
-    _room,
-    _ccache,
-)
+# In the order of the report. Two run at a time.
+_CHECKS: tuple[Callable[[Machine], list[Diagnosis]], ...] = (
+    _python, _compilers, _build_tools, _headers, _wheels, _rclpy, _launch, _sandbox, _cgroups, _resources, _ccache,
+)  # fmt: skip

@@ -1,6 +1,6 @@
-"""This machine: its tools, its settings, and its own command to install what is missing.
+"""This machine: its tools, its settings, and the command that installs what is missing.
 
-Standard library only, because `make setup` asks it before anything is installed.
+Standard library only, because `make setup` uses it before anything is installed.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pathlib import Path
 from grader.host import cgroup
 from grader.host.cgroup import Hierarchy
 
-# The names under which the package managers know what we need; "python" stands for python3.11 and the like on Debian.
+# What we need, by the package manager's own names; {python} is python3.11 or the like on Debian.
 _PACKAGES: dict[str, dict[str, tuple[str, ...]]] = {
     "apt-get": {
         "compiler": ("build-essential",),
@@ -38,24 +38,24 @@ _REFRESH = {"apt-get": "apt-get update", "pacman": "pacman -Sy", "apk": "apk upd
 
 
 @dataclass(frozen=True)
-class Ran:
-    """A command that ended. `code` is None when it could not be started or ran out of time; then `output` says so."""
+class CommandResult:
+    """How a command ended. `code` is None if it did not start or ran out of time; then `output` says which."""
 
     code: int | None
     output: str
 
     @property
     def ok(self) -> bool:
-        """Whether it ended with status 0."""
+        """Return whether the command ended with status 0."""
         return self.code == 0
 
 
-class Host:
-    """The machine as a place to look things up. Tests put a made-up one in its place."""
+class Machine:
+    """This machine, as something to look things up in. Tests replace it with a made-up one."""
 
     @property
     def root(self) -> bool:
-        """Whether we are the superuser."""
+        """Return whether this process runs as the superuser."""
         return os.geteuid() == 0
 
     def which(self, tool: str) -> str | None:
@@ -70,18 +70,20 @@ class Host:
             return None
 
     def exists(self, path: str) -> bool:
-        """Say whether there is something at `path`."""
+        """Return whether `path` exists."""
         return Path(path).exists()
 
     def cgroups(self) -> Hierarchy | None:
         """Return where groups with limits on memory and processes can be made, None if nowhere."""
-        return cgroup.find()
+        return cgroup.find_hierarchy()
 
     def free_bytes(self, path: str) -> int:
         """Return the free space of the disk that holds `path`."""
         return shutil.disk_usage(path).free
 
-    def run(self, command: Sequence[str], seconds: float, env: Mapping[str, str] | None = None, text: str = "") -> Ran:
+    def run(
+        self, command: Sequence[str], seconds: float, env: Mapping[str, str] | None = None, text: str = ""
+    ) -> CommandResult:
         """Run `command` with `text` as its input and wait for it, at most `seconds` of wall time."""
         try:
             ended = subprocess.run(
@@ -95,19 +97,19 @@ class Host:
                 check=False,
             )
         except subprocess.TimeoutExpired:
-            return Ran(None, f"no answer within {seconds:g} s")
+            return CommandResult(None, f"no answer within {seconds:g} s")
         except OSError as error:
-            return Ran(None, error.strerror or str(error))
-        return Ran(ended.returncode, (ended.stdout + ended.stderr).strip())
+            return CommandResult(None, error.strerror or str(error))
+        return CommandResult(ended.returncode, (ended.stdout + ended.stderr).strip())
 
 
-def install_commands(host: Host, things: Sequence[str], python: str = "python3") -> list[list[str]]:
-    """Return the commands that install `things` here, as the superuser; none if the package manager is unknown.
+def install_commands(machine: Machine, things: Sequence[str], python: str = "python3") -> list[list[str]]:
+    """Return the commands that install `things` as the superuser; none if the package manager is unknown.
 
-    A thing is "compiler", "headers", "venv" or the name of a package that all distributions share.
-    `python` is the interpreter's name with its version, like "python3.11".
+    A thing is "compiler", "headers", "venv" or a package name that all distributions share.
+    `python` is the interpreter's name with its version, such as "python3.11".
     """
-    manager = next((name for name in _PACKAGES if host.which(name)), None)
+    manager = next((name for name in _PACKAGES if machine.which(name)), None)
     if manager is None:
         return []
     names = [name.format(python=python) for thing in things for name in _PACKAGES[manager].get(thing, (thing,))]
@@ -115,10 +117,10 @@ def install_commands(host: Host, things: Sequence[str], python: str = "python3")
     return [*refresh, [*_INSTALL[manager].split(), *dict.fromkeys(names)]]
 
 
-def install_line(host: Host, things: Sequence[str], python: str = "python3") -> str:
-    """Return what to type here to install `things`."""
-    commands = install_commands(host, things, python)
+def install_line(machine: Machine, things: Sequence[str], python: str = "python3") -> str:
+    """Return the command line that installs `things` on this machine."""
+    commands = install_commands(machine, things, python)
     if not commands:
         return f"install {', '.join(things)} with this system's package manager"
-    sudo = "" if host.root else "sudo "
+    sudo = "" if machine.root else "sudo "
     return " && ".join(sudo + " ".join(command) for command in commands)

@@ -1,4 +1,4 @@
-"""What the kernel tells of running processes in /proc, and on which cores their threads may run."""
+"""Read running processes from /proc, and set the cores on which their threads may run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def children(pid: int) -> list[int]:
 
 
 def descendants(pid: int) -> list[int]:
-    """Return the pids of those below `pid`."""
+    """Return the pids of all processes below `pid`."""
     parents = _parents()
     found, grown = {pid}, {pid}
     while grown:
@@ -24,7 +24,7 @@ def descendants(pid: int) -> list[int]:
 
 
 def thread_times(pids: Iterable[int]) -> dict[int, tuple[float, float]]:
-    """Return by thread the seconds that it has run, and those that it has waited for a core."""
+    """Return for each thread the seconds that it has run, and the seconds that it has waited for a core."""
     found = {}
     for thread in _threads(pids):
         with contextlib.suppress(OSError, ValueError):  # it has just ended
@@ -34,7 +34,7 @@ def thread_times(pids: Iterable[int]) -> dict[int, tuple[float, float]]:
 
 
 def pin_to(cores: Iterable[int], pids: Iterable[int]) -> None:
-    """Let the threads of `pids`, and all that they start from now on, run on `cores` only."""
+    """Restrict the threads of `pids`, and everything they start from now on, to `cores`."""
     wanted = set(cores)
     for thread in _threads(pids):
         with contextlib.suppress(OSError):  # it has just ended
@@ -50,7 +50,7 @@ def _threads(pids: Iterable[int]) -> list[Path]:
 
 
 def _parents() -> dict[int, int]:
-    """Return each process's parent."""
+    """Return the parent's pid of each process."""
     found = {}
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit():
@@ -58,6 +58,6 @@ def _parents() -> dict[int, int]:
                 status = (entry / "stat").read_text()
             except OSError:
                 continue
-            # The command's name stands in brackets and may hold anything, so count from the last one.
+            # The command's name is in brackets and can hold any character, so count from the last bracket.
             found[int(entry.name)] = int(status.rpartition(")")[2].split()[1])
     return found

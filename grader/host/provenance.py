@@ -1,4 +1,4 @@
-"""What made a grade: versions and hashes that decide a result, so that an appeal can run the same again."""
+"""The versions and hashes that decide a grade, recorded so that an appeal can repeat the grading."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _DISTRIBUTIONS = ("ros2-course-kit", "ros-jazzy-rclpy", "pymunk", "numpy", "pyte
 
 
 def environment() -> dict[str, str]:
-    """Return the versions of what graded, by name, with the system and its number of cores."""
+    """Return the versions of the software that graded, by name, with the system and its number of cores."""
     versions = {name: _version(name) for name in _DISTRIBUTIONS}
     return versions | {"python": platform.python_version(), "system": platform.platform(), "cores": str(os.cpu_count())}
 

@@ -1,4 +1,4 @@
-"""Where ROS 2 lives on this machine, and the environment a process needs to use it. Knows no submission."""
+"""Where ROS 2 is installed on this machine, and the environment that a process needs to use it."""
 
 from __future__ import annotations
 
@@ -8,15 +8,13 @@ import sysconfig
 from pathlib import Path
 
 PREFIX = Path(sys.prefix)
-# The interpreter below the virtual environment; a wall must show both or Python cannot start in it.
+# The interpreter below the virtual environment; a sandbox must mount both or Python cannot start in it.
 BASE_PREFIX = Path(sys.base_prefix)
 SITE_PACKAGES = Path(sysconfig.get_path("purelib"))
 SITE_IN_PREFIX = SITE_PACKAGES.relative_to(PREFIX)
 CMAKE_HOOK = Path(__file__).parent / "wheel_prefix.cmake"
 _PATH = f"{PREFIX}/bin:/usr/local/bin:/usr/bin:/bin"
-
-
-# For each the names under which CMake looks for it.
+# Each with the names under which CMake looks for it.
 _TOOLS = {
     "C compiler": ("cc", "gcc", "clang"), "C++ compiler": ("c++", "g++", "clang++"), "colcon": ("colcon",),
     "cmake": ("cmake",), "ninja": ("ninja",),
@@ -24,7 +22,7 @@ _TOOLS = {
 
 
 def missing_tools(path: str = "") -> list[str]:
-    """Return which of the programs that a build needs are not to be found where a wall looks for them."""
+    """Return which of the programs that a build needs are not on the sandbox's PATH."""
     return [what for what, names in _TOOLS.items() if not any(shutil.which(name, path=path or _PATH) for name in names)]
 
 
@@ -37,8 +35,8 @@ def library_path(*overlays: Path) -> str:
 def environment(*overlays: Path, home: Path) -> dict[str, str]:
     """Return the whole environment for a process that uses ROS 2 with the given install trees on top.
 
-    It is written from nothing, so neither the caller's ROS settings nor its secrets leak into it. The guard variable
-    tells the wheels' bootstrapper that the library path is already right, which saves it a second start of Python.
+    It starts empty, so neither the caller's ROS settings nor its secrets leak into it. _ROS_WHEELS_BOOTSTRAP_COMPLETE
+    tells the wheels that the library path is already right, which saves them a second start of Python.
     """
     return {
         "PATH": _PATH,
@@ -56,8 +54,8 @@ def environment(*overlays: Path, home: Path) -> dict[str, str]:
         "ROS_PYTHON_VERSION": "3",
         "ROS_LOG_DIR": str(home / "ros-log"),
         "RMW_IMPLEMENTATION": "rmw_fastrtps_cpp",
-        # Walls share the trial's network but not its /dev/shm: with shared memory switched on nothing would arrive.
+        # Sandboxes share the trial's network but not its /dev/shm: over shared memory no message would arrive.
         "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
-        # numpy's own threads would only fight with the simulator for the two cores.
+        # numpy's own threads would only compete with the simulator for the two cores.
         "OPENBLAS_NUM_THREADS": "1",
     }

@@ -1,4 +1,4 @@
-"""What this host ran out of or forbids, in words. Such a fault is ours: no submission loses points by it."""
+"""Explain what this host has run out of or forbids. Such an error is the grader's: it costs a submission no points."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from pathlib import Path
 
 from grader.errors import GraderError
 
-LITTLE_ROOM = 16 * 1024 * 1024
-"""A disk with less free than these bytes is full: what a compiler could not write has been taken away again."""
-_FEW_FILES = 100
-_NEEDED = 1_000_000_000  # of address space, which is more than memory: an observer of a trial maps 700 MB
+MIN_FREE_BYTES = 16 * 1024 * 1024
+"""A disk with less free space counts as full: a compiler that meets a full disk removes what it has written."""
+_MIN_FREE_FILES = 100
+_NEEDED_BYTES = 1_000_000_000  # of address space, which is more than memory: an observer of a trial maps 700 MB
 
-_SAFE = "No points are lost by it, and earlier results are as they were"
+_SAFE = "No points are lost, and earlier results are unchanged"
 NO_MEMORY = (
-    f"There is no memory left for the grader. {_SAFE}. Close other programs, or raise the limit that `ulimit -v` "
-    "shows, and grade again."
+    f"The grader has run out of memory. {_SAFE}. Close other programs, or raise the limit that `ulimit -v` shows, and "
+    "grade again."
 )
 KILLED = (
-    "A process of the grader's was killed from outside, as the kernel does when memory runs out (`dmesg` shows it). "
+    "A process of the grader was killed from outside, as the kernel does when memory runs out (`dmesg` shows it). "
     f"{_SAFE}. Close other programs and grade again."
 )
 _FILES = f"The grader may open no more files. {_SAFE}. Raise the limit that `ulimit -n` shows and grade again."
-# What the standard library and the loader say, in errors that bear no number.
+# Messages of the standard library and the loader in errors without an errno.
 _MEMORY_WORDS = ("can't start new thread", "failed to map segment", "cannot allocate memory", "memoryerror")
 _NOT_A_FOLDER = (errno.ENOTDIR, errno.EEXIST, errno.EISDIR)
 _FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
@@ -35,48 +35,47 @@ def require_memory() -> None:
     """Check that the grader may use the memory that it needs.
 
     Raises:
-        GraderError: somebody has set a lower limit. Some libraries would end the process instead of saying so.
+        GraderError: a lower limit is set. Some libraries would end the process without a message.
     """
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if 0 <= limit < _NEEDED:
+    if 0 <= limit < _NEEDED_BYTES:
         raise GraderError(
-            f"The grader may use no more than {limit // 1_000_000} MB of address space, and needs "
-            f"{_NEEDED // 1_000_000}. Say `ulimit -v unlimited` in this shell, or ask who has set the limit, and grade "
-            "again."
+            f"The grader may use only {limit // 1_000_000} MB of address space and needs {_NEEDED_BYTES // 1_000_000}. "
+            "Run `ulimit -v unlimited` in this shell, or ask your administrator to raise the limit, and grade again."
         )
 
 
 def explain(error: BaseException) -> str:
-    """Return what happened, to what, and what to do next, if the host's state has caused `error`; "" if not."""
-    return next((said for each in _chain(error) if (said := _said(each))), "")
+    """Return what happened, to what, and what to do next, if the host's state caused `error`; "" if not."""
+    return next((sentence for each in _chain(error) if (sentence := _explain_one(each))), "")
 
 
-def in_text(text: str) -> str:
-    """Return the same for what a process of ours has said at its end."""
-    low = text.lower()
+def explain_output(output: str) -> str:
+    """Return the same for the output of a process of the grader that failed."""
+    low = output.lower()
     if "no space left on device" in low or "disk quota exceeded" in low:
-        return _full("")
+        return _disk_full("")
     return NO_MEMORY if any(word in low for word in _MEMORY_WORDS) else ""
 
 
-def full(folder: Path) -> str:
-    """Return the same if the disk that holds `folder` is full."""
+def explain_disk(folder: Path) -> str:
+    """Return the same if the disk that holds `folder` is full; "" if not."""
     try:
         facts = os.statvfs(folder)
     except OSError:
         return ""
-    few_files = facts.f_files > 0 and facts.f_favail < _FEW_FILES
-    little_room = facts.f_blocks > 0 and facts.f_bavail * facts.f_frsize < LITTLE_ROOM  # some file systems tell nothing
-    return _full(str(folder)) if little_room or few_files else ""
+    few_files = facts.f_files > 0 and facts.f_favail < _MIN_FREE_FILES
+    little_space = facts.f_blocks > 0 and facts.f_bavail * facts.f_frsize < MIN_FREE_BYTES  # some file systems report 0
+    return _disk_full(str(folder)) if little_space or few_files else ""
 
 
-def _said(error: BaseException) -> str:
+def _explain_one(error: BaseException) -> str:
     if isinstance(error, MemoryError):
         return NO_MEMORY
     number = error.errno if isinstance(error, OSError) else None
     what = str(error.filename or "") if isinstance(error, OSError) else ""
     if number in (errno.ENOSPC, errno.EDQUOT):
-        return _full(what)
+        return _disk_full(what)
     if number == errno.ENOMEM or any(word in str(error).lower() for word in _MEMORY_WORDS):
         return NO_MEMORY
     if number in (errno.EMFILE, errno.ENFILE):
@@ -84,19 +83,19 @@ def _said(error: BaseException) -> str:
     if number in _FORBIDDEN and what:
         return f"The grader may not use {what}: {os.strerror(number)}. {_SAFE}. Change its permissions or its place."
     if number in _NOT_A_FOLDER and what:
-        return f"{what} is in the way: {os.strerror(number)}. {_SAFE}. Take it away or choose another place."
+        return f"{what} is in the way: {os.strerror(number)}. {_SAFE}. Remove it or choose another place."
     if number == errno.ENOENT and what and "/" not in what:
-        return f"The program {what} is not on the PATH. {_SAFE}. Run `grader doctor`; it says how to mend it."
+        return f"The program {what} is not on the PATH. {_SAFE}. Run `grader doctor`; it prints the fix."
     return ""
 
 
-def _full(what: str) -> str:
-    where = f"The disk at {_mount_point(what)} is full" if what else "A disk is full (`df -h` shows which)"
+def _disk_full(path: str) -> str:
+    where = f"The disk at {_mount_point(path)} is full" if path else "A disk is full (`df -h` shows which)"
     return f"{where}. {_SAFE}. Free some space there and grade again."
 
 
 def _mount_point(path: str) -> str:
-    """Return where the disk is mounted that holds `path`, or would hold it."""
+    """Return where the disk that holds `path`, or would hold it, is mounted."""
     place = Path(path).absolute()
     while not os.path.ismount(place):
         place = place.parent
@@ -104,7 +103,7 @@ def _mount_point(path: str) -> str:
 
 
 def _chain(error: BaseException | None) -> Iterator[BaseException]:
-    """Yield the error and what led to it, the last first."""
+    """Yield the error and its causes, the last first."""
     seen: set[int] = set()
     while error is not None and id(error) not in seen:
         seen.add(id(error))

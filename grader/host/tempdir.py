@@ -1,4 +1,4 @@
-"""Folders for the time of a grading, which a later grading clears away if nobody else could."""
+"""Temporary folders; a later grading removes those of a grader that was killed."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from pathlib import Path
 
 @contextmanager
 def folder(name: str) -> Iterator[Path]:
-    """Give a new folder of our own below the system's temporary folder, and take it away afterwards.
+    """Yield a new folder in the system's temporary folder and remove it afterwards.
 
-    Folders of the same name whose process is no more are taken away first: a grader that is killed clears nothing.
+    First removes folders of the same name whose process has ended: a grader that is killed cleans nothing up.
     """
     parent = Path(tempfile.gettempdir())
     sweep(parent, name)
@@ -28,9 +28,9 @@ def folder(name: str) -> Iterator[Path]:
 
 
 def remove(path: Path) -> None:
-    """Take away a folder with all that is in it, however deep, and whatever its modes. Nothing is said of what stays.
+    """Remove a folder and its contents, however deep and whatever the modes. What cannot be removed is ignored.
 
-    Python's own goes down by recursion, and gives up after a thousand folders in folders.
+    shutil.rmtree is recursive and gives up at a depth of about a thousand folders.
     """
     with contextlib.suppress(RecursionError):
         shutil.rmtree(path, ignore_errors=True)
@@ -40,7 +40,7 @@ def remove(path: Path) -> None:
 
 
 def sweep(parent: Path, name: str) -> None:
-    """Take away the folders "NAME-PID-..." in `parent` whose process is no more."""
+    """Remove the folders "NAME-PID-..." in `parent` whose process has ended."""
     for left in parent.glob(f"{name}-*-*"):
         pid = left.name[len(name) + 1 :].partition("-")[0]
         if pid.isdigit() and not Path("/proc", pid).exists():

@@ -1,4 +1,4 @@
-"""A clock that counts no time in which other processes had the cores: a busy machine is no fault of a submission's."""
+"""A clock that excludes time spent waiting for a CPU, so that a busy machine is never held against a submission."""
 
 from __future__ import annotations
 
@@ -9,45 +9,45 @@ from typing import Protocol
 
 from grader.host import procfs
 
-_FRESH_S = 0.25
-_NONE = (0.0, 0.0)
+_MAX_AGE_S = 0.25
+_NEW_THREAD = (0.0, 0.0)
 
 
-class Sharer(Protocol):
-    """A command with all its processes, that shares the cores with others."""
+class Timed(Protocol):
+    """A command whose threads' times can be read."""
 
     def thread_times(self) -> dict[int, tuple[float, float]]:
-        """Return for each of its threads the seconds that it has run, and has waited for a core."""
+        """Return for each thread the seconds that it has run, and the seconds that it has waited for a core."""
 
 
-class WorkClock:
-    """Counts wall time, without that in which others had the cores that a command wanted.
+class CpuClock:
+    """Counts wall time since its creation, without the time in which a command waited for a CPU.
 
     Args:
         process: the command.
-        besides: pids of ours on which it waits, such as its observer's.
+        others: pids of the grader's own processes on which the command waits, such as its observer.
     """
 
-    def __init__(self, process: Sharer, besides: Sequence[int] = ()) -> None:
-        self._process, self._besides = process, besides
-        self._before, self._since, self._counted = self._shares(), time.monotonic(), 0.0
+    def __init__(self, process: Timed, others: Sequence[int] = ()) -> None:
+        self._process, self._others = process, others
+        self._before, self._since, self._counted = self._thread_times(), time.monotonic(), 0.0
 
-    def look(self) -> float:
-        """Return the seconds counted so far. It costs some milliseconds: all processes of the host are looked at."""
-        shares, now = self._shares(), time.monotonic()
+    def read(self) -> float:
+        """Return the seconds counted so far. Takes some milliseconds: it looks at all processes of the host."""
+        times, now = self._thread_times(), time.monotonic()
         gained = [
-            (ran - self._before.get(thread, _NONE)[0], waited - self._before.get(thread, _NONE)[1])
-            for thread, (ran, waited) in shares.items()
+            (ran - self._before.get(thread, _NEW_THREAD)[0], waited - self._before.get(thread, _NEW_THREAD)[1])
+            for thread, (ran, waited) in times.items()
         ]
         ran, waited = sum(each for each, _ in gained), sum(each for _, each in gained)
-        # Many that want to compute wait for each other; then what they compute is what counts.
+        # Many computing threads wait for each other; then the time that they ran is what counts.
         self._counted += max(now - self._since - waited, ran / (os.cpu_count() or 1))
-        self._before, self._since = shares, now
+        self._before, self._since = times, now
         return self._counted
 
     def seconds(self) -> float:
-        """Return the same, at most a quarter of a second old: cheap enough to be asked again and again."""
-        return self.look() if time.monotonic() - self._since > _FRESH_S else self._counted
+        """Return the same, up to a quarter of a second old: cheap enough to be called again and again."""
+        return self.read() if time.monotonic() - self._since > _MAX_AGE_S else self._counted
 
-    def _shares(self) -> dict[int, tuple[float, float]]:
-        return self._process.thread_times() | procfs.thread_times(self._besides)
+    def _thread_times(self) -> dict[int, tuple[float, float]]:
+        return self._process.thread_times() | procfs.thread_times(self._others)

@@ -1,4 +1,4 @@
-"""Watch how much is put below some folders, and whether the disk has room for it."""
+"""Watch how much is written below some folders, and whether the disk has space for it."""
 
 from __future__ import annotations
 
@@ -11,76 +11,79 @@ from pathlib import Path
 
 from grader.host import shortage
 
-_DEEPEST = 200  # folders in folders: below four thousand characters of a path nobody could count any more
+_MAX_DEPTH = 200  # nested folders; a path of more than 4096 characters could no longer be read
 _TOO_MANY = 1 << 62
 
 
-class Guard:
-    """Ends what fills the disk below some folders. Looks now and then; more often when space dwindles.
+class DiskGuard:
+    """Stops a command that fills the disk below some folders. Checks now and then; more often when space runs low.
 
-    No limit of the kernel counts what many files take together, and a quota is nothing that one finds on every host.
-    A disk that is full before the limit is met is the host's fault, whoever filled it: less was there than promised.
+    The kernel has no limit on the total size of many files, and few hosts have disk quotas. A disk that is full before
+    the limit is exceeded is the host's problem, whoever filled it: it had less space than the command was promised.
     """
 
-    _LOOK_S = 0.2
+    _POLL_S = 0.2
     _WALK_S = 2.0
 
-    def __init__(self, folders: Sequence[Path], most_bytes: int, most_files: int, end: Callable[[], None]) -> None:
-        """Watch from now on, and call `end` when more has been added below the folders than this, or no room is left.
+    def __init__(self, folders: Sequence[Path], max_bytes: int, max_files: int, stop: Callable[[], None]) -> None:
+        """Watch from now on. Call `stop` once the folders have grown by more than this, or the disk is full.
 
-        `met` is then "disk", or else `host_is_full` says in words what is the matter with this machine.
+        In the first case `exceeded` is "disk"; in the second `host_full` is a sentence about this machine.
         """
-        self.met = self.host_is_full = ""
-        self._folders, self._caps, self._end = folders, (most_bytes, most_files), end
-        self._over = threading.Event()
+        self.exceeded = self.host_full = ""
+        self._folders, self._limits, self._stop = folders, (max_bytes, max_files), stop
+        self._closed = threading.Event()
         self._before = _used(folders)
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Look a last time, and no more."""
-        self._over.set()
+        """Check one last time and stop watching."""
+        self._closed.set()
         self._thread.join()
-        self._look()
+        self._check()
 
     def _watch(self) -> None:
         free, walked = self._free(), time.monotonic()
-        while not self._over.wait(self._LOOK_S):
+        while not self._closed.wait(self._POLL_S):
             now = self._free()
-            soon = now[0] < shortage.LITTLE_ROOM or any(
-                before - after > limit // 8 for before, after, limit in zip(free, now, self._caps, strict=True)
+            soon = now[0] < shortage.MIN_FREE_BYTES or any(
+                before - after > limit // 8 for before, after, limit in zip(free, now, self._limits, strict=True)
             )
             if not soon and time.monotonic() - walked < self._WALK_S:
                 continue
             free, walked = now, time.monotonic()
-            if self._look():
-                self._end()
+            if self._check():
+                self._stop()
                 return
 
-    def _look(self) -> bool:
-        """Note whether the limit is met, or else the disk full. Return whether either is so."""
-        if not self.met and self._too_much():
-            self.met = "disk"
-        if not self.met and not self.host_is_full:
-            self.host_is_full = shortage.full(self._folders[0])
-        return bool(self.met or self.host_is_full)
+    def _check(self) -> bool:
+        """Record whether the limit is exceeded, or else the disk is full; return whether either is the case."""
+        if not self.exceeded and self._too_much():
+            self.exceeded = "disk"
+        if not self.exceeded and not self.host_full:
+            self.host_full = shortage.explain_disk(self._folders[0])
+        return bool(self.exceeded or self.host_full)
 
     def _free(self) -> tuple[int, int]:
         facts = os.statvfs(self._folders[0])
         return facts.f_bavail * facts.f_frsize, facts.f_favail
 
     def _too_much(self) -> bool:
-        pairs = zip(_used(self._folders), self._before, self._caps, strict=True)
-        return any(now - before > cap for now, before, cap in pairs)
+        pairs = zip(_used(self._folders), self._before, self._limits, strict=True)
+        return any(now - before > limit for now, before, limit in pairs)
 
 
 def _used(folders: Sequence[Path]) -> tuple[int, int]:
-    """Return the bytes and the number of files below the folders, links not followed; too deep are too many."""
+    """Return the size in bytes and the number of files below the folders, without following links.
+
+    Folders that are nested too deep count as too many files.
+    """
     size = count = 0
     waiting = [(str(folder), 0) for folder in folders]
     while waiting:
         folder, depth = waiting.pop()
-        if depth > _DEEPEST:
+        if depth > _MAX_DEPTH:
             return size, _TOO_MANY
         with contextlib.suppress(OSError), os.scandir(folder) as entries:
             for entry in entries:
@@ -90,6 +93,6 @@ def _used(folders: Sequence[Path]) -> tuple[int, int]:
                         waiting.append((entry.path, depth + 1))
                     else:
                         facts = entry.stat(follow_symlinks=False)
-                        # A file with holes takes its whole size as soon as somebody copies it.
+                        # A sparse file takes its full size as soon as it is copied.
                         size += max(facts.st_blocks * 512, facts.st_size)
     return size, count

@@ -1,9 +1,4 @@
-"""Run one command walled in. The only place that starts processes of a submission.
-
-A wall is made by bubblewrap: the system read-only, a private /tmp and home, own pid, ipc, user and host name, the
-network either cut or that of the caller's own namespace, limits on time, memory, processes, files and output. When a
-walled-in process is stopped, its whole tree is gone before anything it left behind is read.
-"""
+"""Run one command in a sandbox. Once it has been stopped, its whole process tree is gone before its files are read."""
 
 from __future__ import annotations
 
@@ -22,21 +17,19 @@ from types import TracebackType
 
 from grader.errors import GraderError
 from grader.host import cgroup, procfs, shortage
-from grader.sandbox import disk_guard
-from grader.sandbox.bwrap import BEHIND_GATE, Limits, Sandbox, bwrap_command, in_cgroup, with_limits
-from grader.sandbox.cpu_clock import WorkClock
+from grader.sandbox.bwrap import WAIT_FOR_GO, Limits, Sandbox, bwrap_command, enter_cgroup, with_limits
+from grader.sandbox.cpu_clock import CpuClock
+from grader.sandbox.disk_guard import DiskGuard
 
-_LOOKS_EVERY_S = 1.0  # at how long a command has waited for a core
-
-
-_LONGEST = 4  # times its time limit a command may take on a machine that is busy with others
+_CLOCK_PERIOD_S = 1.0  # between two readings of how long a command has waited for a CPU
+_MAX_STRETCH = 4  # wall time that a command may take on a busy machine, in multiples of its time limit
 
 
 @dataclass(frozen=True)
 class RunResult:
-    """How a command ended. `exit_code` is negative for a signal, None if it had to be stopped for its time.
+    """How a command ended. `exit_code` is negative for a signal, None if it exceeded its time limit.
 
-    `stopped` names the limit of the whole wall that it met: "memory", "processes", "disk" or "".
+    `stopped` names the limit of the whole sandbox that it exceeded: "memory", "processes", "disk" or "".
     """
 
     exit_code: int | None
@@ -52,19 +45,19 @@ class RunResult:
 
 
 class Process:
-    """A walled-in process that runs. Use as a context manager: leaving it ends the whole tree."""
+    """A running command in a sandbox. A context manager: leaving it kills the whole process tree."""
 
     def __init__(self, command: Sequence[str], box: Sandbox, limits: Limits) -> None:
         self._limits = limits
         self.started = time.monotonic()
-        self._group = cgroup.make(limits.resident_bytes, limits.processes)
+        self._group = cgroup.create(limits.resident_bytes, limits.processes)
         read_end, write_end = os.pipe()
-        gate, opener = os.pipe()
-        walled = [*bwrap_command(box, info_fd=write_end), *BEHIND_GATE, *with_limits(command, limits)]
+        go_read_end, go_write_end = os.pipe()
+        command_line = [*bwrap_command(box, info_fd=write_end), *WAIT_FOR_GO, *with_limits(command, limits)]
         try:
             self._popen = subprocess.Popen(
-                [*in_cgroup(self._group), *walled],
-                stdin=gate,
+                [*enter_cgroup(self._group), *command_line],
+                stdin=go_read_end,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 pass_fds=(write_end,),
@@ -73,19 +66,19 @@ class Process:
             )
         except OSError as error:
             os.close(read_end)
-            os.close(opener)
+            os.close(go_write_end)
             self._group.close()
-            raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it says how to mend it.") from error
+            raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it prints the fix.") from error
         finally:
             os.close(write_end)
-            os.close(gate)
+            os.close(go_read_end)
         self._output = _Output(self._popen, limits.output_bytes)
         self._init_pid = _child_pid(read_end)
-        with contextlib.suppress(BrokenPipeError):  # there is nobody behind the gate: the wall was never built
-            os.write(opener, b"go\n")
-        os.close(opener)
+        with contextlib.suppress(BrokenPipeError):  # no reader: the sandbox could not be set up
+            os.write(go_write_end, b"go\n")
+        os.close(go_write_end)
         self._guard = (
-            disk_guard.Guard(list(box.writable), limits.disk_bytes, limits.files, self.end) if box.writable else None
+            DiskGuard(list(box.writable), limits.disk_bytes, limits.files, self._kill_tree) if box.writable else None
         )
 
     def __enter__(self) -> Process:
@@ -95,7 +88,7 @@ class Process:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """End the whole tree."""
+        """Kill the whole process tree."""
         self.kill()
 
     @property
@@ -105,7 +98,7 @@ class Process:
 
     @property
     def output(self) -> str:
-        """Return what the process has printed so far (stdout and stderr together, the middle cut if too long)."""
+        """Return the output so far, stdout and stderr together, with the middle cut out if it is too long."""
         return self._output.text()
 
     def exit_code(self) -> int | None:
@@ -122,25 +115,25 @@ class Process:
             return None
         return self.exit_code()
 
-    def wait_for_work(self, seconds: float) -> int | None:
-        """Wait likewise, but count no time in which others had the cores that this command wanted.
+    def wait_on_cpu_clock(self, seconds: float) -> int | None:
+        """Wait in the same way, but exclude time spent waiting for a CPU, so that a busy machine changes no outcome.
 
-        A busy machine so changes no outcome. No more than four times as long in all, whatever the machine does.
+        Waits at most four times as long in all.
         """
-        clock = WorkClock(self)
-        while (counted := clock.look()) < seconds and self.wall_seconds < _LONGEST * seconds:
-            if (code := self.wait(min(_LOOKS_EVERY_S, seconds - counted))) is not None:
+        clock = CpuClock(self)
+        while (counted := clock.read()) < seconds and self.wall_seconds < _MAX_STRETCH * seconds:
+            if (code := self.wait(min(_CLOCK_PERIOD_S, seconds - counted))) is not None:
                 return code
         return None
 
     def stopped(self) -> str:
-        """Return the limit of the whole wall that the command has met: "memory", "processes", "disk" or ""."""
-        return self._stopped or (self._guard.met if self._guard else "") or self._group.events()
+        """Return the limit of the whole sandbox that the command has exceeded: "memory", "processes", "disk" or ""."""
+        return self._stopped or (self._guard.exceeded if self._guard else "") or self._group.limit_hit()
 
     _stopped = ""
 
     def interrupt(self) -> None:
-        """Send SIGINT, as Ctrl-C does, to the command itself (and to nobody else in the wall)."""
+        """Send SIGINT, as Ctrl-C does, to the command itself and to no other process in the sandbox."""
         for pid in procfs.children(self._init_pid):
             _signal(pid, signal.SIGINT)
 
@@ -153,26 +146,26 @@ class Process:
         procfs.pin_to(cores, procfs.descendants(self._init_pid))
 
     def kill(self) -> None:
-        """End the whole tree and wait until it is gone.
+        """Kill the whole process tree and wait until it is gone.
 
         Raises:
-            GraderError: the host's disk or memory ran out, so that what the command did says nothing about it.
+            GraderError: the host ran out of disk space or memory, so the result says nothing about the command.
         """
-        self.end()
+        self._kill_tree()
         if self._guard is not None:
             self._guard.close()
         self._output.close()
         self._stopped = self.stopped()
         self._group.close()
-        if self._guard is not None and self._guard.host_is_full:
-            raise GraderError(self._guard.host_is_full)
+        if self._guard is not None and self._guard.host_full:
+            raise GraderError(self._guard.host_full)
         if self._stopped == cgroup.HOST_MEMORY:
             raise GraderError(shortage.NO_MEMORY)
 
-    def end(self) -> None:
-        """End the whole tree; what it printed is still being read."""
+    def _kill_tree(self) -> None:
+        """Kill the whole process tree; its output can still be read."""
         if self._popen.poll() is None:
-            # The first process in the pid namespace takes every other one along.
+            # When the first process of a pid namespace dies, the kernel kills all others in it.
             _signal(self._init_pid or self._popen.pid, signal.SIGKILL)
             try:
                 self._popen.wait(5.0)
@@ -182,7 +175,7 @@ class Process:
 
 
 class _Output:
-    """Reads a process's output as it comes, so that it never blocks, and keeps its head and its tail."""
+    """Reads a process's output as it arrives, so that the process never blocks, and keeps the start and the end."""
 
     def __init__(self, popen: subprocess.Popen[bytes], limit: int) -> None:
         assert popen.stdout is not None
@@ -199,9 +192,9 @@ class _Output:
         descriptor = self._stream.fileno()
         while chunk := os.read(descriptor, 65536):
             with self._lock:
-                room = self._half - len(self._head)
-                self._head += chunk[:room]
-                self._tail += chunk[max(0, room) :]
+                space = self._half - len(self._head)
+                self._head += chunk[:space]
+                self._tail += chunk[max(0, space) :]
                 self._dropped += max(0, len(self._tail) - self._half)
                 self._tail = self._tail[-self._half :]
 
@@ -211,54 +204,52 @@ class _Output:
             return (self._head + gap + self._tail).decode("utf-8", "replace")
 
     def close(self) -> None:
-        # Everything that could hold the pipe's other end is dead by now, so the reader meets the end of the stream.
+        # Every process that could hold the pipe's other end is dead by now, so the reader reaches its end.
         self._thread.join(5.0)
         if not self._thread.is_alive():
             self._stream.close()
 
 
 def run(command: Sequence[str], box: Sandbox, limits: Limits | None = None) -> RunResult:
-    """Run `command` walled in, wait for its end or its time limit, and return how it went.
+    """Run `command` in the sandbox, wait until it ends or exceeds its time limit, and return the result.
 
     Raises:
-        GraderError: the wall cannot be built on this host.
+        GraderError: this host cannot set up a sandbox.
     """
     limits = limits or Limits()
     with Process(command, box, limits) as process:
-        exit_code = process.wait_for_work(limits.wall_seconds)
+        exit_code = process.wait_on_cpu_clock(limits.wall_seconds)
         seconds = process.wall_seconds
     output = process.output
     if exit_code is not None and output.startswith("bwrap: "):
         raise GraderError(
-            f"The wall could not be built: {output.strip()[:500]}. Run `grader doctor`; it says how to mend it. "
-            "To grade with hardly any box, which no grade should rest on, say --unsafe-no-sandbox."
+            f"The sandbox could not be set up: {output.strip()[:500]}. Run `grader doctor`; it prints the fix. "
+            "--unsafe-no-sandbox grades almost without a sandbox, which is no basis for a real grade."
         )
     stopped = process.stopped()
     return RunResult(exit_code, output, timed_out=exit_code is None, wall_seconds=seconds, stopped=stopped)
 
 
 def require() -> None:
-    """Check that walls can be built here at all.
+    """Check that this host can set up a sandbox.
 
     Raises:
-        GraderError: they cannot; the message says what to do.
+        GraderError: it cannot; the message says what to do.
     """
     if not sys.platform.startswith("linux"):
-        raise GraderError("Grading needs Linux: submissions are walled in with bubblewrap. Use Linux or WSL 2.")
+        raise GraderError("Grading needs Linux: submissions run in bubblewrap. Use Linux or WSL 2.")
     if shutil.which("bwrap") is None:
-        raise GraderError(
-            "bubblewrap (bwrap) is not installed, so a submission cannot be walled in. Run `grader doctor`."
-        )
+        raise GraderError("bubblewrap (bwrap) is not installed; submissions run in it. Run `grader doctor`.")
     tried = run(["true"], Sandbox())
     if not tried.ok:
         raise GraderError(
-            f"Nothing can be run behind a wall here: {tried.output.strip()[:300]}. Run `grader doctor`; where a limit "
-            "cannot be set, somebody has set a lower one for the grader: `ulimit -a` shows it."
+            f"No command can run in a sandbox here: {tried.output.strip()[:300]}. Run `grader doctor`. If a limit "
+            "cannot be set, the grader itself has a lower one: `ulimit -a` shows it."
         )
 
 
 def _child_pid(read_end: int) -> int:
-    """Return the pid (as seen from here) of the first process in the wall, 0 if the wall was never built."""
+    """Return the pid, on the host, of the first process in the sandbox; 0 if the sandbox could not be set up."""
     with os.fdopen(read_end, "rb") as stream:
         text = stream.read()
     return int(json.loads(text)["child-pid"]) if text else 0

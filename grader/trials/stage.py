@@ -99,7 +99,7 @@ class Stage(Observation):
         return True
 
     def freeze_clock(self, wall_seconds: float) -> int:
-        """Let the clock stand still and return how many messages the node publishes meanwhile."""
+        """Let the clock stand still and return how often the node publishes on its answer topic meanwhile."""
         before = self.bridge.answers
         self.bridge.spin_until(lambda: False, wall_seconds)
         return self.bridge.answers - before

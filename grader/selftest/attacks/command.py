@@ -64,7 +64,7 @@ def _defences() -> list[str]:
     """Return the defences that this host lacks, in the doctor's words."""
     from grader.host import doctor
 
-    lacking = [diagnosis for diagnosis in doctor.defences() if diagnosis.state is not doctor.State.OK]
+    lacking = [diagnosis for diagnosis in doctor.examine_sandbox() if diagnosis.state is not doctor.State.OK]
     if not lacking:
         return ["All defences stand: walls, networks of their own, cgroups for memory and processes."]
     return ["This host lacks defences:", *(f"  {each.name}: {each.found}" for each in lacking)]

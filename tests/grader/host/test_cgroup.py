@@ -1,4 +1,4 @@
-"""Limits for a wall as a whole: memory, processes, disk. Where cgroups cannot be had, what stands in."""
+"""Limits for a sandbox as a whole: memory, processes, disk; and where cgroups can be made."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from grader.host import cgroup, ros_env, tempdir
 from grader.sandbox import MIB, Limits, Process, Sandbox
 
 PYTHON = Sandbox(environment=ros_env.environment(home=sandbox.HOME))
-held = pytest.mark.skipif(
-    cgroup.find() is None, reason="no cgroup can be made here; `grader doctor` names the command that delegates one"
+needs_cgroups = pytest.mark.skipif(
+    cgroup.find_hierarchy() is None,
+    reason="no cgroup can be made here; `grader doctor` names the command that delegates one",
 )
 
 
-def python(code: str, wall: Sandbox = PYTHON, **limits: object) -> sandbox.RunResult:
-    return sandbox.run(["python3", "-c", code], wall, Limits(**{"wall_seconds": 60.0, **limits}))  # type: ignore[arg-type]
+def python(code: str, box: Sandbox = PYTHON, **limits: object) -> sandbox.RunResult:
+    return sandbox.run(["python3", "-c", code], box, Limits(**{"wall_seconds": 60.0, **limits}))  # type: ignore[arg-type]
 
 
 BOMB = """
@@ -37,10 +38,10 @@ except OSError as error:
 """
 
 
-@held
+@needs_cgroups
 @pytest.mark.sandbox
-def test_a_fork_bomb_meets_a_limit_for_the_whole_wall():
-    """As root, RLIMIT_NPROC limits nobody: the cgroup does."""
+def test_a_fork_bomb_hits_the_limit_of_the_whole_sandbox():
+    """RLIMIT_NPROC does not limit root; the cgroup does."""
     result = python(BOMB, processes=40)
     made, _, words = result.output.partition(" ")
     assert int(made) < 40
@@ -48,7 +49,7 @@ def test_a_fork_bomb_meets_a_limit_for_the_whole_wall():
     assert result.stopped == "processes"
 
 
-@held
+@needs_cgroups
 @pytest.mark.sandbox
 def test_memory_is_counted_for_all_processes_together():
     code = "import os\nfor _ in range(4):\n    if os.fork() == 0:\n        kept = []\n        while True:\n"
@@ -57,7 +58,7 @@ def test_memory_is_counted_for_all_processes_together():
     assert result.stopped == "memory"
 
 
-@held
+@needs_cgroups
 @pytest.mark.sandbox
 def test_disks_in_memory_count_as_memory():
     code = "open('/tmp/big', 'wb').write(b'x' * (150 << 20)); open('/dev/shm/big', 'wb').write(b'x' * (150 << 20))"
@@ -73,29 +74,29 @@ def test_disks_in_memory_have_a_size(folder: str):
 
 
 @pytest.mark.sandbox
-def test_a_full_disk_ends_the_wall(tmp_path: Path):
-    wall = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+def test_a_command_that_fills_the_disk_is_stopped(tmp_path: Path):
+    box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
     code = "import time\nfor n in range(30):\n    open(f'/ws/out/{n}', 'wb').write(b'x' * (1 << 20))\ntime.sleep(100)"
-    result = python(code, wall, disk_bytes=10 * MIB)
+    result = python(code, box, disk_bytes=10 * MIB)
     assert result.stopped == "disk"
     assert result.wall_seconds < 60
 
 
 @pytest.mark.sandbox
 def test_a_file_with_holes_counts_by_its_size(tmp_path: Path):
-    """Whoever copies it later writes the zeros out."""
-    wall = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    """A copy of it would write the zeros."""
+    box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
     code = "import os, time\nos.truncate(os.open('/ws/out/a', os.O_CREAT | os.O_RDWR), 50 << 20)\ntime.sleep(100)"
-    assert python(code, wall, disk_bytes=10 * MIB).stopped == "disk"
+    assert python(code, box, disk_bytes=10 * MIB).stopped == "disk"
 
 
 @pytest.mark.sandbox
 def test_folders_in_folders_without_end_count_as_too_many(tmp_path: Path):
-    """Below 4096 characters of a path nobody could count what is there; and Python's rmtree gives up before."""
-    wall = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    """Beyond a path of 4096 characters they cannot be counted; and Python's rmtree gives up earlier."""
+    box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
     code = "import os\nos.chdir('/ws/out')\nfor _ in range(3000):\n    os.mkdir('d')\n    os.chdir('d')"
     try:
-        assert python(code, wall).stopped == "disk"
+        assert python(code, box).stopped == "disk"
     finally:
         tempdir.remove(tmp_path / "d")
     assert not (tmp_path / "d").exists()
@@ -103,29 +104,29 @@ def test_folders_in_folders_without_end_count_as_too_many(tmp_path: Path):
 
 @pytest.mark.sandbox
 def test_a_million_small_files_count_too(tmp_path: Path):
-    wall = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
     code = "for n in range(500):\n    open(f'/ws/out/{n}', 'w')"
-    assert python(code, wall, files=200).stopped == "disk"
+    assert python(code, box, files=200).stopped == "disk"
 
 
 @pytest.mark.sandbox
-def test_what_stays_below_the_limits_is_not_stopped(tmp_path: Path):
-    wall = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
-    assert python("open('/ws/out/x', 'w').write('x')", wall).stopped == ""
+def test_a_command_below_the_limits_is_not_stopped(tmp_path: Path):
+    box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    assert python("open('/ws/out/x', 'w').write('x')", box).stopped == ""
 
 
 @pytest.mark.sandbox
-def test_nothing_is_inherited_but_the_standard_streams():
-    """The pipes by which the wall is built are closed before the command begins."""
+def test_only_the_standard_streams_are_inherited():
+    """The pipes used to set up the sandbox are closed before the command starts."""
     assert (
         python("import os; print(sorted(os.listdir('/proc/self/fd')))").output == "['0', '1', '2', '3']\n"
     )  # 3: listdir
     assert python("import sys; print(repr(sys.stdin.read()))").output == "''\n"
 
 
-@held
+@needs_cgroups
 @pytest.mark.sandbox
-def test_a_group_is_gone_with_its_wall():
+def test_a_group_is_removed_with_its_sandbox():
     with Process(["sleep", "100"], PYTHON, Limits()) as process:
         folders = list(process._group.folders)
         assert all(folder.is_dir() for folder in folders)
@@ -133,12 +134,12 @@ def test_a_group_is_gone_with_its_wall():
     assert not any(folder.exists() for folder in folders)
 
 
-@held
+@needs_cgroups
 @pytest.mark.sandbox
-def test_a_wall_does_not_outlive_its_grader_even_while_it_is_built(tmp_path: Path):
-    """The gate: a grader that is killed before bubblewrap has bound itself to it opens it for nobody.
+def test_a_sandbox_does_not_outlive_its_grader_even_during_set_up(tmp_path: Path):
+    """A grader that is killed before bubblewrap has tied itself to it never lets the command start.
 
-    And the guard: what bubblewrap leaves half-built is ended.
+    And the watchdog kills a half-built sandbox.
     """
     code = (
         "import os, signal\nfrom grader import sandbox\nfrom grader.sandbox import process\n"
@@ -170,27 +171,27 @@ def _running(word: str) -> list[str]:
 
 
 def test_without_a_writable_hierarchy_there_is_none(tmp_path: Path):
-    assert cgroup.find(tmp_path / "nothing") is None
+    assert cgroup.find_hierarchy(tmp_path / "nothing") is None
 
 
 def test_version_1_needs_memory_and_processes(tmp_path: Path):
     own = dict(line.split(":")[1:] for line in Path("/proc/self/cgroup").read_text().split())
     (tmp_path / "memory" / own.get("memory", "/").lstrip("/")).mkdir(parents=True)
-    assert cgroup.find(tmp_path) is None
+    assert cgroup.find_hierarchy(tmp_path) is None
     (tmp_path / "pids" / own.get("pids", "/").lstrip("/")).mkdir(parents=True)
-    cgroup.find.cache_clear()
-    found = cgroup.find(tmp_path)
+    cgroup.find_hierarchy.cache_clear()
+    found = cgroup.find_hierarchy(tmp_path)
     assert found is not None
     assert found.version == 1
 
 
-def test_version_2_moves_us_aside_and_hands_the_controllers_down(tmp_path: Path):
+def test_version_2_moves_the_grader_aside_and_passes_the_controllers_down(tmp_path: Path):
     own = dict(line.split(":")[1:] for line in Path("/proc/self/cgroup").read_text().split())
     folder = tmp_path / own.get("", "/").lstrip("/")
     folder.mkdir(parents=True, exist_ok=True)
     (tmp_path / "cgroup.controllers").write_text("memory pids")
     (folder / "cgroup.procs").write_text("1\n")
-    found = cgroup.find(tmp_path)
+    found = cgroup.find_hierarchy(tmp_path)
     assert found is not None
     assert found.version == 2
     assert (folder / "cgroup.subtree_control").read_text() == "+memory +pids"
@@ -207,20 +208,21 @@ from grader import sandbox
 from grader.errors import GraderError
 from grader.host import ros_env
 code = "kept = [b'x' * (1 << 20) for _ in range(400)]"
-wall = sandbox.Sandbox(environment=ros_env.environment(home=sandbox.HOME))
+box = sandbox.Sandbox(environment=ros_env.environment(home=sandbox.HOME))
 try:
-    print("theirs:", sandbox.run(["python3", "-c", code], wall).stopped)
+    print("submission:", sandbox.run(["python3", "-c", code], box).stopped)
 except GraderError as error:
-    print("ours:", error)
+    print("grader:", error)
 """
 
 
 @pytest.mark.sandbox
 @pytest.mark.skipif(
-    (hierarchy := cgroup.find()) is None or hierarchy.version != 1, reason="needs cgroups of version 1 to make one in"
+    (hierarchy := cgroup.find_hierarchy()) is None or hierarchy.version != 1,
+    reason="needs cgroups of version 1 to make one in",
 )
-def test_a_process_that_ends_because_the_host_has_no_memory_is_not_to_blame():
-    """The kernel ends the largest process on a machine without memory: it had not come to any limit of ours."""
+def test_a_submission_is_not_blamed_when_the_host_runs_out_of_memory():
+    """A machine without memory kills its largest process, which has not reached any limit of the grader's."""
     assert hierarchy is not None
     outer = {name: folder / f"test-{os.getpid()}" for name, folder in hierarchy.folders.items()}
     for folder in outer.values():
@@ -240,4 +242,4 @@ def test_a_process_that_ends_because_the_host_has_no_memory_is_not_to_blame():
                         left.rmdir()
                     except OSError:
                         time.sleep(0.05)
-    assert done.stdout.startswith("ours: There is no memory left for the grader."), done.stdout + done.stderr
+    assert done.stdout.startswith("grader: The grader has run out of memory."), done.stdout + done.stderr

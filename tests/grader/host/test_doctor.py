@@ -1,4 +1,4 @@
-"""What `grader doctor` says about machines of all kinds. Most of them are made up; the last is this one."""
+"""The reports of `grader doctor` on machines of all kinds. Most are fakes; the last is this one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pytest
 from grader.host import cgroup, doctor
 from grader.host.cgroup import Hierarchy
 from grader.host.doctor import Diagnosis, Installed, State, examine, exit_status, mismatches, render
-from grader.host.machine import Host, Ran, install_line
+from grader.host.machine import CommandResult, Machine, install_line
 
 HEALTHY_TOOLS = {
     *("apt-get", "cc", "c++", "make", "prlimit", "cmake", "ninja", "bwrap", "ccache"),
@@ -24,8 +24,8 @@ VERSION_1 = Hierarchy(1, {name: Path("/sys/fs/cgroup", name) for name in ("memor
 VERSION_2 = Hierarchy(2, dict.fromkeys(("memory", "pids"), Path("/sys/fs/cgroup/user.slice")))
 
 
-class MadeUp(Host):
-    """A machine on which all is well, but for what the test says."""
+class FakeMachine(Machine):
+    """A machine on which everything is fine, except for what the test changes."""
 
     def __init__(
         self,
@@ -36,7 +36,7 @@ class MadeUp(Host):
         cgroups: Hierarchy | None = None,
         free: int = 50 * doctor.GB,
     ) -> None:
-        """`fails` maps a word of a command to what the command says when it fails."""
+        """`fails` maps a word of a command to the output of the command, which then fails."""
         self._tools, self._files, self._fails = tools, files or {}, fails or {}
         self._root, self._cgroups, self._free = root, cgroups, free
 
@@ -59,24 +59,24 @@ class MadeUp(Host):
     def free_bytes(self, *_: object) -> int:
         return self._free
 
-    def run(self, command: Sequence[str], *_: object, **__: object) -> Ran:
-        for word, said in self._fails.items():
+    def run(self, command: Sequence[str], *_: object, **__: object) -> CommandResult:
+        for word, output in self._fails.items():
             if any(word in part for part in command):
-                return Ran(1, said)
-        return Ran(0, "fine")
+                return CommandResult(1, output)
+        return CommandResult(0, "fine")
 
 
-def found(host: Host, name: str) -> Diagnosis:
-    return next(diagnosis for diagnosis in examine(host) if diagnosis.name == name)
+def found(machine: Machine, name: str) -> Diagnosis:
+    return next(diagnosis for diagnosis in examine(machine) if diagnosis.name == name)
 
 
-def test_without_bubblewrap_it_says_how_to_install_it():
-    host = MadeUp(HEALTHY_TOOLS - {"bwrap"})
-    bubblewrap = found(host, "bubblewrap")
+def test_a_missing_bubblewrap_is_bad_and_has_its_install_command():
+    machine = FakeMachine(HEALTHY_TOOLS - {"bwrap"})
+    bubblewrap = found(machine, "bubblewrap")
     assert (bubblewrap.state, bubblewrap.found) == (State.BAD, "not found")
     assert bubblewrap.fix == "sudo apt-get update && sudo apt-get install -y bubblewrap"
-    assert found(host, "DDS in a network namespace").found == "not tried: bubblewrap is missing"
-    assert exit_status(examine(host)) == 3
+    assert found(machine, "DDS in a network namespace").found == "not tried: bubblewrap is missing"
+    assert exit_status(examine(machine)) == 3
 
 
 @pytest.mark.parametrize(
@@ -89,55 +89,55 @@ def test_without_bubblewrap_it_says_how_to_install_it():
         ("apk", "apk update && apk add build-base"),
     ],
 )
-def test_a_missing_compiler_is_installed_the_way_of_the_distribution(manager: str, line: str):
-    compiler = found(MadeUp({manager, "bwrap", "make"}, root=True), "C compiler")
+def test_a_missing_compiler_is_installed_by_the_distributions_own_command(manager: str, line: str):
+    compiler = found(FakeMachine({manager, "bwrap", "make"}, root=True), "C compiler")
     assert (compiler.state, compiler.fix) == (State.BAD, line)
 
 
 def test_on_an_unknown_distribution_the_package_is_named():
-    assert install_line(MadeUp(set()), ["bubblewrap"]) == "install bubblewrap with this system's package manager"
+    assert install_line(FakeMachine(set()), ["bubblewrap"]) == "install bubblewrap with this system's package manager"
 
 
-def test_headers_are_asked_for_by_the_version_of_python():
-    assert install_line(MadeUp(root=True), ["headers"], "python3.12").endswith("install -y python3.12-dev")
+def test_the_package_of_the_headers_has_the_version_of_python():
+    assert install_line(FakeMachine(root=True), ["headers"], "python3.12").endswith("install -y python3.12-dev")
 
 
 def test_a_compiler_that_does_not_compile_is_bad():
-    compiler = found(MadeUp(fails={"c++": "In file <stdin>\nfatal error: string: No such file"}), "C++ compiler")
+    compiler = found(FakeMachine(fails={"c++": "In file <stdin>\nfatal error: string: No such file"}), "C++ compiler")
     assert compiler.state is State.BAD
     assert "fatal error: string" in compiler.found
 
 
 @pytest.mark.parametrize(
-    ("setting", "value", "mend"),
+    ("setting", "value", "fix"),
     [
         ("kernel/apparmor_restrict_unprivileged_userns", "1", "kernel.apparmor_restrict_unprivileged_userns=0"),
         ("kernel/unprivileged_userns_clone", "0", "kernel.unprivileged_userns_clone=1"),
         ("user/max_user_namespaces", "0", "user.max_user_namespaces=15000"),
     ],
 )
-def test_a_kernel_setting_that_forbids_walls_is_named_with_its_command(setting: str, value: str, mend: str):
-    host = MadeUp(files={f"/proc/sys/{setting}": value + "\n"}, fails={"bwrap": "bwrap: Permission denied"})
-    bubblewrap = found(host, "bubblewrap")
+def test_a_kernel_setting_that_forbids_sandboxes_is_named_with_its_command(setting: str, value: str, fix: str):
+    machine = FakeMachine(files={f"/proc/sys/{setting}": value + "\n"}, fails={"bwrap": "bwrap: Permission denied"})
+    bubblewrap = found(machine, "bubblewrap")
     assert bubblewrap.state is State.BAD
     assert "Permission denied" in bubblewrap.found
-    assert bubblewrap.fix == f"sudo sysctl -w {mend}"
+    assert bubblewrap.fix == f"sudo sysctl -w {fix}"
 
 
-def test_a_container_that_forbids_walls_is_told_apart():
-    host = MadeUp(files={"/.dockerenv": ""}, fails={"bwrap": "bwrap: No permissions to create new namespace"})
-    assert "--security-opt seccomp=unconfined" in found(host, "bubblewrap").fix
+def test_a_container_that_forbids_sandboxes_gets_the_options_of_docker():
+    machine = FakeMachine(files={"/.dockerenv": ""}, fails={"bwrap": "bwrap: No permissions to create new namespace"})
+    assert "--security-opt seccomp=unconfined" in found(machine, "bubblewrap").fix
 
 
-def test_dds_that_does_not_get_through_is_bad():
-    host = MadeUp(fails={"doctor_listener": "no answer within 5 s"})
-    assert found(host, "bubblewrap").state is State.OK
-    assert found(host, "DDS in a network namespace").state is State.BAD
+def test_dds_that_loses_its_messages_is_bad():
+    machine = FakeMachine(fails={"doctor_listener": "no answer within 5 s"})
+    assert found(machine, "bubblewrap").state is State.OK
+    assert found(machine, "DDS in a network namespace").state is State.BAD
 
 
 def test_rclpy_that_does_not_import_is_bad():
-    host = MadeUp(fails={"import rclpy, std_msgs": "ModuleNotFoundError: No module named 'rclpy'"})
-    assert found(host, "import rclpy").fix == "rm -rf .venv && make setup"
+    machine = FakeMachine(fails={"import rclpy, std_msgs": "ModuleNotFoundError: No module named 'rclpy'"})
+    assert found(machine, "import rclpy").fix == "rm -rf .venv && make setup"
 
 
 @pytest.mark.parametrize(
@@ -145,42 +145,42 @@ def test_rclpy_that_does_not_import_is_bad():
     [
         (V2_FILES, VERSION_2, State.OK, "version 2, below /sys/fs/cgroup/user.slice"),
         (V1_FILES, VERSION_1, State.OK, "version 1, below /sys/fs/cgroup/memory, /sys/fs/cgroup/pids"),
-        (V2_FILES, None, State.WARN, "version 2, memory and pids not delegated to us; resource limits stand in"),
-        (V1_FILES, None, State.WARN, "version 1, not writable for us; resource limits stand in"),
-        (V1_FILES[:1], None, State.WARN, "version 1, without the controller pids; resource limits stand in"),
-        ([], None, State.WARN, "none; resource limits stand in"),
+        (V2_FILES, None, State.WARN, "version 2, memory and pids are not delegated; resource limits are used instead"),
+        (V1_FILES, None, State.WARN, "version 1, not writable; resource limits are used instead"),
+        (V1_FILES[:1], None, State.WARN, "version 1, without the controller pids; resource limits are used instead"),
+        ([], None, State.WARN, "none; resource limits are used instead"),
     ],
 )
-def test_cgroups_are_told_apart_and_never_needed(
+def test_cgroups_are_named_by_version_and_never_required(
     files: list[str], hierarchy: Hierarchy | None, state: State, words: str
 ):
-    host = MadeUp(files=dict.fromkeys(files, ""), cgroups=hierarchy)
-    cgroups = found(host, "cgroups")
+    machine = FakeMachine(files=dict.fromkeys(files, ""), cgroups=hierarchy)
+    cgroups = found(machine, "cgroups")
     assert (cgroups.state, cgroups.found) == (state, words)
 
 
 def test_this_hosts_cgroups_are_what_a_grading_finds():
-    """A way of the doctor's own could say "writable" where no group with limits can be made, or the other way round."""
-    hierarchy = cgroup.find()
-    here = next(diagnosis for diagnosis in doctor.defences() if diagnosis.name == "cgroups")
+    """A check of the doctor's own could say "writable" where no group can be made, or the other way round."""
+    hierarchy = cgroup.find_hierarchy()
+    here = next(diagnosis for diagnosis in doctor.examine_sandbox() if diagnosis.name == "cgroups")
     assert (here.state is State.OK) == (hierarchy is not None)
     if hierarchy is not None:
         assert here.found.startswith(f"version {hierarchy.version}, below ")
 
 
 @pytest.mark.parametrize(("free", "state"), [(9, State.OK), (1, State.WARN), (0, State.BAD)])
-def test_little_disk_is_said_before_it_is_none(free: int, state: State):
-    assert found(MadeUp(free=free * doctor.GB), "disk").state is state
+def test_little_disk_is_a_warning_and_none_is_bad(free: int, state: State):
+    assert found(FakeMachine(free=free * doctor.GB), "disk").state is state
 
 
 def test_little_memory_is_a_warning():
-    host = MadeUp(files={"/proc/meminfo": "MemTotal: 1 kB\nMemAvailable: 1048576 kB\n"})
-    assert found(host, "memory").found.startswith("1.0 GB")
-    assert found(host, "memory").state is State.WARN
+    machine = FakeMachine(files={"/proc/meminfo": "MemTotal: 1 kB\nMemAvailable: 1048576 kB\n"})
+    assert found(machine, "memory").found.startswith("1.0 GB")
+    assert found(machine, "memory").state is State.WARN
 
 
 def test_ccache_is_optional():
-    assert found(MadeUp(HEALTHY_TOOLS - {"ccache"}), "ccache").state is State.WARN
+    assert found(FakeMachine(HEALTHY_TOOLS - {"ccache"}), "ccache").state is State.WARN
 
 
 WHEELS = {
@@ -214,17 +214,17 @@ def test_a_wheel_that_differs_from_the_lock_is_found():
 
 def test_the_foreign_package_named_launch_is_found(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("importlib.metadata.files", lambda _: ["launch/__init__.py"])
-    launch = found(MadeUp(), "launch")
+    launch = found(FakeMachine(), "launch")
     assert (launch.state, launch.fix) == (State.BAD, ".venv/bin/python -m pip uninstall -y launch")
 
 
 def test_an_interpreter_without_wheels_is_bad(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(sys, "version_info", (3, 15, 0))
-    assert found(MadeUp(), "Python").state is State.BAD
+    assert found(FakeMachine(), "Python").state is State.BAD
 
 
-def test_every_bad_finding_says_what_mends_it():
-    poor = MadeUp(set(), fails={"": "broken"}, free=0)
+def test_every_bad_diagnosis_has_a_fix():
+    poor = FakeMachine(set(), fails={"": "broken"}, free=0)
     diagnoses = [diagnosis for diagnosis in examine(poor) if diagnosis.state is State.BAD]
     assert len(diagnoses) >= 8
     assert all(diagnosis.fix for diagnosis in diagnoses)

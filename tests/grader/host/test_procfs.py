@@ -1,4 +1,4 @@
-"""What is read of running processes in /proc: any of them may end while it is looked at."""
+"""Reading running processes from /proc: any of them may end in the meantime."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from grader.host import procfs
 
 
 def ended() -> int:
-    """Return the id of a process that is no more."""
+    """Return the id of a process that has ended."""
     process = subprocess.Popen(["true"])
     process.wait()
     return process.pid
 
 
-def test_a_process_that_has_just_ended_has_no_shares():
+def test_a_process_that_has_just_ended_has_no_thread_times():
     own = procfs.thread_times([os.getpid()])
     assert os.getpid() in own
     assert procfs.thread_times([ended()]) == {}
     assert procfs.thread_times([ended(), os.getpid()]).keys() == own.keys()
 
 
-def test_a_process_that_has_just_ended_is_held_nowhere():
+def test_pinning_a_process_that_has_just_ended_does_nothing():
     procfs.pin_to(os.sched_getaffinity(0), [ended()])
 
 

@@ -1,4 +1,4 @@
-"""Faults of ours: a full disk, no memory, a missing tool, a damaged cache. A sentence and status 3; points are safe."""
+"""Errors of the host (no disk, no memory, no tool, a damaged cache): a sentence and status 3, and no points lost."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ def grader(*arguments: object, before: tuple[object, ...] = (), **options: objec
 
 
 def small_disk(at: Path, size: int) -> tuple[object, ...]:
-    """Return the start of a command that finds a new disk of `size` bytes at `at`."""
+    """Return the start of a command that mounts a new disk of `size` bytes at `at` for the rest."""
     return ("bwrap", "--dev-bind", "/", "/", "--size", size, "--tmpfs", at, "--die-with-parent", "--")
 
 
-def said(done: subprocess.CompletedProcess[str]) -> str:
-    """Return the one line that the grader ended with, besides its progress."""
+def message(done: subprocess.CompletedProcess[str]) -> str:
+    """Return the grader's only line on stderr that is not progress."""
     [line] = [line for line in done.stderr.splitlines() if not line.startswith("[")]
     return line
 
@@ -62,10 +62,10 @@ def said(done: subprocess.CompletedProcess[str]) -> str:
         (OSError(errno.ENOSPC, "No space left on device"), "A disk is full"),
         (OSError(errno.ENOSPC, "No space left on device", "/proc/x"), "The disk at /proc is full"),
         (OSError(errno.EDQUOT, "Quota"), "A disk is full"),
-        (MemoryError(), "no memory left"),
-        (OSError(errno.ENOMEM, "Cannot allocate memory"), "no memory left"),
-        (RuntimeError("can't start new thread"), "no memory left"),
-        (ImportError("x.so: failed to map segment from shared object"), "no memory left"),
+        (MemoryError(), "run out of memory"),
+        (OSError(errno.ENOMEM, "Cannot allocate memory"), "run out of memory"),
+        (RuntimeError("can't start new thread"), "run out of memory"),
+        (ImportError("x.so: failed to map segment from shared object"), "run out of memory"),
         (OSError(errno.EMFILE, "Too many"), "may open no more files"),
         (PermissionError(errno.EACCES, "no", "/a/b"), "may not use /a/b: Permission denied"),
         (OSError(errno.EROFS, "no", "/a/b"), "may not use /a/b: Read-only file system"),
@@ -73,39 +73,39 @@ def said(done: subprocess.CompletedProcess[str]) -> str:
         (FileNotFoundError(errno.ENOENT, "no", "bwrap"), "The program bwrap is not on the PATH"),
     ],
 )
-def test_each_fault_of_the_host_has_a_sentence_that_says_what_to_do(error: Exception, words: str):
+def test_each_error_of_the_host_has_a_sentence_with_advice(error: Exception, words: str):
     sentence = shortage.explain(error)
     assert words in sentence
     assert "No points are lost" in sentence
-    assert any(advice in sentence for advice in ("grade again", "grader doctor", "Change", "Take it away"))
+    assert any(advice in sentence for advice in ("grade again", "grader doctor", "Change", "Remove it"))
     assert "\n" not in sentence
 
 
-def test_an_error_of_the_code_is_no_shortage():
+def test_an_error_of_the_code_is_not_a_shortage():
     for error in (KeyError("x"), FileNotFoundError(errno.ENOENT, "no", "/a/b"), OSError(errno.EIO, "bad", "/a")):
         assert shortage.explain(error) == ""
 
 
-def test_what_led_to_an_error_counts():
+def test_the_cause_of_an_error_counts():
     error = ValueError("cannot read")
     error.__cause__ = MemoryError()
-    assert "no memory left" in shortage.explain(error)
+    assert "run out of memory" in shortage.explain(error)
 
 
-def test_a_process_of_ours_is_understood_by_its_last_words():
-    assert "A disk is full" in shortage.in_text("Traceback\nOSError: [Errno 28] No space left on device")
-    assert "no memory left" in shortage.in_text("RuntimeError: can't start new thread")
-    assert shortage.in_text("AssertionError") == ""
+def test_the_output_of_a_process_of_the_grader_is_explained():
+    assert "A disk is full" in shortage.explain_output("Traceback\nOSError: [Errno 28] No space left on device")
+    assert "run out of memory" in shortage.explain_output("RuntimeError: can't start new thread")
+    assert shortage.explain_output("AssertionError") == ""
 
 
-def test_the_command_says_the_sentence_and_ends_with_3(monkeypatch: pytest.MonkeyPatch, capsys, tmp_path: Path):
+def test_the_command_prints_the_sentence_and_exits_with_3(monkeypatch: pytest.MonkeyPatch, capsys, tmp_path: Path):
     def fails(*_: object, **__: object) -> Grading:
         raise MemoryError
 
     monkeypatch.setattr(pipeline, "grade", fails)
     assert cli.main(["grade", str(tmp_path), "--out", str(tmp_path / "out")]) == 3
     printed = capsys.readouterr()
-    assert printed.err.startswith("grader: There is no memory left for the grader.")
+    assert printed.err.startswith("grader: The grader has run out of memory.")
     assert "Traceback" not in printed.err
     assert printed.out == ""
 
@@ -115,10 +115,10 @@ def test_the_command_says_the_sentence_and_ends_with_3(monkeypatch: pytest.Monke
 
 @pytest.fixture
 def ungraded(monkeypatch: pytest.MonkeyPatch, settings: pipeline.Settings) -> Callable[..., object]:
-    """`pipeline.grade` without a submission: what it sees is given, nothing is judged."""
+    """Return `pipeline.grade` without a submission: its evidence is given, and nothing is judged."""
     intake = evidence.Intake("x", "", "x", ".")
     seen = evidence.Evidence(intake=intake, build=evidence.Build(True, False, 0.0, 0, False, ""))
-    monkeypatch.setattr(pipeline, "_see", lambda *_: seen)
+    monkeypatch.setattr(pipeline, "_collected", lambda *_: seen)
     monkeypatch.setattr(pipeline, "judge", lambda *_: Grading(None, seen, {}, "x", 0, 0.0))  # type: ignore[arg-type]
     return lambda out, write: pipeline.grade(Path("x"), out, settings, write)
 
@@ -140,15 +140,15 @@ def test_a_report_that_cannot_be_written_leaves_the_previous_results(
         (folder / "report.json").write_text("second")
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(shortage, "LITTLE_ROOM", 10**18)
-    with pytest.raises(GraderError, match=r"^The disk at /.* is full\. No points are lost by it"):
+    monkeypatch.setattr(shortage, "MIN_FREE_BYTES", 10**18)
+    with pytest.raises(GraderError, match=r"^The disk at /.* is full\. No points are lost"):
         ungraded(tmp_path, fills_the_disk)
     assert contents(tmp_path) == before
     assert sorted(path.name for path in tmp_path.iterdir()) == ["evidence", "report.json"]
 
 
 @pytest.mark.sandbox
-def test_a_second_grading_takes_the_place_of_the_first(ungraded, tmp_path: Path):
+def test_a_second_grading_replaces_the_first(ungraded, tmp_path: Path):
     for words in ("first", "second"):
         ungraded(tmp_path, lambda _, folder, words=words: (folder / "report.json").write_text(words))
     assert (tmp_path / "report.json").read_text() == "second"
@@ -156,37 +156,38 @@ def test_a_second_grading_takes_the_place_of_the_first(ungraded, tmp_path: Path)
 
 
 @pytest.mark.sandbox
-def test_a_folder_that_cannot_be_written_is_said_before_anything_is_graded(tmp_path: Path):
+def test_a_folder_that_cannot_be_written_is_reported_before_anything_is_graded(tmp_path: Path):
     (tmp_path / "file").write_text("")
     done = grader("grade", ROOT / "solution_pkg", "--out", tmp_path / "file" / "out")
     assert done.returncode == 3
-    assert f"grader: {tmp_path / 'file'} is in the way" in said(done).replace("/out", "")
+    assert f"grader: {tmp_path / 'file'} is in the way" in message(done).replace("/out", "")
     assert "taking in" not in done.stderr
 
 
 # -- disk ---------------------------------------------------------------------------------------------------------
 
-WALLED = """
+FILLS_DISK = """
 import sys
 from pathlib import Path
 from grader import sandbox
+from grader.errors import GraderError
 from grader.host import ros_env
-wall = sandbox.Sandbox(writable={Path(sys.argv[1]): "/ws/out"}, environment=ros_env.environment(home=sandbox.HOME))
+box = sandbox.Sandbox(writable={Path(sys.argv[1]): "/ws/out"}, environment=ros_env.environment(home=sandbox.HOME))
 code = "try:\\n    open('/ws/out/x', 'wb').write(b'x' * 60_000_000)\\nexcept OSError as error:\\n    print(error)"
 try:
-    print(sandbox.run(["python3", "-c", code], wall))
-except sandbox.GraderError as error:
-    print("ours:", error)
+    print(sandbox.run(["python3", "-c", code], box))
+except GraderError as error:
+    print("grader:", error)
 """
 
 
 @pytest.mark.sandbox
-@pytest.mark.parametrize(("size", "words"), [(40 * MB, "ours: The disk at"), (400 * MB, "exit_code=0")])
-def test_a_disk_that_gets_full_behind_a_wall_is_not_the_submissions_fault(tmp_path: Path, size: int, words: str):
-    """A build that meets "No space left on device" would else count as a package that does not build."""
-    command = [*map(str, small_disk(tmp_path, size)), sys.executable, "-c", WALLED, str(tmp_path)]
+@pytest.mark.parametrize(("size", "words"), [(40 * MB, "grader: The disk at"), (400 * MB, "exit_code=0")])
+def test_a_disk_that_fills_up_is_not_blamed_on_the_submission(tmp_path: Path, size: int, words: str):
+    """Otherwise a build that meets "No space left on device" would count as a package that does not build."""
+    command = [*map(str, small_disk(tmp_path, size)), sys.executable, "-c", FILLS_DISK, str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=ROOT)
-    assert done.stdout.startswith(("ours", "RunResult"))
+    assert done.stdout.startswith(("grader", "RunResult"))
     assert words in done.stdout
 
 
@@ -200,10 +201,10 @@ def test_a_full_disk_costs_no_points_and_the_next_grading_is_right(reference: Pa
     for folder in (cache, scratch, out):
         folder.mkdir()
     package = shutil.copytree(reference, tmp_path / reference.name)
-    (package / "NOTES.md").write_text(f"Another package than the one that is built already: {tmp_path}\n")
+    (package / "NOTES.md").write_text(f"Not the package that is built already: {tmp_path}\n")
     run = ("grade", package, "--rubric", small, "--out", out)
     where = {"out": out, "tmp": scratch, "cache": cache}[full]
-    # The disk has room for what is there already, and too little for the rest.
+    # The disk has enough space for its present content, and too little for the rest.
     built = build.build_contract(build.cache_folder()).install.parent
     keep = f"mkdir {cache}/builds; cp -a {built} {cache}/builds; " if full == "cache" else ""
     room, size = (10 * MB, 100 * MB) if full == "cache" else (20_000, MB)
@@ -214,7 +215,7 @@ def test_a_full_disk_costs_no_points_and_the_next_grading_is_right(reference: Pa
     before = (*small_disk(where, size), "sh", "-c", script, "sh")
     done = grader(*run, *chosen, before=before, env=environment)
     assert done.returncode == 3, done.stderr
-    assert f"The disk at {where} is full" in said(done) or "No space left on device. Free some" in said(done)
+    assert f"The disk at {where} is full" in message(done) or "No space left on device. Free some" in message(done)
     assert list(out.iterdir()) == []
     again = grader(*run)
     assert again.returncode == 0, again.stderr
@@ -228,17 +229,17 @@ def test_a_full_disk_costs_no_points_and_the_next_grading_is_right(reference: Pa
 @pytest.mark.parametrize(
     ("limit", "words"),
     [
-        ("300000000:", "may use no more than 300 MB of address space, and needs 1000. Say `ulimit -v unlimited`"),
-        # Below what a wall sets for those in it, and for good: every walled-in command would fail.
+        ("300000000:", "may use only 300 MB of address space and needs 1000. Run `ulimit -v unlimited`"),
+        # Below the limit that a sandbox sets, and unchangeable: every command in a sandbox would fail.
         ("2000000000:2000000000", "failed to set the AS resource limit: Operation not permitted. Run `grader doctor`"),
     ],
 )
-def test_a_limit_on_the_graders_memory_is_said_before_anything_is_graded(tmp_path: Path, limit: str, words: str):
+def test_a_limit_on_the_graders_memory_is_reported_before_anything_is_graded(tmp_path: Path, limit: str, words: str):
     done = grader(
         "grade", ROOT / "solution_pkg", "--out", tmp_path / "out", before=("prlimit", f"--as={limit}"),
     )  # fmt: skip
     assert done.returncode == 3
-    assert words in said(done)
+    assert words in message(done)
     assert not (tmp_path / "out").exists()
 
 
@@ -254,13 +255,13 @@ def test_a_missing_tool_is_named(tmp_path: Path):
 
 
 @pytest.mark.sandbox
-def test_without_a_compiler_nothing_is_built_and_nobody_blamed(reference: Path, tmp_path: Path):
+def test_without_a_compiler_nothing_is_built_or_cached(reference: Path, tmp_path: Path):
     hidden = [path for name in ("c++", "g++", "clang++") if (path := shutil.which(name))]
     hide = [word for path in hidden for word in ("--ro-bind", "/dev/null", os.path.realpath(path))]
     before = ("bwrap", "--dev-bind", "/", "/", *hide, "--")
     done = grader("check", "I1", "--package", reference, "--cache", tmp_path / "cache", before=before)
     assert done.returncode == 3
-    assert "This machine has no C++ compiler, so no package can be built. Run `grader doctor`" in said(done)
+    assert "This machine has no C++ compiler, so no package can be built. Run `grader doctor`" in message(done)
     assert list((tmp_path / "cache" / "builds").glob("*/build.json")) == []
 
 
@@ -279,10 +280,10 @@ def entry(tmp_path: Path) -> Path:
     return folder
 
 
-def test_a_sound_entry_is_taken(entry: Path):
+def test_an_intact_entry_is_used(entry: Path):
     assert cache.load(entry) is not None
     (entry / "install" / "__pycache__").mkdir()
-    (entry / "install" / "__pycache__" / "x.pyc").write_bytes(b"Python's own")
+    (entry / "install" / "__pycache__" / "x.pyc").write_bytes(b"a cache of Python")
     assert cache.load(entry) is not None
 
 
@@ -290,7 +291,7 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
     "facts cut short": lambda e: (e / "build.json").write_text("{"),
     "facts of another kind": lambda e: (e / "build.json").write_text("[1]"),
     "no facts": lambda e: (e / "build.json").unlink(),
-    "facts that are no text": lambda e: (e / "build.json").write_bytes(b"\xff\xfe"),
+    "facts that are not text": lambda e: (e / "build.json").write_bytes(b"\xff\xfe"),
     "a folder for the facts": lambda e: ((e / "build.json").unlink(), (e / "build.json").mkdir()),
     "a file cut short": lambda e: (e / "install" / "lib" / "node").write_text(""),
     "a file changed": lambda e: (e / "install" / "lib" / "node").write_text("#!/bin/no\n"),
@@ -304,29 +305,29 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
-def test_a_damaged_entry_is_not_taken(entry: Path, damage: str):
+def test_a_damaged_entry_is_not_used(entry: Path, damage: str):
     DAMAGES[damage](entry)
     assert cache.load(entry) is None
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"hashes": {"srv/SetSpeed": "RIHS01_forged"}, "checksum": "x"}'])
-def test_damaged_type_hashes_are_not_taken(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, text: str):
+def test_damaged_type_hashes_are_not_used(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, text: str):
     def answers(*_: object) -> sandbox.RunResult:
-        raise GraderError("computed anew")
+        raise GraderError("computed again")
 
     monkeypatch.setattr(sandbox, "run", answers)
     monkeypatch.setattr(Path, "read_text", lambda *_: text)
-    with pytest.raises(GraderError, match="computed anew"):
+    with pytest.raises(GraderError, match="computed again"):
         type_hashes.compute({}, "p", tmp_path)
 
 
 @pytest.mark.slow
 @pytest.mark.ros
 @pytest.mark.sandbox
-def test_a_damaged_cache_is_mended_on_the_way(reference: Path, tmp_path: Path, settings: pipeline.Settings):
-    """Each file of the package's build is cut short, and its build tree too: the next grading builds again."""
+def test_a_damaged_cache_is_built_again(reference: Path, tmp_path: Path, settings: pipeline.Settings):
+    """Truncate the modules of a build in the cache: the next grading builds the package again."""
     package = shutil.copytree(reference, tmp_path / reference.name)
-    (package / "NOTES.md").write_text(f"Another package than the one that is built already: {tmp_path}\n")
+    (package / "NOTES.md").write_text(f"Not the package that is built already: {tmp_path}\n")
     first = build.build([package], settings.cache)
     for path in (first.install / ros_env.SITE_IN_PREFIX / spec.PACKAGE).glob("*.py"):
         path.write_text("")
@@ -343,14 +344,14 @@ def test_the_rubric_of_these_tests_can_be_read(tmp_path: Path):
     assert rubric.load(tmp_path / "rubric.yaml").requirement("F14").points == 1
 
 
-# -- a killed host of trials --------------------------------------------------------------------------------------
+# -- a killed worker of trials -----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("ending", ["kill -9 $$", "exit 137"])
-def test_a_trial_host_that_the_kernel_kills_is_a_fault_of_ours(
+def test_a_trial_worker_that_the_kernel_kills_is_an_error_of_the_grader(
     ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    """The first is bubblewrap killed, the second what it says when the host within was."""
+    """In the first bubblewrap is killed; the second is its exit code when the worker inside is."""
     monkeypatch.setattr(
         namespaces, "private_network", lambda _command: ["sh", "-c", f"echo {READY}; read line; {ending}"]
     )
@@ -359,41 +360,41 @@ def test_a_trial_host_that_the_kernel_kills_is_a_fault_of_ours(
         scheduler.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)
 
 
-def test_a_trial_host_that_dies_of_itself_costs_that_trial_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_trial_worker_that_exits_with_an_error_costs_that_trial_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(
         namespaces, "private_network", lambda _command: ["sh", "-c", f"echo {READY}; read line; exit 1"]
     )
     plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
     found = scheduler.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)
-    assert "the trial's host ended" in found["any"].script_error
+    assert "the trial's worker ended" in found["any"].script_error
 
 
 @pytest.mark.parametrize("ending", ["kill -SEGV $$", "exit 139"])
-def test_a_trial_host_that_crashes_is_tried_again(ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Once may be chance; twice the package gets nothing for a trial that cannot be seen, and an instructor is told."""
+def test_a_trial_whose_worker_crashes_is_tried_again(ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Once may be bad luck; after the second crash the trial scores nothing, and a flag tells the instructor."""
     plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
     seen = tmp_path / "seen"
-    seen.write_text(evidence.to_json(not_started(plan, 0, "", ended="as the host saw it")))
+    seen.write_text(evidence.to_json(not_started(plan, 0, "", ended="as the worker saw it")))
     second = f"if [ -e {tmp_path}/once ]; then cp {seen} any.json; echo any; read line; fi; touch {tmp_path}/once"
 
     def run(command: str) -> evidence.Trial:
         monkeypatch.setattr(namespaces, "private_network", lambda _command: ["sh", "-c", command])
         return scheduler.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)["any"]
 
-    assert run(f"echo {READY}; read line; {second}; {ending}").ended == "as the host saw it"
+    assert run(f"echo {READY}; read line; {second}; {ending}").ended == "as the worker saw it"
     always = run(f"echo {READY}; read line; {ending}")
     assert (always.ended, always.script_error) == (OBSERVER_ENDED, "")
     assert [flag.kind for flag in integrity_flags({"any": always})] == ["observer"]
 
 
-def test_a_trial_host_that_dies_when_the_trial_is_over_costs_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_trial_worker_that_crashes_after_the_trial_costs_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
     seen = tmp_path / "seen.json"
-    seen.write_text(evidence.to_json(not_started(plan, 0, "", ended="as the host saw it")))
+    seen.write_text(evidence.to_json(not_started(plan, 0, "", ended="as the worker saw it")))
     command = f"echo {READY}; read line; cp {seen} any.json; kill -SEGV $$"
     monkeypatch.setattr(namespaces, "private_network", lambda _command: ["sh", "-c", command])
     found = scheduler.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)
-    assert (found["any"].ended, found["any"].script_error) == ("as the host saw it", "")
+    assert (found["any"].ended, found["any"].script_error) == ("as the worker saw it", "")
 
 
 LEAVES_BADLY = """
@@ -408,7 +409,7 @@ sim.bridge.Bridge.close = lambda self: os.kill(os.getpid(), signal.SIGSEGV)
 def test_a_crash_on_leaving_the_graph_loses_no_trial(
     reference: Path, contract: build.Built, settings: pipeline.Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    """Fast DDS has been seen to crash there: what was seen is kept before, and the next trial gets another host."""
+    """Fast DDS has been seen to crash there. The evidence is saved before, and the next trial gets another worker."""
     (tmp_path / "sitecustomize.py").write_text(LEAVES_BADLY)
     usual = scheduler.observer_environment
 

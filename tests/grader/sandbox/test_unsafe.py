@@ -1,4 +1,4 @@
-"""`--unsafe-no-sandbox`: what it gives up is said in every report."""
+"""`--unsafe-no-sandbox`: every report says what it gives up."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from grader.report import console
 @pytest.mark.slow
 @pytest.mark.ros
 @pytest.mark.sandbox
-def test_a_grading_without_walls_says_so_in_every_report(
+def test_a_grading_without_a_sandbox_says_so_in_every_report(
     reference: Path, tmp_path: Path, settings: pipeline.Settings, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setenv(namespaces.UNSAFE_VARIABLE, "1")
