@@ -1,4 +1,4 @@
-"""The `ros2` command: which words there are, and who answers them. Code is read only for the command asked for."""
+"""The `ros2` command line. Only the module of the command asked for is imported."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import sys
 from collections.abc import Callable
 from typing import NoReturn
 
-from . import aside, environment
+from . import environment
+from .commands.refusals import Refusal, near
 
 COMMANDS = {
     "action": "Various action related sub-commands",
@@ -27,7 +28,7 @@ COMMANDS = {
     "topic": "Various topic related sub-commands",
 }
 ALIASES = {"wtf": "doctor"}
-# Commands of the real one that this one has not, and why.
+# Commands of the real one that this one lacks, and why.
 ABSENT = {
     "component": "composable nodes are not supported by this kit",
     "control": "ros2_control cannot be installed with pip",
@@ -42,26 +43,26 @@ MORE = "Call `ros2 <command> -h` for more detailed usage."
 def main(argv: list[str] | None = None) -> int:
     """Run the command line and return the exit code."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)  # until there is something to tidy up, Ctrl-C just ends it
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # while there is nothing to tidy up, Ctrl-C just ends the process
     signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])  # see environment.start_again
     words = sys.argv[1:] if argv is None else argv
     completing = "_ARGCOMPLETE" in os.environ
     if not completing:
-        aside.step_aside(words)
+        environment.step_aside(words)
     environment.complete()
     name = _command(_typed() if completing else words)
     if name in ("action", "bag", "node", "param", "service", "topic") and not environment.libraries_loaded():
         environment.start_again()
-    if isinstance(sys.stdout, object) and hasattr(sys.stdout, "reconfigure"):
-        sys.stdout.reconfigure(line_buffering=True)  # a pipe shall see each message when it comes
-    parser, run = _parser(name)
+    if hasattr(sys.stdout, "reconfigure"):
+        sys.stdout.reconfigure(line_buffering=True)  # so that a pipe gets each message at once
+    parser = _parser(name)
     if completing:
         import argcomplete
 
-        # Flags only behind a dash: where one name fits, Tab shall write it, not list it among them.
+        # Offer flags only after a dash, so that Tab completes a name that alone fits, without listing flags beside it.
         argcomplete.autocomplete(parser, always_complete_options=False, exclude=["-h", "--help"])
     if name in ABSENT:
-        parser.exit(2, f"ros2 {name}: not here; {ABSENT[name]}\n")
+        parser.exit(2, f"ros2 {name}: not available; {ABSENT[name]}\n")
     args, unknown = parser.parse_known_args(words)
     if unknown:
         tip = '\nValues go in quotes, as one word: "{speed: 0.2}"' if hasattr(args, "values_word") else ""
@@ -69,7 +70,7 @@ def main(argv: list[str] | None = None) -> int:
     if name is None:
         parser.print_help()
         return 0
-    chosen: Callable[[argparse.Namespace], int] | None = getattr(args, "run", None) or run
+    chosen: Callable[[argparse.Namespace], int] | None = getattr(args, "run", None)
     if chosen is None:  # `ros2 topic` alone
         parser.parse_args([*words, "-h"])
         return 0
@@ -77,20 +78,16 @@ def main(argv: list[str] | None = None) -> int:
 
 
 class Parser(argparse.ArgumentParser):
-    """Asks for the word that was probably meant."""
+    """A parser that suggests the word that was probably meant."""
 
     def error(self, message: str) -> NoReturn:
-        """Say what is wrong, and end."""
-        from .commands import hints
-
+        """Print what is wrong, and exit."""
         if found := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
-            message += hints.near(found[1], re.findall(r"[\w-]+", found[2]))
+            message += near(found[1], re.findall(r"[\w-]+", found[2]))
         super().error(message)
 
 
 def _run(chosen: Callable[[argparse.Namespace], int], args: argparse.Namespace) -> int:
-    from .commands.answers import Refusal
-
     interrupted = False
 
     def interrupt(*_: object) -> None:
@@ -105,13 +102,13 @@ def _run(chosen: Callable[[argparse.Namespace], int], args: argparse.Namespace) 
         sys.stdout.flush()
     except Refusal as refusal:
         print(refusal, file=sys.stderr)
-        return refusal.code
+        return 1
     except KeyboardInterrupt:
         return 2
     except RuntimeError:
         if not interrupted:
             raise
-        return 2  # Ctrl-C in the middle of rclpy's C++, which makes an error of its own of it
+        return 2  # Ctrl-C in the middle of rclpy's C++, which turns it into an error of its own
     except BrokenPipeError:  # `ros2 topic list | head -1`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
@@ -124,37 +121,21 @@ def _command(words: list[str]) -> str | None:
 
 
 def _typed() -> list[str]:
-    """Return the words that the shell has so far, the last one left out: it is being completed."""
+    """Return the words typed so far, without the last one: it is being completed."""
     return os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0"))].split(" ")[1:-1]
 
 
-def _parser(name: str | None) -> tuple[argparse.ArgumentParser, Callable[[argparse.Namespace], int] | None]:
+def _parser(name: str | None) -> argparse.ArgumentParser:
     parser = Parser(
         prog="ros2",
-        description="ros2 of the ROS 2 course kit: the words of the real command, on wheels alone.",
+        description="ros2 of the ROS 2 course kit: the commands of the real one, on Python wheels alone.",
         epilog="Example: ros2 topic echo --once /odom",
     )
     parser.add_argument("--use-python-default-buffering", action="store_true", help=argparse.SUPPRESS)
     commands = parser.add_subparsers(title="Commands", metavar=MORE)
-    run = None
     for command, text in COMMANDS.items():
         below = commands.add_parser(command, help=text, aliases=[a for a, c in ALIASES.items() if c == command])
         if command == name:
-            run = _fill(command, below)
-    return parser, run
-
-
-def _fill(command: str, parser: argparse.ArgumentParser) -> Callable[[argparse.Namespace], int] | None:
-    if command == "launch":
-        from .launching import command as launching
-        from .launching import modules
-
-        launching.add_arguments(parser)
-
-        def launch(args: argparse.Namespace) -> int:
-            modules.install()
-            return launching.main(args)
-
-        return launch
-    importlib.import_module(f".commands.{command}", __package__).add_arguments(parser)
-    return None
+            module = ".launching.command" if command == "launch" else f".commands.{command}"
+            importlib.import_module(module, __package__).add_arguments(below)
+    return parser

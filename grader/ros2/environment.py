@@ -1,15 +1,18 @@
-"""The environment that ROS 2 from wheels needs: prefixes, libraries and modules of the workspaces that are sourced."""
+"""The environment that ROS 2 from wheels needs, and the real `ros2` command, which runs in place of ours."""
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import signal
 import sys
 from pathlib import Path
 
+KEEP_OWN = "ROS2_COURSE_KIT_OWN"  # set to 1, ours runs although there is a real one
+
 
 def complete() -> None:
-    """Fill in what is missing: the wheels' own prefix, and libraries and modules of every prefix before it."""
+    """Fill in missing variables: the wheels' own prefix, and libraries and modules of every sourced workspace."""
     found = _parts("AMENT_PREFIX_PATH")
     if sys.prefix not in found:
         found.append(sys.prefix)
@@ -26,7 +29,7 @@ def complete() -> None:
 
 
 def libraries_loaded() -> bool:
-    """Say whether this process was started with every workspace's libraries; the loader reads the path only once."""
+    """Return whether this process was started with every workspace's libraries; the loader reads the path only once."""
     started = Path("/proc/self/environ")
     if not started.is_file():
         return True
@@ -36,9 +39,9 @@ def libraries_loaded() -> bool:
 
 
 def start_again() -> None:
-    """Replace this process by itself, so that the loader sees the libraries added by `complete`.
+    """Replace this process by a new start of itself, so that the loader sees the libraries added by `complete`.
 
-    Ctrl-C has to wait meanwhile: while Python starts it would be a traceback.
+    Ctrl-C is blocked meanwhile: while Python starts it would print a traceback.
     """
     signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     os.execve(sys.executable, sys.orig_argv, dict(os.environ))
@@ -53,3 +56,46 @@ def _prepend(name: str, paths: list[Path]) -> None:
     new = [str(path) for path in paths if path.is_dir() and str(path) not in there]
     if new:
         os.environ[name] = os.pathsep.join([*new, *there])
+
+
+# -- the real command -----------------------------------------------------------------------------------------------
+def real_command() -> Path | None:
+    """Return the path of the real command, or None.
+
+    It is a program named ros2 on PATH that is not this one and whose text mentions ros2cli: a copy of ours in another
+    virtual environment does not.
+    """
+    if os.environ.get(KEEP_OWN) == "1":
+        return None
+    mine = {Path(sys.argv[0]).resolve(), Path(sys.prefix).resolve() / "bin" / "ros2"}
+    for folder in os.environ.get("PATH", "").split(os.pathsep):
+        path = Path(folder or ".") / "ros2"
+        if path.is_file() and os.access(path, os.X_OK) and path.resolve() not in mine and _is_real(path):
+            return path
+    return None
+
+
+def _is_real(path: Path) -> bool:
+    try:
+        return b"ros2cli" in path.read_bytes()[:4096]
+    except OSError:
+        return False
+
+
+def real_module() -> bool:
+    """Return whether the real command can be imported, though no program of that name is on PATH."""
+    if os.environ.get(KEEP_OWN) == "1":
+        return False
+    try:
+        return importlib.util.find_spec("ros2cli.cli") is not None
+    except ImportError:
+        return False
+
+
+def step_aside(words: list[str]) -> None:
+    """Replace this process by the real command, if there is one; else return."""
+    if (path := real_command()) is not None:
+        os.execv(path, [str(path), *words])
+    if real_module():
+        start = "import sys; from ros2cli.cli import main; sys.argv[0] = 'ros2'; sys.exit(main())"
+        os.execv(sys.executable, [sys.executable, "-c", start, *words])

@@ -1,4 +1,4 @@
-"""`ros2 action`: what actions there are, and sending a goal."""
+"""`ros2 action`: list the actions, and send a goal."""
 
 # mypy: disallow-untyped-calls=False
 # rclpy is typed in parts: a call of an untyped function there says nothing about our code.
@@ -8,59 +8,31 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from . import completing, hints, messages
-from .answers import Refusal
-from .graph import Graph, NamesAndTypes, full_name, graph, interrupt_later, show_names, spin, split_name
+from . import arguments, messages
+from .graph import Graph, NamesAndTypes, full_name, graph, show_names, show_types, split_name, wait
+from .refusals import Refusal
+from .spinning import interrupt_later, spin
 
-ANSWER_S = 5.0  # how long an answer is waited for after Ctrl-C
+ANSWER_S = 5.0  # how long to wait for an answer after Ctrl-C
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the words and flags."""
-    verbs = parser.add_subparsers(title="Commands", metavar="Call `ros2 action <command> -h` for more detailed usage.")
-    listing = verbs.add_parser("list", help="Output a list of action names")
-    listing.add_argument("-t", "--show-types", action="store_true", help="Additionally show the action type")
-    listing.add_argument("-c", "--count-actions", action="store_true", help="Only display the number of actions")
-    listing.set_defaults(run=show_list)
-    info = verbs.add_parser("info", help="Print information about an action")
-    action_argument(info)
+    """Declare verbs and flags."""
+    add_verb = arguments.verbs(parser, "action")
+    arguments.list_arguments(add_verb("list", "Output a list of action names", show_list), "action")
+    info = add_verb("info", "Print information about an action", show_info)
+    arguments.action_argument(info)
     info.add_argument("-t", "--show-types", action="store_true", help="Additionally show the action types")
     info.add_argument("-c", "--count", action="store_true", help="Only show the number of servers and clients")
-    info.set_defaults(run=show_info)
-    kind = verbs.add_parser("type", help="Print a action's type")
-    action_argument(kind)
-    kind.set_defaults(run=show_type)
-    send = verbs.add_parser("send_goal", help="Send an action goal")
-    action_argument(send)
-    completing.add(
-        send, "action_type", completing.types("action", "action_name", action_type),
-        help="Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')",
-    )  # fmt: skip
-    messages.add_values(
-        send, "action", "action_type", "Goal request values in YAML format (e.g. '{order: 10}')", "goal"
-    )
+    arguments.action_argument(add_verb("type", "Print a action's type", show_type))
+    send = add_verb("send_goal", "Send an action goal", run_send_goal)
+    arguments.action_argument(send)
+    text = "Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')"
+    arguments.type_argument(send, "action_type", "action", text)
+    text = "Goal request values in YAML format (e.g. '{order: 10}')"
+    arguments.values_arguments(send, "action", "action_type", text, name="goal")
     send.add_argument("-f", "--feedback", action="store_true", help="Echo feedback messages for the goal")
     send.add_argument("-t", "--timeout", metavar="N", type=float, help="Seconds to wait for the result, then cancel")
-    send.set_defaults(run=run_send_goal)
-
-
-def action_argument(parser: argparse.ArgumentParser) -> None:
-    """Declare the name of an action, which the shell completes."""
-    complete = completing.from_graph(lambda seen: [name for name, _types in actions(seen)])
-    completing.add(parser, "action_name", complete, help="Name of the ROS action (e.g. '/fibonacci')")
-
-
-def action_type(seen: Graph, name: str) -> str | None:
-    """Wait for an action, and return its type."""
-    found = seen.wait_for(lambda: dict(actions(seen)).get(full_name(name)))
-    return found[0] if found else None
-
-
-def actions(seen: Graph) -> NamesAndTypes:
-    """Return the actions with their types."""
-    from rclpy.action.graph import get_action_names_and_types
-
-    return sorted(get_action_names_and_types(seen.node))
 
 
 def served(seen: Graph) -> NamesAndTypes:
@@ -74,17 +46,14 @@ def show_list(args: argparse.Namespace) -> int:
     """Print the actions."""
     with graph() as seen:
         seen.settle()
-        found = actions(seen)
-    return show_names(found, args.show_types, args.count_actions)
+        found = seen.actions()
+    return show_names(found, args.show_types, args.count)
 
 
 def show_type(args: argparse.Namespace) -> int:
     """Print the types of an action."""
     with graph() as seen:
-        found = seen.wait_for(lambda: dict(actions(seen)).get(full_name(args.action_name)))
-    for one in found or ():
-        print(one)
-    return 0 if found else 1
+        return show_types(seen.action_types(args.action_name))
 
 
 def show_info(args: argparse.Namespace) -> int:
@@ -93,7 +62,7 @@ def show_info(args: argparse.Namespace) -> int:
 
     name = full_name(args.action_name)
     with graph() as seen:
-        seen.wait_for(lambda: dict(actions(seen)).get(name))
+        seen.action_types(name)  # waits for it
         seen.settle()
         print(f"Action: {name}")
         for title, ask in (
@@ -117,7 +86,7 @@ def run_send_goal(args: argparse.Namespace) -> int:
     from rclpy.action.client import ActionClient
 
     kind = messages.load(args.action_type, "action")
-    values = messages.given(args)
+    values = arguments.given_values(args)
     with graph() as seen:
         client = ActionClient(seen.node, kind, args.action_name)
         goal = kind.Goal()
@@ -127,7 +96,7 @@ def run_send_goal(args: argparse.Namespace) -> int:
             print(f"Feedback:\n    {messages.to_yaml(said.feedback)}", flush=True)
 
         print("Waiting for an action server to become available...", flush=True)
-        hints.wait(client.server_is_ready, args.action_name, args.action_type, lambda: served(seen))
+        wait(client.server_is_ready, args.action_name, args.action_type, lambda: served(seen))
         print(f"Sending goal:\n     {messages.to_yaml(goal)}", flush=True)
         code, asked = 0, None
         try:
@@ -145,7 +114,7 @@ def run_send_goal(args: argparse.Namespace) -> int:
             code = 2
             if asked is None:
                 return code
-            # A goal that has been sent but not answered yet would be driven to, with nobody to cancel it.
+            # The robot would drive to a goal that has been sent but not answered yet, with no client left to cancel it.
             spin(seen.node, asked.done, ANSWER_S)
             if (result := _accepted(asked)) is None:
                 return code

@@ -1,4 +1,4 @@
-"""`ros2 bag`: record topics to an MCAP file and play them back, byte for byte, by the package `rosbags`."""
+"""`ros2 bag`: record topics to an MCAP file and play them back, byte for byte, with the package `rosbags`."""
 
 # mypy: disallow-untyped-calls=False
 # rclpy is typed in parts: a call of an untyped function there says nothing about our code.
@@ -9,36 +9,40 @@ import argparse
 import contextlib
 import os
 import re
+import signal
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from . import messages
-from .answers import Refusal
-from .graph import Graph, full_name, graph, interrupt_later, spin, steady_clock
+import yaml
 
-LOOK_S = 0.5  # how often to look for new topics
+from . import arguments, messages, packages
+from .graph import Graph, full_name, graph
+from .interface import nested
+from .qos import matching
+from .refusals import Refusal
+from .spinning import interrupt_later, spin, steady_clock
+
+LOOK_S = 0.1  # how often to look for new topics
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the words and flags."""
-    verbs = parser.add_subparsers(title="Commands", metavar="Call `ros2 bag <command> -h` for more detailed usage.")
-    record = verbs.add_parser("record", help="Record ROS data to a bag")
-    topics = record.add_argument("topics_positional", metavar="topic", nargs="*", help="Topics to be recorded")
-    topics.completer = _complete  # type: ignore[attr-defined]  # read by argcomplete
+    """Declare verbs and flags."""
+    add_verb = arguments.verbs(parser, "bag")
+    record = add_verb("record", "Record ROS data to a bag", run_record)
+    text = "Topics to be recorded"
+    arguments.add(record, "topics_positional", arguments.complete_topic, metavar="topic", nargs="*", help=text)
     record.add_argument("--topics", nargs="+", default=[], metavar="Topic", help="Space-delimited list of topics")
-    record.add_argument("-a", "--all", action="store_true", help="Record all topics")
-    record.add_argument("--all-topics", action="store_true", help="Record all topics")
+    record.add_argument("-a", "--all", "--all-topics", action="store_true", help="Record all topics")
     record.add_argument("-e", "--regex", help="Record only topics matching the expression")
     record.add_argument("--exclude-regex", help="Exclude topics matching the expression")
     record.add_argument("--exclude-topics", nargs="+", default=[], metavar="Topic", help="Topics not to record")
     record.add_argument("-o", "--output", help="Destination of the bag folder; a name with the time by default")
     record.add_argument("-s", "--storage", choices=("mcap", "sqlite3"), default="mcap", help="Storage identifier")
-    record.add_argument("-d", "--max-bag-duration", type=float, default=0, metavar="S", help=argparse.SUPPRESS)
     record.add_argument("--use-sim-time", action="store_true", help="Take message times from /clock")
-    record.set_defaults(run=run_record)
-    play = verbs.add_parser("play", help="Play back ROS data from a bag")
+    play = add_verb("play", "Play back ROS data from a bag", run_play)
     play.add_argument("bag_path", type=Path, help="Bag to open")
     play.add_argument("-r", "--rate", type=float, default=1.0, help="Rate at which to play back messages")
     play.add_argument("-l", "--loop", action="store_true", help="Play the bag again and again")
@@ -48,54 +52,44 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     play.add_argument("-d", "--delay", type=float, default=0.0, help="Sleep seconds before play")
     play.add_argument("--start-offset", type=float, default=0.0, help="Start the playback this many seconds in")
     play.add_argument("--clock", nargs="?", type=float, const=40.0, metavar="HZ", help="Publish /clock at this rate")
-    play.set_defaults(run=run_play)
-    info = verbs.add_parser("info", help="Print information about a bag to the screen")
+    info = add_verb("info", "Print information about a bag to the screen", run_info)
     info.add_argument("bag_path", type=Path, help="Bag to open")
     info.add_argument("-t", "--topic-name", action="store_true", help="Only display topic names.")
-    info.set_defaults(run=run_info)
-
-
-def _complete(prefix: str, **_: Any) -> list[str]:
-    from .topic import complete
-
-    return complete(prefix)
 
 
 def say(who: str, text: str) -> None:
-    """Print as a node of the real command logs."""
+    """Print in the form in which a node of the real command logs."""
     print(f"[INFO] [{time.time():.9f}] [{who}]: {text}", file=sys.stderr, flush=True)
 
 
 def message_text(kind: str) -> str:
-    """Return a message's definition with those of all messages in it, as MCAP files have them."""
-    from .interface import _nested, definition
-
+    """Return a message's definition with those of all messages in it, in the form of MCAP files."""
     package, _, name = kind.split("/")
-    parts = [definition(package, "msg", name).read_text()]
+    parts = [packages.definition(package, "msg", name).read_text()]
     waiting, seen = [(package, parts[0])], {(package, name)}
     while waiting:
         home, text = waiting.pop(0)
         for line in text.splitlines():
             code = line.split("#", 1)[0].strip()
-            inner = _nested(home, code) if code else None
+            inner = nested(home, code) if code else None
             if inner and inner not in seen:
                 seen.add(inner)
-                found = definition(inner[0], "msg", inner[1]).read_text()
+                found = packages.definition(inner[0], "msg", inner[1]).read_text()
                 parts.append(f"{'=' * 80}\nMSG: {inner[0]}/{inner[1]}\n{found}")
                 waiting.append((inner[0], found))
     return "\n".join(parts)
 
 
 class Recorder:
-    """Writes what comes on the topics that are wanted, also on those that appear later."""
+    """Writes the messages of the wanted topics, also of those that appear later."""
 
-    def __init__(self, seen: Graph, writer: Any, wanted: Any) -> None:
+    def __init__(self, seen: Graph, writer: Any, wanted: Callable[[str], bool]) -> None:
         self.seen, self.writer, self.wanted = seen, writer, wanted
         self.topics: set[str] = set()
         self.unknown: set[str] = set()
 
     def look(self) -> None:
-        """Subscribe to what has appeared."""
+        """Subscribe to the wanted topics that have appeared."""
         for name, types in self.seen.topics():
             if name in self.topics or name in self.unknown or not self.wanted(name):
                 continue
@@ -116,8 +110,6 @@ class Recorder:
             self._subscribe(name, types[0], kind, text, publishers)
 
     def _subscribe(self, name: str, type_name: str, kind: Any, text: str, publishers: list[Any]) -> None:
-        from .qos import matching
-
         hash_ = publishers[0].topic_type_hash
         connection = self.writer.add_connection(
             name,
@@ -131,7 +123,8 @@ class Recorder:
         def take(raw: bytes) -> None:
             self.writer.write(connection, node.get_clock().now().nanoseconds, raw)
 
-        node.create_subscription(kind, name, take, matching(publishers, depth=1000), raw=True)
+        profile = matching([end.qos_profile for end in publishers], depth=1000)
+        node.create_subscription(kind, name, take, profile, raw=True)
         self.topics.add(name)
         say("rosbag2_recorder", f"Subscribed to topic '{name}'")
 
@@ -142,7 +135,7 @@ def _offered(profile: Any) -> Any:
     def time_of(duration: Any) -> Any:
         return QosTime(duration.nanoseconds // 10**9, duration.nanoseconds % 10**9)
 
-    # An endpoint seen from afar does not tell its history.
+    # The graph does not say which history another node's endpoint keeps.
     return Qos(
         QosHistory.KEEP_LAST,
         max(profile.depth, 1),
@@ -158,27 +151,24 @@ def _offered(profile: Any) -> Any:
 
 def run_record(args: argparse.Namespace) -> int:
     """Record until Ctrl-C."""
-    import signal
-
     from rosbags.rosbag2 import StoragePlugin, Writer
 
     names = {full_name(name) for name in [*args.topics_positional, *args.topics]}
-    everything = args.all or args.all_topics
-    if not names and not everything and not args.regex:
+    if not names and not args.all and not args.regex:
         raise Refusal("Need to specify at least one option out of all, all-topics, topics or regex")
     left_out = {full_name(name) for name in args.exclude_topics}
 
     def wanted(name: str) -> bool:
         if name in left_out or (args.exclude_regex and re.search(args.exclude_regex, name)):
             return False
-        return everything or name in names or bool(args.regex and re.search(args.regex, name))
+        return args.all or name in names or bool(args.regex and re.search(args.regex, name))
 
     folder = Path(args.output or time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S"))
     if folder.exists():
         raise Refusal(f"[ERROR] [ros2bag]: Output folder '{folder}' already exists.")
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a bag that is told to end must still be closed
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a recording that is terminated must still be closed
     plugin = StoragePlugin.MCAP if args.storage == "mcap" else StoragePlugin.SQLITE3
-    # Whenever Ctrl-C comes, what has been recorded so far becomes a bag.
+    # Whenever Ctrl-C comes, the messages recorded so far become a bag.
     with (
         contextlib.suppress(KeyboardInterrupt),
         Writer(folder, version=9, storage_plugin=plugin) as writer,
@@ -189,10 +179,10 @@ def run_record(args: argparse.Namespace) -> int:
         say("rosbag2_recorder", "Listening for topics...")
         with interrupt_later():
             recorder.look()
-        seen.node.create_timer(LOOK_S / 5, recorder.look, clock=steady_clock())
+        seen.node.create_timer(LOOK_S, recorder.look, clock=steady_clock())
         say("rosbag2_recorder", "Recording...")
         spin(seen.node, lambda: False)
-    # The writer signs with its own name where the distribution belongs.
+    # The writer puts its own name where the distribution belongs.
     metadata = folder / "metadata.yaml"
     if metadata.is_file():  # else Ctrl-C came before there was a bag
         metadata.write_text(
@@ -213,16 +203,14 @@ def _opened(path: Path) -> Any:
         with Reader(folder) as reader:
             yield reader
     except FileNotFoundError as error:
-        why = "it has no metadata.yaml, so it is no bag, or its recording was broken off"
+        why = "it has no metadata.yaml, so it is not a bag, or its recording was cut short"
         raise Refusal(f"[ERROR] [ros2bag]: Could not read bag '{path}': {why}") from error
     except ReaderError as error:
         raise Refusal(f"[ERROR] [ros2bag]: Could not read bag '{path}': {error}") from error
 
 
 def run_info(args: argparse.Namespace) -> int:
-    """Print what is in a bag."""
-    import yaml
-
+    """Print a summary of a bag."""
     with _opened(args.bag_path) as bag:
         if args.topic_name:
             for topic in sorted({connection.topic for connection in bag.connections}):
@@ -260,7 +248,7 @@ def _date(stamp_ns: int) -> str:
 
 
 def run_play(args: argparse.Namespace) -> int:
-    """Publish what was recorded, in its own time."""
+    """Publish the recorded messages at the pace of the recording."""
     if not args.rate > 0:
         raise Refusal("rate must be greater than zero")
     new_names = dict(rule.split(":=", 1) for rule in args.remap if ":=" in rule)
@@ -275,9 +263,10 @@ def run_play(args: argparse.Namespace) -> int:
                 say("rosbag2_player", f"Ignoring topic '{connection.topic}': {refusal}")
                 continue
             name = new_names.get(connection.topic, connection.topic)
-            publishers[connection.id] = seen.node.create_publisher(kind, name, _profile(connection))
+            profile = matching(connection.ext.offered_qos_profiles)
+            publishers[connection.id] = seen.node.create_publisher(kind, name, profile)
         clock = _clock_publisher(seen) if args.clock else None
-        # Whoever listens has to find the publishers before the first message is gone.
+        # Subscribers have to find the publishers before the first message is gone.
         seen.wait_for(lambda: all(p.get_subscription_count() for p in publishers.values()), 1.0)
         time.sleep(args.delay)
         say("rosbag2_player", "Set rate to " + f"{args.rate:g}")
@@ -318,16 +307,3 @@ def _clock_publisher(seen: Graph) -> Any:
         publisher.publish(message)
 
     return tick
-
-
-def _profile(connection: Any) -> Any:
-    from rclpy import qos
-
-    offered = connection.ext.offered_qos_profiles
-    best_effort = any(one.reliability.name == "BEST_EFFORT" for one in offered)
-    local = bool(offered) and all(one.durability.name == "TRANSIENT_LOCAL" for one in offered)
-    return qos.QoSProfile(
-        depth=10,
-        reliability=qos.ReliabilityPolicy.BEST_EFFORT if best_effort else qos.ReliabilityPolicy.RELIABLE,
-        durability=qos.DurabilityPolicy.TRANSIENT_LOCAL if local else qos.DurabilityPolicy.VOLATILE,
-    )

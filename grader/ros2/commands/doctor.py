@@ -1,4 +1,4 @@
-"""`ros2 doctor`: the kit's own doctor, where the kit is; else what can be said without it."""
+"""`ros2 doctor`: run the kit's own doctor; without the kit, print the environment."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the flags; the real one's are taken and change nothing."""
+    """Declare the flags of the real command; they are accepted and have no effect."""
     parser.add_argument("--report", "-r", action="store_true", help="Print all reports.")
     parser.add_argument("--report-failed", "-rf", action="store_true", help="Print reports of failed checks only.")
     parser.add_argument("--exclude-packages", "-ep", action="store_true", help="Exclude package checks or report.")
@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(_args: argparse.Namespace) -> int:
-    """Print what was found and return 0 if all is well."""
+    """Print the findings and return 0 if all is well."""
     try:
         doctor = importlib.import_module("grader.host.doctor")
     except ImportError:

@@ -1,4 +1,4 @@
-"""A node that looks at the ROS graph. There is no daemon: each call waits until discovery has come to rest."""
+"""The ROS graph, seen by a node of ours. There is no daemon: each call waits until discovery has come to rest."""
 
 # mypy: disallow-untyped-calls=False
 # rclpy is typed in parts: a call of an untyped function there says nothing about our code.
@@ -7,30 +7,32 @@ from __future__ import annotations
 
 import contextlib
 import os
-import signal
+import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, TypeVar
 
-from .answers import Refusal
+from .refusals import Refusal, near
 
 T = TypeVar("T")
 NamesAndTypes = list[tuple[str, list[str]]]
 
 # Discovery takes 10 to 150 ms on an idle machine. The graph counts as known when it has not changed for this long…
 REST_S = 0.25
-# …and this long while nobody else is in it: nodes announce themselves every 3 s, so by then each has been heard,
-# also one whose first answer was lost (see below). An empty graph is worth being sure of.
+# …and this long while no other node is in it: nodes announce themselves every 3 s, so by then each has been heard,
+# even one whose first answer was lost (see below).
 ALONE_S = 3.3
 # The longest wait for a graph to come to rest, and for a name that was asked for.
 LONGEST_S = 4.5
 STEP_S = 0.02
+# By then existing names have been found, and a missing one is worth a remark.
+REMARK_S = 2.0
 
 
-# Fast DDS announces a new participant at once, before it can take in the answers. On one machine they come back within
-# a millisecond and are lost; the others think they have answered, and are found only at their own next announcement,
-# up to 3 s later. So this participant's first announcement is put off until it can listen (tried: six of six found).
+# Fast DDS announces a new participant at once, before it can receive the answers. On one machine these arrive within a
+# millisecond and are lost; the other nodes think they have answered, and are found only at their own next announcement,
+# up to 3 s later. So this participant's first announcement is delayed until it can listen (tried: six of six found).
 FIRST_ANNOUNCEMENT_S = 0.35
 PROFILE = """<?xml version="1.0" encoding="UTF-8"?>
 <dds xmlns="http://www.eprosima.com"><profiles>
@@ -45,7 +47,7 @@ PROFILE_VARIABLES = ("FASTRTPS_DEFAULT_PROFILES_FILE", "FASTDDS_DEFAULT_PROFILES
 
 @contextlib.contextmanager
 def quick_discovery(slowness: float) -> Iterator[None]:
-    """Have a node that is created meanwhile find the others soon; a profile that the user has set is left alone."""
+    """Let a node created in this block find the others soon; a discovery profile set by the user is kept."""
     if any(name in os.environ for name in PROFILE_VARIABLES):
         yield
         return
@@ -64,21 +66,27 @@ def quick_discovery(slowness: float) -> Iterator[None]:
 class Slowness:
     """How many times slower than an idle machine this one is, judged by a piece of this process's own work.
 
-    Importing rclpy is nearly all computing. Where it takes longer than the processor works for it, others are computing
-    too, and the nodes that have to answer will be as late.
+    Importing rclpy is nearly all computing. If it takes longer than its CPU time, other processes are computing too,
+    and the nodes that have to answer will be late by the same factor.
     """
 
     def __init__(self) -> None:
         self.began_s, self.computed_s = time.perf_counter(), time.process_time()
 
     def factor(self) -> float:
-        """Return the factor over the time since the start; a file cache that is cold is no sign of a busy machine."""
+        """Return the factor since the start, from 1 to 3; a cold file cache is not a sign of a busy machine."""
         took_s, computed_s = time.perf_counter() - self.began_s, time.process_time() - self.computed_s
         return 1.0 if took_s < 0.1 else min(max(took_s / max(computed_s, 0.1), 1.0), 3.0)
 
 
 class Graph:
-    """A node of ours and what it sees."""
+    """The graph as `node` sees it.
+
+    Attributes:
+        node: our rclpy node.
+        rest_s: how long to wait for discovery, exactly; None to wait until the graph has come to rest.
+        slowness: the factor by which this machine is slower than an idle one.
+    """
 
     def __init__(self, node: Any, rest_s: float | None = None, slowness: float = 1.0) -> None:
         self.node = node
@@ -112,11 +120,11 @@ class Graph:
         )
 
     def _whole(self) -> bool:
-        """Say whether names and endpoints agree: they travel apart, and each node publishes its parameters' events."""
+        """Return whether names and endpoints agree: they travel apart, and each node publishes /parameter_events."""
         return bool(self.node.count_publishers("/parameter_events") == len(self.node.get_node_names()))
 
     def wait_for(self, ask: Callable[[], T], timeout_s: float = LONGEST_S) -> T:
-        """Return the answer as soon as it is not empty, or the empty answer after the time limit."""
+        """Return the answer of `ask` as soon as it is not empty, or the empty answer after the time limit."""
         limit = time.monotonic() + (self.rest_s if self.rest_s is not None else timeout_s)
         while True:
             answer = ask()
@@ -126,12 +134,12 @@ class Graph:
 
     # -- names -----------------------------------------------------------------------------------------------------
     def nodes(self, hidden: bool = False) -> list[str]:
-        """Return the full names of the nodes, with this one left out unless hidden ones are asked for."""
+        """Return the full names of the nodes; without hidden ones, ours is left out too."""
         found = [f"{space.rstrip('/')}/{name}" for name, space in self.node.get_node_names_and_namespaces()]
         return sorted(name for name in found if hidden or not is_hidden(name))
 
     def has_node(self, name: str) -> bool:
-        """Wait for a node; say whether it came."""
+        """Wait for a node; return whether it appeared."""
         return self.wait_for(lambda: full_name(name) in self.nodes(hidden=True))
 
     def topics(self, hidden: bool = False) -> NamesAndTypes:
@@ -142,23 +150,68 @@ class Graph:
         """Return the services with their types."""
         return sorted((n, t) for n, t in self.node.get_service_names_and_types() if hidden or not is_hidden(n))
 
+    def actions(self) -> NamesAndTypes:
+        """Return the actions with their types."""
+        from rclpy.action.graph import get_action_names_and_types
+
+        return sorted(get_action_names_and_types(self.node))
+
     def others(self) -> list[tuple[str, str]]:
-        """Return name and namespace of every node but this one."""
+        """Return name and namespace of every node but ours."""
         return [one for one in self.node.get_node_names_and_namespaces() if one[0] != self.node.get_name()]
 
-    def topic_type(self, topic: str) -> str | None:
-        """Wait for a topic, and return its type."""
-        found = self.wait_for(lambda: dict(self.node.get_topic_names_and_types()).get(full_name(topic)))
-        return found[0] if found else None
+    def topic_types(self, name: str) -> list[str]:
+        """Wait for a topic, and return its types; [] if it does not appear."""
+        return self._types(name, lambda: self.topics(hidden=True))
 
-    def service_type(self, service: str) -> str | None:
-        """Wait for a service, and return its type."""
-        found = self.wait_for(lambda: dict(self.node.get_service_names_and_types()).get(full_name(service)))
-        return found[0] if found else None
+    def service_types(self, name: str) -> list[str]:
+        """Wait for a service, and return its types; [] if it does not appear."""
+        return self._types(name, lambda: self.services(hidden=True))
+
+    def action_types(self, name: str) -> list[str]:
+        """Wait for an action, and return its types; [] if it does not appear."""
+        return self._types(name, self.actions)
+
+    def _types(self, name: str, ask: Callable[[], NamesAndTypes]) -> list[str]:
+        return self.wait_for(lambda: dict(ask()).get(full_name(name), []))
+
+
+def wait(ready: Callable[[], bool], name: str, wanted: str, there: Callable[[], NamesAndTypes]) -> None:
+    """Wait until `ready` returns true; remark once on a type that differs, or on a name that is nearly the same.
+
+    Args:
+        ready: whether the wait is over.
+        name: the name that is waited for.
+        wanted: its type.
+        there: the names and types that others have.
+    """
+    began = looked = time.monotonic()
+    remarked = False
+    while not ready():
+        now = time.monotonic()
+        if not remarked and now - began >= REMARK_S and now - looked >= 0.5:
+            looked, found = now, there()
+            types = [kind for one, kinds in found if one == full_name(name) for kind in kinds]
+            remark = (
+                other_type(name, wanted, types) if types else near(full_name(name), (one for one, _ in found)).strip()
+            )
+            if remark:
+                print(remark, file=sys.stderr, flush=True)
+                remarked = True
+        time.sleep(STEP_S)
+
+
+def other_type(name: str, wanted: str, types: Iterable[str]) -> str:
+    """Return a warning if none of the types that a name has is the wanted one, else ""."""
+    there = sorted(set(types))
+    parts = wanted.split("/")
+    if not there or any(one.split("/")[0] == parts[0] and one.split("/")[-1] == parts[-1] for one in there):
+        return ""
+    return f"WARNING: {full_name(name)} is of type {', '.join(there)}, not {wanted}"
 
 
 def show_names(found: NamesAndTypes, types: bool, count: bool) -> int:
-    """Print names, with their types or only their number, as all lists do; return the exit code."""
+    """Print names, with their types if wanted, or only their number; return the exit code."""
     if count:
         print(len(found))
         return 0
@@ -167,8 +220,15 @@ def show_names(found: NamesAndTypes, types: bool, count: bool) -> int:
     return 0
 
 
+def show_types(types: list[str]) -> int:
+    """Print the types of a name; return the exit code, 1 if there are none."""
+    for one in types:
+        print(one)
+    return 0 if types else 1
+
+
 def full_name(name: str) -> str:
-    """Return a name as the graph has it."""
+    """Return a name with the slash that it has in the graph."""
     return name if name.startswith("/") else "/" + name
 
 
@@ -179,16 +239,16 @@ def split_name(name: str) -> tuple[str, str]:
 
 
 def is_hidden(name: str) -> bool:
-    """Say whether some part of the name begins with an underscore."""
+    """Return whether some part of the name begins with an underscore."""
     return any(part.startswith("_") for part in name.split("/"))
 
 
 @contextlib.contextmanager
 def graph(rest_s: float | None = None, name: str | None = None, sim_time: bool = False) -> Iterator[Graph]:
-    """Yield a graph, with a node of our own in it, a hidden one unless it is given a name.
+    """Yield the graph with a node of ours in it, a hidden one unless it is given a name.
 
     Raises:
-        Refusal: a name that was asked for cannot be one in ROS.
+        Refusal: a name given on the command line is not valid in ROS.
     """
     work = Slowness()
     import rclpy
@@ -198,9 +258,9 @@ def graph(rest_s: float | None = None, name: str | None = None, sim_time: bool =
     from rclpy.utilities import try_shutdown
 
     slowness = work.factor()
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)  # Ctrl-C ends the command, by Python's own rule
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)  # Python's own Ctrl-C ends it
     try:
-        # Nobody asks this node for parameters: without their services it starts faster and clutters nothing.
+        # No other node asks this one for parameters: without their services it starts faster and clutters nothing.
         with quick_discovery(slowness):
             node = rclpy.create_node(
                 name or f"_ros2cli_{os.getpid()}",
@@ -215,77 +275,3 @@ def graph(rest_s: float | None = None, name: str | None = None, sim_time: bool =
         raise Refusal(str(error)) from None
     finally:
         try_shutdown()
-
-
-@contextlib.contextmanager
-def interrupt_later() -> Iterator[Callable[[], None]]:
-    """Put Ctrl-C off; yield a function that lets it through if it has been pressed, as the end does too.
-
-    In the middle of rclpy's C++ a KeyboardInterrupt would come out as a RuntimeError about a failed conversion.
-    A second Ctrl-C does not wait.
-    """
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    pressed: list[int] = []
-
-    def press(number: int, frame: Any) -> None:
-        pressed.append(number)
-        if len(pressed) > 1:
-            deliver(number, frame)
-
-    def deliver(number: int, frame: Any) -> None:
-        handler = before[signal.Signals(number)]
-        assert callable(handler)
-        handler(number, frame)
-
-    def check() -> None:
-        if pressed:
-            deliver(pressed[0], None)
-
-    put_off = [number for number, handler in before.items() if callable(handler)]
-    for number in put_off:
-        signal.signal(number, press)
-    try:
-        yield check
-        check()
-    finally:
-        for number in put_off:
-            signal.signal(number, before[number])
-
-
-def spin(node: Any, until: Callable[[], bool], timeout_s: float | None = None) -> bool:
-    """Let the node work until something holds; return whether it does."""
-    import rclpy
-
-    limit = None if timeout_s is None else time.monotonic() + timeout_s
-    executor = rclpy.executors.SingleThreadedExecutor()
-    executor.add_node(node)
-    try:
-        with interrupt_later() as check:
-            return _spin(executor, until, limit, check)
-    finally:
-        executor.remove_node(node)
-        executor.shutdown()
-
-
-def _spin(executor: Any, until: Callable[[], bool], limit: float | None, check: Callable[[], None]) -> bool:
-    while not until():
-        check()
-        if limit is not None and time.monotonic() > limit:
-            return False
-        executor.spin_once(timeout_sec=0.1)
-    return True
-
-
-def steady_clock() -> Any:
-    """Return a clock for timers that go on while simulated time stands still."""
-    from rclpy.clock import Clock
-    from rclpy.clock_type import ClockType
-
-    return Clock(clock_type=ClockType.STEADY_TIME)
-
-
-def add_graph_arguments(parser: Any) -> None:
-    """Declare what the real commands take for their daemon; without one it is accepted and has no effect."""
-    parser.add_argument("--spin-time", type=float, metavar="SPIN_TIME", help="Seconds to wait for discovery, exactly")
-    parser.add_argument("-s", "--use-sim-time", action="store_true", help="Enable ROS simulation time")
-    parser.add_argument("--no-daemon", action="store_true", help="Do not spawn nor use an already running daemon")

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import array
 import importlib
+import re
 from collections.abc import Iterator, Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any
 
-from .answers import Refusal
+import yaml
 
-FULL = 128  # entries of a sequence, or letters of a text, that are shown unless everything is asked for
+from .refusals import Refusal
+
+FULL = 128  # entries of a sequence, or letters of a text, that are shown by default
+TITLES = {"msg": "message", "srv": "service"}
 
 
 def load(name: str, kind: str) -> Any:
@@ -17,25 +22,25 @@ def load(name: str, kind: str) -> Any:
     parts = name.split("/")
     if len(parts) == 2:
         parts.insert(1, kind)
+    refusal = f"The passed {TITLES.get(kind, kind)} type is invalid"
     if len(parts) != 3 or not all(parts) or parts[1] != kind:
-        raise Refusal(
-            f"The passed {'message' if kind == 'msg' else {'srv': 'service'}.get(kind, kind)} type is invalid"
-        )
+        raise Refusal(refusal)
+    package, _, base = parts
     try:
-        return getattr(importlib.import_module(f"{parts[0]}.{kind}"), parts[2])
-    except (ImportError, AttributeError) as error:
-        what = {"msg": "message", "srv": "service"}.get(kind, kind)
-        raise Refusal(f"The passed {what} type is invalid{_hint(parts, error)}") from error
+        module = importlib.import_module(f"{package}.{kind}")
+    except ImportError as error:
+        raise Refusal(f"{refusal}: {error}") from error
+    if (found := getattr(module, base, None)) is None:
+        close = get_close_matches(base, [name for name in dir(module) if name[0].isupper()], 1)
+        meant = f"; did you mean {package}/{kind}/{close[0]}?" if close else ""
+        raise Refusal(f"{refusal}: {package} has no {base}{meant}")
+    return found
 
 
-def _hint(parts: list[str], error: Exception) -> str:
-    from difflib import get_close_matches
-
-    if isinstance(error, AttributeError):
-        names = [n for n in dir(importlib.import_module(f"{parts[0]}.{parts[1]}")) if n[0].isupper()]
-        near = get_close_matches(parts[2], names, 1)
-        return f": {parts[0]} has no {parts[2]}" + (f"; did you mean {parts[0]}/{parts[1]}/{near[0]}?" if near else "")
-    return f": {error}"
+def prototype(name: str, kind: str) -> Any:
+    """Return what a command line fills in for an interface: a message, a service's request or an action's goal."""
+    found = load(name, kind)
+    return {"msg": found, "srv": getattr(found, "Request", None), "action": getattr(found, "Goal", None)}[kind]()
 
 
 def to_plain(value: Any, limits: Limits | None = None) -> Any:
@@ -61,17 +66,17 @@ class Limits:
         self.length, self.arrays, self.strings = length, arrays, strings
 
     def needed(self) -> int | None:
-        """Return how many entries are looked at."""
+        """Return how many entries have to be read."""
         return None if self.length is None else self.length + 1
 
     def text(self, value: str) -> str:
-        """Return a text as it is shown."""
+        """Return a text in the form that is shown."""
         if not self.strings:
             return f"<string length: <{len(value)}>>"
         return value if self.length is None or len(value) <= self.length else value[: self.length] + "..."
 
     def sequence(self, value: list[Any], count: int | None = None) -> Any:
-        """Return a sequence as it is shown."""
+        """Return a sequence in the form that is shown."""
         count = len(value) if count is None else count
         if not self.arrays:
             return f"<sequence type, length: {count}>"
@@ -80,8 +85,6 @@ class Limits:
 
 def to_yaml(value: Any, limits: Limits | None = None, flow: bool = False) -> str:
     """Return a message as YAML, its fields in the order of the definition."""
-    import yaml
-
     plain = to_plain(value, limits)
     if isinstance(plain, Mapping) and not plain:
         return "{}\n"
@@ -106,9 +109,7 @@ def _leaves(value: Any) -> Iterator[str]:
 
 
 def from_yaml(text: str) -> Any:
-    """Return what a command-line argument holds; nothing means no fields."""
-    import yaml
-
+    """Return the values in a command-line argument, {} for an empty one."""
     try:
         found = yaml.safe_load(text) if text else {}
     except yaml.YAMLError as error:
@@ -120,25 +121,8 @@ def from_yaml(text: str) -> Any:
     return found
 
 
-def add_values(parser: Any, kind: str, of: str, text: str, name: str = "values") -> None:
-    """Declare the values of a message of the type that the word `of` names: as a word, or read from stdin."""
-    from . import completing
-
-    group = parser.add_mutually_exclusive_group()
-    completing.add(group, name, completing.values(kind, of), nargs="?", default=None, help=text)
-    group.add_argument("--stdin", action="store_true", help="Read values from standard input")
-    parser.set_defaults(values_word=name)
-
-
-def given(args: Any) -> Any:
-    """Return the values that a command line gives."""
-    import sys
-
-    return from_yaml(sys.stdin.read() if args.stdin else getattr(args, args.values_word) or "")
-
-
 def fill(message: Any, values: Mapping[str, Any], now: Any = None) -> None:
-    """Put values into a message; `auto` for a header and `now` for a time stand for the present."""
+    """Put values into a message; `auto` for a header and `now` for a time mean the present."""
     for name, value in values.items():
         try:
             current = getattr(message, name)
@@ -196,9 +180,7 @@ def _sequence(kind: str, current: Any, value: Any, now: Any) -> Any:
 
 
 def field(message: Any, path: str) -> Any:
-    """Return a part of a message, such as `linear.x` or `ranges[0]`."""
-    import re
-
+    """Return the part of a message at a path such as `linear.x` or `ranges[0]`."""
     for name, index in re.findall(r"([^.\[\]]+)|\[(-?\d+)\]", path):
         try:
             message = getattr(message, name) if name else message[int(index)]

@@ -1,17 +1,18 @@
-"""`ros2 param`: look at the parameters of running nodes, and change them."""
+"""`ros2 param`: read and change the parameters of running nodes."""
 
 from __future__ import annotations
 
 import argparse
+import re
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from . import hints
-from .answers import Refusal
-from .graph import Graph, add_graph_arguments, full_name, graph, spin
-from .node import node_argument
+from . import arguments
+from .graph import Graph, full_name, graph
+from .refusals import Refusal, near
+from .spinning import spin
 
 # By the numbers of rcl_interfaces/msg/ParameterType.
 TYPES = (
@@ -30,50 +31,39 @@ ANSWER_S = 5.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the words and flags."""
-    verbs = parser.add_subparsers(title="Commands", metavar="Call `ros2 param <command> -h` for more detailed usage.")
+    """Declare verbs and flags."""
+    add_verb = arguments.verbs(parser, "param")
 
-    def verb(name: str, text: str, run: Any, node: bool = True) -> argparse.ArgumentParser:
-        made: argparse.ArgumentParser = verbs.add_parser(name, help=text)
-        add_graph_arguments(made)
-        if node:
-            node_argument(made)
-            made.add_argument("--include-hidden-nodes", action="store_true", help="Consider hidden nodes as well")
-        made.set_defaults(run=run)
-        return made
+    def of_node(name: str, text: str, run: Any, **rest: Any) -> argparse.ArgumentParser:
+        verb = add_verb(name, text, run, graph=True)
+        arguments.node_argument(verb, **rest)
+        verb.add_argument("--include-hidden-nodes", action="store_true", help="Consider hidden nodes as well")
+        return verb
 
-    listing = verb("list", "Output a list of available parameters", show_list, node=False)
-    node_argument(listing, nargs="?")
-    listing.add_argument("--include-hidden-nodes", action="store_true", help="Consider hidden nodes as well")
+    def parameter(verb: argparse.ArgumentParser, name: str = "parameter_name", **rest: Any) -> None:
+        arguments.add(verb, name, complete, help="Name of the parameter", **rest)
+
+    listing = of_node("list", "Output a list of available parameters", show_list, nargs="?")
     listing.add_argument("--param-prefixes", nargs="+", default=[], help="Only list parameters with these prefixes")
     listing.add_argument("--param-type", action="store_true", help="Print parameter types with parameter names")
     listing.add_argument("--filter", help="Only list parameters which match a regular expression")
-    get = verb("get", "Get parameter", show_get)
-    parameter_argument(get)
+    get = of_node("get", "Get parameter", show_get)
+    parameter(get)
     get.add_argument("--hide-type", action="store_true", help="Hide the type information")
-    set_ = verb("set", "Set parameter", run_set)
-    parameter_argument(set_)
+    set_ = of_node("set", "Set parameter", run_set)
+    parameter(set_)
     set_.add_argument("value", nargs="+", help="Value of the parameter")
-    delete = verb("delete", "Delete parameter", run_delete)
-    parameter_argument(delete)
-    describe = verb("describe", "Show descriptive information about declared parameters", show_describe)
-    parameter_argument(describe, name="parameter_names", nargs="+")
-    dump = verb("dump", "Show all of the parameters of a node in a YAML file format", show_dump)
-    dump.add_argument("--output-dir", type=Path, help=argparse.SUPPRESS)
-    dump.add_argument("--print", action="store_true", help=argparse.SUPPRESS)
-    load = verb("load", "Load parameter file for a node", run_load)
+    parameter(of_node("delete", "Delete parameter", run_delete))
+    describe = of_node("describe", "Show descriptive information about declared parameters", show_describe)
+    parameter(describe, "parameter_names", nargs="+")
+    of_node("dump", "Show all of the parameters of a node in a YAML file format", show_dump)
+    load = of_node("load", "Load parameter file for a node", run_load)
     load.add_argument("parameter_file", type=Path, help="Parameter file")
     load.add_argument("--no-use-wildcard", action="store_true", help="Do not load parameters in the '/**' namespace")
 
 
-def parameter_argument(parser: argparse.ArgumentParser, name: str = "parameter_name", **rest: Any) -> None:
-    """Declare the name of a parameter, which the shell completes."""
-    argument = parser.add_argument(name, help="Name of the parameter", **rest)
-    argument.completer = complete  # type: ignore[attr-defined]  # read by argcomplete
-
-
 def complete(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:
-    """Return the node's parameters that begin so."""
+    """Return the node's parameters that begin with `prefix`."""
     with graph() as seen:
         return [name for name in Parameters(seen, parsed_args.node_name).names() if name.startswith(prefix)]
 
@@ -86,7 +76,7 @@ class Parameters:
 
         self.node, self.name, self.seen = seen.node, full_name(node), seen
         if not seen.has_node(node):
-            raise Refusal(f"Node not found{hints.near(self.name, seen.nodes())}")
+            raise Refusal(f"Node not found{near(self.name, seen.nodes())}")
         self.client = AsyncParameterClient(seen.node, self.name)
         if not self.client.wait_for_services(timeout_sec=ANSWER_S):
             raise Refusal(f"Wait for service timed out: {self.name} offers no parameter services")
@@ -104,15 +94,15 @@ class Parameters:
         return sorted(self.answer(self.client.list_parameters(prefixes or [], 0)).result.names)
 
     def near(self, name: str) -> str:
-        """Return a line that asks for the nearest name, if the node has none that is the same."""
-        return hints.near(name, self.names())
+        """Return a line that suggests the nearest parameter, "" if the node has the parameter."""
+        return near(name, self.names())
 
     def values(self, names: list[str]) -> list[Any]:
         """Return the values, as messages."""
         return list(self.answer(self.client.get_parameters(names)).values)
 
     def set(self, values: dict[str, Any]) -> list[Any]:
-        """Set values one by one, and return how each went."""
+        """Set values one by one, and return the result of each."""
         from rcl_interfaces.msg import Parameter
         from rclpy.parameter import get_parameter_value
 
@@ -138,14 +128,12 @@ def plain(value: Any) -> Any:
 
 
 def shown(value: Any) -> str:
-    """Return a parameter's value as `ros2 param get` prints it: lists as the message has them."""
+    """Return a parameter's value as `ros2 param get` prints it: lists as in the message."""
     return str(getattr(value, FIELDS[value.type])) if value.type else "None"
 
 
 def show_list(args: argparse.Namespace) -> int:
-    """Print the names of one node's parameters, or of all nodes'."""
-    import re
-
+    """Print the names of the parameters of one node, or of all nodes."""
     with graph(args.spin_time) as seen:
         if args.node_name:
             nodes = [full_name(args.node_name)]
@@ -186,14 +174,13 @@ def show_get(args: argparse.Namespace) -> int:
 
 
 def run_set(args: argparse.Namespace) -> int:
-    """Set a value; a refusal is told and, as with the real command, no error."""
+    """Set a value; like the real command, report a refusal but return 0."""
+    from rcl_interfaces.msg import Parameter
     from rclpy.parameter import get_parameter_value
 
     text = " ".join(args.value)
     with graph(args.spin_time) as seen:
         parameters = Parameters(seen, args.node_name)
-        from rcl_interfaces.msg import Parameter
-
         wanted = Parameter(name=args.parameter_name, value=get_parameter_value(text))
         (result,) = parameters.answer(parameters.client.set_parameters([wanted])).results
         hint = "" if result.successful else parameters.near(args.parameter_name)
@@ -205,7 +192,7 @@ def run_set(args: argparse.Namespace) -> int:
 
 
 def run_delete(args: argparse.Namespace) -> int:
-    """Take a value away."""
+    """Delete a value."""
     with graph(args.spin_time) as seen:
         parameters = Parameters(seen, args.node_name)
         (result,) = parameters.answer(parameters.client.delete_parameters([args.parameter_name])).results
@@ -216,7 +203,7 @@ def run_delete(args: argparse.Namespace) -> int:
 
 
 def show_describe(args: argparse.Namespace) -> int:
-    """Print what is known of parameters."""
+    """Print the descriptions of parameters."""
     with graph(args.spin_time) as seen:
         parameters = Parameters(seen, args.node_name)
         found = parameters.answer(parameters.client.describe_parameters(args.parameter_names)).descriptors
@@ -240,7 +227,7 @@ def show_describe(args: argparse.Namespace) -> int:
 
 
 def show_dump(args: argparse.Namespace) -> int:
-    """Print all values, as a parameter file."""
+    """Print all values in the form of a parameter file."""
     with graph(args.spin_time) as seen:
         parameters = Parameters(seen, args.node_name)
         names = parameters.names()
@@ -254,17 +241,12 @@ def show_dump(args: argparse.Namespace) -> int:
         inner[last] = value
     document = {full_name(args.node_name): {"ros__parameters": nested}}
     text = yaml.safe_dump(document, default_flow_style=False, allow_unicode=True)
-    if args.output_dir is not None:
-        path = args.output_dir / (full_name(args.node_name).strip("/").replace("/", "__") + ".yaml")
-        path.write_text(text)
-        print(f"Saving to:  {path}")
-    else:
-        print(text)
+    print(text)
     return 0
 
 
 def run_load(args: argparse.Namespace) -> int:
-    """Set the values that a parameter file has for a node."""
+    """Set the values that a parameter file holds for a node."""
     try:
         document = yaml.safe_load(args.parameter_file.read_text())
     except (OSError, yaml.YAMLError) as error:
@@ -282,15 +264,13 @@ def run_load(args: argparse.Namespace) -> int:
 
 
 def _for_node(document: Any, node: str, wildcard: bool) -> dict[str, Any]:
-    import re
-
     found: dict[str, Any] = {}
     for key, body in (document or {}).items():
         if not isinstance(body, dict) or "ros__parameters" not in body:
             continue
         if "*" in key and not wildcard:
             continue
-        # "**" stands for any namespaces, "*" for one.
+        # "**" matches any namespaces, "*" one.
         pattern = re.escape(full_name(key)).replace(r"/\*\*", "(/.*)?").replace(r"\*", "[^/]*")
         if re.fullmatch(pattern, node):
             found.update(_flat(body["ros__parameters"] or {}))

@@ -1,61 +1,64 @@
-"""`ros2 pkg`: what packages there are, what they hold, and making one."""
+"""`ros2 pkg`: list the packages, show what they hold, and create one."""
 
 from __future__ import annotations
 
 import argparse
+import xml.etree.ElementTree as ET
+from pathlib import Path
 from typing import Any
 
-from . import pkg_create, prefixes
-from .answers import Refusal
+from . import arguments, packages, pkg_create
+from .refusals import Refusal
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the words and flags."""
-    verbs = parser.add_subparsers(title="Commands", metavar="Call `ros2 pkg <command> -h` for more detailed usage.")
-    pkg_create.add_verb(verbs)
-    listing = verbs.add_parser("list", help="Output a list of available packages")
-    listing.set_defaults(run=show_list)
-    prefix = verbs.add_parser("prefix", help="Output the prefix path of a package")
+    """Declare verbs and flags."""
+    add_verb = arguments.verbs(parser, "pkg")
+    pkg_create.add_arguments(add_verb("create", "Create a new ROS 2 package", pkg_create.run))
+    add_verb("list", "Output a list of available packages", show_list)
+    prefix = add_verb("prefix", "Output the prefix path of a package", show_prefix)
     _package(prefix)
     prefix.add_argument("--share", action="store_true", help="Show the share directory for the package")
-    prefix.set_defaults(run=show_prefix)
-    executables = verbs.add_parser("executables", help="Output a list of package specific executables")
+    executables = add_verb("executables", "Output a list of package specific executables", show_executables)
     _package(executables, nargs="?")
     executables.add_argument("--full-path", action="store_true", help="Show the full path of each executable")
-    executables.set_defaults(run=show_executables)
-    xml = verbs.add_parser("xml", help="Output the XML of the package manifest or a specific tag")
+    xml = add_verb("xml", "Output the XML of the package manifest or a specific tag", show_xml)
     _package(xml)
     xml.add_argument("-t", "--tag", help="The XML tag to output, e.g. version")
-    xml.set_defaults(run=show_xml)
 
 
 def _package(parser: argparse.ArgumentParser, **rest: Any) -> None:
-    argument = parser.add_argument("package_name", help="Name of the package", **rest)
-    argument.completer = lambda prefix, **_: [n for n in prefixes.names("packages") if n.startswith(prefix)]  # type: ignore[attr-defined]
+    def complete(prefix: str, **_: object) -> list[str]:
+        return [name for name in packages.names() if name.startswith(prefix)]
+
+    arguments.add(parser, "package_name", complete, help="Name of the package", **rest)
+
+
+def _prefix(package: str) -> Path:
+    if (found := packages.prefix(package)) is None:
+        raise Refusal(f"Package not found{packages.advice(package)}")
+    return found
 
 
 def show_list(_args: argparse.Namespace) -> int:
     """Print the packages."""
-    for name in prefixes.names("packages"):
-        print(name)
+    print("\n".join(packages.names()))
     return 0
 
 
 def show_prefix(args: argparse.Namespace) -> int:
     """Print where a package is installed."""
-    found = prefixes.prefix(args.package_name)
-    if found is None:
-        raise Refusal(f"Package not found{prefixes.advice(args.package_name)}")
+    found = _prefix(args.package_name)
     print(found / "share" / args.package_name if args.share else found)
     return 0
 
 
 def show_executables(args: argparse.Namespace) -> int:
     """Print the executables of a package, or of all."""
-    for package in [args.package_name] if args.package_name else prefixes.names("packages"):
-        found = prefixes.executables(package)
+    for package in [args.package_name] if args.package_name else packages.names():
+        found = packages.executables(package)
         if found is None:
-            raise Refusal(f"Package '{package}' not found{prefixes.advice(package)}")
+            raise Refusal(f"Package '{package}' not found{packages.advice(package)}")
         for path in found:
             print(path if args.full_path else f"{package} {path.name}")
     return 0
@@ -63,11 +66,7 @@ def show_executables(args: argparse.Namespace) -> int:
 
 def show_xml(args: argparse.Namespace) -> int:
     """Print a package's manifest, or the values of one tag."""
-    import xml.etree.ElementTree as ET
-
-    found = prefixes.prefix(args.package_name)
-    if found is None:
-        raise Refusal(f"Package not found{prefixes.advice(args.package_name)}")
+    found = _prefix(args.package_name)
     text = (found / "share" / args.package_name / "package.xml").read_text()
     if args.tag is None:
         print(text)

@@ -1,4 +1,4 @@
-"""Quality of service: from the command line, and matched to the publishers that are there."""
+"""Quality-of-service profiles: from the flags of a command, and matched to the publishers of a topic."""
 
 # mypy: disallow-untyped-calls=False
 # rclpy is typed in parts: a call of an untyped function there says nothing about our code.
@@ -6,32 +6,39 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from typing import Any
 
 PROFILES = ("unknown", "default", "system_default", "sensor_data", "services_default", "parameters", "parameter_events")
 
 
-def add_qos_arguments(parser: argparse.ArgumentParser, default: str = "") -> None:
+def qos_arguments(parser: argparse.ArgumentParser, default: str = "") -> None:
     """Declare the flags."""
-    said = f" ({default})" if default else ""
-    parser.add_argument("--qos-profile", choices=PROFILES, help=f"Quality of service preset profile{said}")
+    note = f" ({default})" if default else ""
+    parser.add_argument("--qos-profile", choices=PROFILES, help=f"Quality of service preset profile{note}")
     parser.add_argument("--qos-depth", metavar="N", type=int, default=-1, help="Queue size setting")
     parser.add_argument("--qos-history", choices=("system_default", "keep_last", "keep_all", "unknown"))
     parser.add_argument("--qos-reliability", choices=("system_default", "reliable", "best_effort", "unknown"))
     parser.add_argument("--qos-durability", choices=("system_default", "transient_local", "volatile", "unknown"))
 
 
-def matching(publishers: list[Any], depth: int = -1) -> Any:
-    """Return a profile with which all publishers are heard."""
-    flags = {"qos_profile": None, "qos_history": None, "qos_reliability": None, "qos_durability": None}
-    return asked(argparse.Namespace(qos_depth=depth, **flags), publishers)
-
-
-def asked(args: argparse.Namespace, publishers: list[Any] | None = None) -> Any:
-    """Return the profile that the flags ask for; what they leave open is chosen so that all publishers are heard."""
+def matching(offered: Sequence[Any], depth: int = 10) -> Any:
+    """Return a profile that is compatible with every offered one, of rclpy or rosbags; reliable if there is none."""
     from rclpy import qos
 
-    chosen = args.qos_profile
+    best_effort = any(one.reliability.name == "BEST_EFFORT" for one in offered)
+    local = bool(offered) and all(one.durability.name == "TRANSIENT_LOCAL" for one in offered)
+    return qos.QoSProfile(
+        depth=depth,
+        reliability=qos.ReliabilityPolicy.BEST_EFFORT if best_effort else qos.ReliabilityPolicy.RELIABLE,
+        durability=qos.DurabilityPolicy.TRANSIENT_LOCAL if local else qos.DurabilityPolicy.VOLATILE,
+    )
+
+
+def from_flags(args: argparse.Namespace, offered: Sequence[Any] = ()) -> Any:
+    """Return the profile that the flags ask for; without a preset it starts from one that matches the offered ones."""
+    from rclpy import qos
+
     presets = {
         "sensor_data": qos.qos_profile_sensor_data,
         "services_default": qos.qos_profile_services_default,
@@ -39,17 +46,9 @@ def asked(args: argparse.Namespace, publishers: list[Any] | None = None) -> Any:
         "parameter_events": qos.qos_profile_parameter_events,
         "system_default": qos.qos_profile_system_default,
     }
-    base = presets.get(chosen)
-    profile = qos.QoSProfile(
-        depth=base.depth if base else 10,
-        reliability=base.reliability if base else qos.ReliabilityPolicy.RELIABLE,
-        durability=base.durability if base else qos.DurabilityPolicy.VOLATILE,
-    )
-    if chosen is None and publishers:
-        if any(end.qos_profile.reliability == qos.ReliabilityPolicy.BEST_EFFORT for end in publishers):
-            profile.reliability = qos.ReliabilityPolicy.BEST_EFFORT
-        if all(end.qos_profile.durability == qos.DurabilityPolicy.TRANSIENT_LOCAL for end in publishers):
-            profile.durability = qos.DurabilityPolicy.TRANSIENT_LOCAL
+    profile = matching(() if args.qos_profile else offered)
+    if (preset := presets.get(args.qos_profile)) is not None:
+        profile = qos.QoSProfile(depth=preset.depth, reliability=preset.reliability, durability=preset.durability)
     if args.qos_depth >= 0:
         profile.depth = args.qos_depth
     if args.qos_history:

@@ -1,4 +1,4 @@
-"""`ros2 topic hz | bw | delay`: how often, how much and how late."""
+"""`ros2 topic hz | bw | delay`: measure the rate, bandwidth and delay of a topic."""
 
 # mypy: disallow-untyped-calls=False
 # rclpy is typed in parts: a call of an untyped function there says nothing about our code.
@@ -13,38 +13,36 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
-from .answers import Refusal
-from .graph import add_graph_arguments, graph, spin, steady_clock
+from . import arguments
+from .graph import graph
 from .qos import matching
-from .topic_flow import subscription
+from .refusals import Refusal
+from .spinning import spin, steady_clock
+from .topic_pubsub import subscription
 
 WINDOWS = {"hz": 10000, "bw": 100, "delay": 10000}  # messages, as with the real command
 
 
-def add_verbs(verbs: Any) -> None:
-    """Declare words and flags."""
-    from .topic import topic_argument
-
+def add_verbs(add_verb: arguments.AddVerb) -> None:
+    """Declare verbs and flags."""
     for name, text, meter in (
         ("hz", "Print the average publishing rate to screen", Rate),
         ("bw", "Display bandwidth used by topic", Bandwidth),
         ("delay", "Display delay of topic from timestamp in header", Delay),
     ):
-        verb = verbs.add_parser(name, help=text)
-        add_graph_arguments(verb)
-        topic_argument(verb)
+        verb = add_verb(name, text, lambda args, meter=meter: meter(args).run(), graph=True)
+        arguments.topic_argument(verb)
         verb.add_argument("--window", "-w", type=int, default=WINDOWS[name], help="Window size, in messages")
         if name == "hz":
             verb.add_argument("--filter", dest="filter_expr", metavar="EXPR", help="Only count messages m that match")
             verb.add_argument("--wall-time", action="store_true", help="Count by wall time also with --use-sim-time")
-        verb.set_defaults(run=lambda args, meter=meter: meter(args).run())
 
 
 class Meter:
-    """Counts what comes, and says something each second."""
+    """Samples the messages of a topic, and prints a summary each second."""
 
     raw = True
-    """Whether messages are taken as bytes, which costs less."""
+    """Whether messages are received as bytes, which costs less."""
     greeting = ""
 
     def __init__(self, args: argparse.Namespace) -> None:
@@ -57,47 +55,48 @@ class Meter:
         """Listen until Ctrl-C."""
         with graph(self.args.spin_time, sim_time=self.args.use_sim_time) as seen:
             self.clock = seen.node.get_clock()
-            name, kind, publishers = subscription(seen, self.args, wait=True)
-            seen.node.create_subscription(kind, name, self.take, matching(publishers), raw=self.raw)
+            name, kind, publishers = subscription(seen, self.args, wait_for_it=True)
+            profile = matching([end.qos_profile for end in publishers])
+            seen.node.create_subscription(kind, name, self.take, profile, raw=self.raw)
             if self.greeting:
                 print(self.greeting.format(name), flush=True)
-            told = 0
+            reported = 0
 
-            def tell() -> None:
-                nonlocal told
-                if self.count == told:
-                    if told:
+            def report() -> None:
+                nonlocal reported
+                if self.count == reported:
+                    if reported:
                         print("no new messages", flush=True)
                     return
-                told = self.count
-                self.say(list(self.samples))
+                reported = self.count
+                self.summarise(list(self.samples))
 
-            seen.node.create_timer(1.0, tell, clock=steady_clock())
+            seen.node.create_timer(1.0, report, clock=steady_clock())
             spin(seen.node, lambda: False)
         return 0
 
     def take(self, message: Any) -> None:
-        """Take a message; before simulated time is known it would be of no use."""
+        """Sample a message; before simulated time is known it would be of no use."""
         if self.args.use_sim_time and self.clock.now().nanoseconds == 0:
             return
         self.samples.append((self.now(), self.measure(message)))
         self.count += 1
 
     def now(self) -> float:
-        """Return the time by which is counted, in seconds."""
+        """Return the time that samples are stamped with, in seconds."""
         return time.monotonic()
 
-    def measure(self, message: Any) -> float:  # noqa: ARG002 - the others need it
-        """Return what is noted of a message."""
+    def measure(self, message: Any) -> float:  # noqa: ARG002 - for subclasses
+        """Return the measure of a message."""
         return 0.0
 
-    def say(self, samples: list[tuple[float, float]]) -> None:
-        """Print what the times and measures of the last messages tell."""
+    def summarise(self, samples: list[tuple[float, float]]) -> None:
+        """Print a summary of the last messages, given as pairs of time and measure."""
         raise NotImplementedError
 
 
 class Rate(Meter):
-    """How often messages come."""
+    """How often messages arrive."""
 
     def __init__(self, args: argparse.Namespace) -> None:
         super().__init__(args)
@@ -105,17 +104,17 @@ class Rate(Meter):
         self.raw = self.keep is None
 
     def take(self, message: Any) -> None:
-        """Take a message that matches."""
+        """Sample a message that matches."""
         if self.keep is None or eval(self.keep, {"m": message}):
             super().take(message)
 
     def now(self) -> float:
-        """Return simulated time if that is asked for."""
+        """Return simulated time if it was asked for, else wall time."""
         by_clock = self.args.use_sim_time and not self.args.wall_time
         return float(self.clock.now().nanoseconds * 1e-9) if by_clock else time.monotonic()
 
-    def say(self, samples: list[tuple[float, float]]) -> None:
-        """Print the rate, and how even it is."""
+    def summarise(self, samples: list[tuple[float, float]]) -> None:
+        """Print the rate, and how regular it is."""
         gaps = [b - a for (a, _), (b, _) in pairwise(samples)]
         if not gaps:
             return
@@ -124,7 +123,7 @@ class Rate(Meter):
 
 
 class Bandwidth(Meter):
-    """How many bytes come."""
+    """How many bytes arrive."""
 
     greeting = "Subscribed to [{}]"
 
@@ -132,8 +131,8 @@ class Bandwidth(Meter):
         """Return the message's size in bytes."""
         return len(message)
 
-    def say(self, samples: list[tuple[float, float]]) -> None:
-        """Print bytes a second, and how large messages are."""
+    def summarise(self, samples: list[tuple[float, float]]) -> None:
+        """Print bytes per second, and the sizes of messages."""
         if len(samples) < 2:
             return
         sizes = [number for _, number in samples]
@@ -144,30 +143,30 @@ class Bandwidth(Meter):
 
 
 class Delay(Meter):
-    """How old the messages' stamps are when they come."""
+    """How old the messages' stamps are when they arrive."""
 
     raw = False
 
     def measure(self, message: Any) -> float:
-        """Return the age in seconds, by the clock that is asked for."""
+        """Return the age in seconds, by the clock that was asked for."""
         if not hasattr(message, "header"):
             raise Refusal("msg does not have header")
         stamp = message.header.stamp
         return float(self.clock.now().nanoseconds - stamp.sec * 10**9 - stamp.nanosec) * 1e-9
 
-    def say(self, samples: list[tuple[float, float]]) -> None:
+    def summarise(self, samples: list[tuple[float, float]]) -> None:
         """Print the age."""
         delays = [delay for _, delay in samples]
         print(f"average delay: {statistics.fmean(delays):.3f}\n\t{spread(delays, len(delays))}", flush=True)
 
 
 def spread(values: Sequence[float], window: int) -> str:
-    """Return how seconds are spread, as the real command prints it."""
+    """Return the spread of durations in seconds, as the real command prints it."""
     return f"min: {min(values):.3f}s max: {max(values):.3f}s std dev: {statistics.pstdev(values):.5f}s window: {window}"
 
 
 def size(value: float, per: str = "") -> str:
-    """Return a number of bytes for people."""
+    """Return a number of bytes with a readable unit."""
     for unit, of in (("MB", 1000**2), ("KB", 1000)):
         if value >= of:
             return f"{value / of:.2f} {unit}{per}"

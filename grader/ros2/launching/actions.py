@@ -1,25 +1,22 @@
-"""The actions of `launch.actions` that hold or fetch other entities: groups, included files, functions; and LogInfo."""
+"""The actions of `launch.actions` that hold entities or change the state: groups, functions, arguments, environment."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from .entities import Action, Entities, LaunchDescription, SomeSubstitutionsType, perform, substitutions
-from .errors import LaunchError
-from .state_actions import (
-    DeclareLaunchArgument,
-    PopEnvironment,
-    PopLaunchConfigurations,
-    PushEnvironment,
-    PushLaunchConfigurations,
-    ResetLaunchConfigurations,
-    SetLaunchConfiguration,
+from .context import LaunchContext
+from .entities import (
+    Action,
+    DeclaredArgument,
+    Entities,
+    SomeSubstitutionsType,
+    is_on,
+    perform,
+    perform_fixed,
+    substitutions,
 )
-
-if TYPE_CHECKING:
-    from .context import LaunchContext
-    from .sources import LaunchDescriptionSource
+from .errors import LaunchError
 
 
 class LogInfo(Action):
@@ -51,20 +48,107 @@ class OpaqueFunction(Action):
         return found
 
 
-class _Do(Action):
-    """A step of a group."""
+class ContextStep(Action):
+    """Changes the context by a function of it: a step of a group or an include."""
 
     def __init__(self, step: Callable[[LaunchContext], Any]) -> None:
         super().__init__()
         self.step = step
 
     def execute(self, context: LaunchContext) -> None:
-        """Take the step."""
+        """Call the function."""
         self.step(context)
 
 
+class DeclareLaunchArgument(Action):
+    """Declares an argument of the launch file; its default is set only if the name has no value yet."""
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        default_value: SomeSubstitutionsType | None = None,
+        description: str | None = None,
+        choices: Iterable[str] | None = None,
+        **rest: Any,
+    ) -> None:
+        super().__init__(**rest)
+        if not isinstance(name, str):
+            raise TypeError(f"the name of a launch argument is a string, got {name!r}")
+        self.name = name
+        self.default_value = None if default_value is None else substitutions(default_value)
+        self.choices = None if choices is None else list(choices)
+        self.description = description or "no description given"
+        if self.choices is not None:
+            self.description += ("" if self.description.endswith(".") else ".") + f" Valid choices are: {self.choices}"
+            if self.default_value is not None and (text := perform_fixed(self.default_value)) is not None:
+                self._check(text)
+
+    def _check(self, value: str) -> None:
+        if self.choices is not None and value not in self.choices:
+            raise LaunchError(
+                f'Argument "{self.name}" provided value "{value}" is not valid. Valid options are: {self.choices}'
+            )
+
+    def declared_arguments(self, conditional: bool = False) -> Iterator[tuple[DeclaredArgument, bool]]:
+        """Yield this argument."""
+        yield self, conditional or self.condition is not None
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set the default, and compare the value with the choices."""
+        if self.name not in context.launch_configurations:
+            if self.default_value is None:
+                raise LaunchError(
+                    f"Required launch argument '{self.name}' (description: '{self.description}') was not provided."
+                )
+            context.launch_configurations[self.name] = perform(context, self.default_value)
+        self._check(str(context.launch_configurations[self.name]))
+
+
+class SetLaunchConfiguration(Action):
+    """Sets a configuration."""
+
+    def __init__(self, name: SomeSubstitutionsType, value: SomeSubstitutionsType, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.name, self.value = substitutions(name), substitutions(value)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set it."""
+        context.launch_configurations[perform(context, self.name)] = perform(context, self.value)
+
+
+class SetEnvironmentVariable(SetLaunchConfiguration):
+    """Sets an environment variable for the processes started afterwards."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set it."""
+        context.environment[perform(context, self.name)] = perform(context, self.value)
+
+
+class AppendEnvironmentVariable(Action):
+    """Adds to the end, or the start, of an environment variable that is a list."""
+
+    def __init__(
+        self,
+        name: SomeSubstitutionsType,
+        value: SomeSubstitutionsType,
+        prepend: Any = False,
+        separator: SomeSubstitutionsType = ":",
+        **rest: Any,
+    ) -> None:
+        super().__init__(**rest)
+        self.name, self.value, self.prepend, self.separator = substitutions(name), value, prepend, separator
+
+    def execute(self, context: LaunchContext) -> None:
+        """Add to it."""
+        name, value = perform(context, self.name), perform(context, self.value)
+        parts = [value, context.environment[name]] if name in context.environment else [value]
+        ordered = parts if is_on(context, self.prepend) else reversed(parts)
+        context.environment[name] = perform(context, self.separator).join(ordered)
+
+
 class GroupAction(Action):
-    """Actions together; configurations and environment are put back after them, unless `scoped=False`."""
+    """Groups actions; configurations and environment are restored after them, unless `scoped=False`."""
 
     def __init__(
         self,
@@ -85,76 +169,26 @@ class GroupAction(Action):
         return self.actions
 
     def execute(self, context: LaunchContext) -> Entities:  # noqa: ARG002 - as every action
-        """Return the actions between what opens and what closes the group."""
+        """Return the actions between the steps that open and close the group."""
         given = [SetLaunchConfiguration(name, value) for name, value in self.launch_configurations.items()]
         if not self.scoped:
             return [*given, *self.actions]
-        opening: list[Action] = [PushLaunchConfigurations(), PushEnvironment()]
-        if self.forwarding:
-            opening += given
-        else:
-            opening += [
-                _Do(lambda c: c.reset_environment()),
-                ResetLaunchConfigurations(self.launch_configurations),
-            ]
-        return [*opening, *self.actions, PopEnvironment(), PopLaunchConfigurations()]
+        opening: Entities = given if self.forwarding else [ContextStep(self._start_afresh)]
+        return [ContextStep(_push), *opening, *self.actions, ContextStep(_pop)]
+
+    def _start_afresh(self, context: LaunchContext) -> None:
+        """Reset the environment and forget all configurations but those given, which may refer to the others."""
+        context.reset_environment()
+        kept = {perform(context, name): perform(context, value) for name, value in self.launch_configurations.items()}
+        context.launch_configurations.clear()
+        context.launch_configurations.update(kept)
 
 
-class IncludeLaunchDescription(Action):
-    """Runs another launch file in the same state: what it sets, and its arguments, leak into what follows."""
-
-    def __init__(
-        self,
-        launch_description_source: LaunchDescriptionSource | Any,
-        *,
-        launch_arguments: Iterable[tuple[SomeSubstitutionsType, Any]] | None = None,
-        **rest: Any,
-    ) -> None:
-        super().__init__(**rest)
-        from .sources import AnyLaunchDescriptionSource, LaunchDescriptionSource
-
-        if not isinstance(launch_description_source, LaunchDescriptionSource):
-            launch_description_source = AnyLaunchDescriptionSource(launch_description_source)
-        self.launch_description_source: LaunchDescriptionSource = launch_description_source
-        self.launch_arguments = list(launch_arguments or [])
-
-    def describe_sub_entities(self) -> Entities:
-        """Return the file's description, where its place is known beforehand."""
-        found = self.launch_description_source.try_get_launch_description_without_context()
-        return [] if found is None else [found]
-
-    def execute(self, context: LaunchContext) -> Entities:
-        """Read the file, and check before anything of it runs that its required arguments are given."""
-        description = self.launch_description_source.get_launch_description(context)
-        location = self.launch_description_source.location
-        names = {"current_launch_file_path": str(location), "current_launch_file_directory": str(location.parent)}
-        before = {name: context.get_locals_as_dict().get(name) for name in names}
-        context.extend_locals(names)
-        given = [SetLaunchConfiguration(name, value) for name, value in self.launch_arguments]
-        self._require(context, description)
-        return [*given, description, _Do(lambda c: c.extend_locals(before))]
-
-    def _require(self, context: LaunchContext, description: LaunchDescription) -> None:
-        """Raise if a required argument is not among those given; a configuration of its name does not do."""
-        given = {perform(context, name) for name, _ in self.launch_arguments}
-        for argument in _required(description.entities, given):
-            raise LaunchError(
-                f"Included launch description missing required argument '{argument.name}' "
-                f"(description: '{argument.description}'), given: [{', '.join(sorted(given))}]"
-            )
-
-    def names_given(self) -> set[str]:
-        """Return the names of the arguments given that are known beforehand."""
-        names = [substitutions(name) for name, _ in self.launch_arguments]
-        return {"".join(one.perform(None) for one in name) for name in names if all(one.fixed for one in name)}  # type: ignore[arg-type]  # fixed
+def _push(context: LaunchContext) -> None:
+    context.push_configurations()
+    context.push_environment()
 
 
-def _required(entities: Entities, given: set[str]) -> Iterator[DeclareLaunchArgument]:
-    """Yield the arguments without a default that are not given, those of files included from here too."""
-    for entity in entities:
-        if getattr(entity, "condition", None) is not None:
-            continue
-        if isinstance(entity, DeclareLaunchArgument) and entity.default_value is None and entity.name not in given:
-            yield entity
-        inner = given | entity.names_given() if isinstance(entity, IncludeLaunchDescription) else given
-        yield from _required(entity.describe_sub_entities(), inner)
+def _pop(context: LaunchContext) -> None:
+    context.pop_environment()
+    context.pop_configurations()

@@ -7,13 +7,14 @@ import os
 import sys
 from pathlib import Path
 
-from . import packages
-from .actions import IncludeLaunchDescription
-from .entities import Entities, LaunchDescription, declared, describe
-from .errors import LaunchError
-from .record import VARIABLE
-from .service import LaunchService, explain
-from .sources import AnyLaunchDescriptionSource, read_any
+from ..commands import packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
+from . import modules
+from .entities import Entities, LaunchDescription, describe
+from .errors import LaunchError, explain
+from .include import AnyLaunchDescriptionSource, IncludeLaunchDescription, read_any
+from .output import RECORD_VARIABLE
+from .ros_substitutions import find_prefix
+from .service import LaunchService
 
 ENDINGS = (".py", ".xml", ".yaml", ".yml")
 
@@ -35,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--record",
         metavar="FILE",
-        help=f"Write how each process started and ended to FILE, as JSON lines (also: {VARIABLE} in the environment)",
+        help=f"Write how each process started and ended to FILE, as JSON lines (environment: {RECORD_VARIABLE})",
     )
     first = parser.add_argument("package_name", help="Name of the package, or path of the launch file")
     first.completer = _complete_packages  # type: ignore[attr-defined]  # read by argcomplete
@@ -45,10 +46,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "launch_arguments", nargs="*", help="Arguments to the launch file; '<name>:=<value>' (last one wins)"
     )
     third.completer = _complete_arguments  # type: ignore[attr-defined]  # read by argcomplete
+    parser.set_defaults(run=main)
 
 
 def main(args: argparse.Namespace) -> int:
     """Run `ros2 launch` and return the exit code."""
+    modules.install()
     try:
         path, words = find(args.package_name, args.launch_file_name, args.launch_arguments)
         given = parse(words)
@@ -65,7 +68,7 @@ def main(args: argparse.Namespace) -> int:
         given["launch-prefix"] = args.launch_prefix
     if args.launch_prefix_filter:
         given["launch-prefix-filter"] = args.launch_prefix_filter
-    record = args.record or os.environ.pop(VARIABLE, None)  # the nodes need not know
+    record = args.record or os.environ.pop(RECORD_VARIABLE, None)  # the nodes must not inherit it
     service = LaunchService(
         argv=words,
         noninteractive=args.noninteractive or not sys.stdin.isatty(),
@@ -74,7 +77,7 @@ def main(args: argparse.Namespace) -> int:
     )
     service.output.begin()
     include = IncludeLaunchDescription(AnyLaunchDescriptionSource(str(path)), launch_arguments=list(given.items()))
-    include.place = None  # no line of anybody's launch file
+    include.place = None  # no line of a launch file
     service.include_launch_description(LaunchDescription([include]))
     return service.run()
 
@@ -85,10 +88,10 @@ def find(package: str, file: str | None, words: list[str]) -> tuple[Path, list[s
         return Path(package).absolute(), ([file] if file is not None else []) + words
     if file is None:
         raise LaunchError(
-            f"'{package}' is no file: ros2 launch takes a package and the name of its launch file, or a path"
+            f"'{package}' is not a file: ros2 launch takes a package and the name of its launch file, or a path"
         )
     try:
-        share = packages.share(package)
+        share = find_prefix(package) / "share" / package
     except LaunchError as error:
         raise LaunchError(f"Package '{package}' not found: {error}") from error
     found = sorted(path for path in share.rglob(file) if path.is_file())
@@ -107,7 +110,7 @@ def find(package: str, file: str | None, words: list[str]) -> tuple[Path, list[s
 
 
 def launch_files(share: Path) -> list[Path]:
-    """Return what looks like launch files below a share folder."""
+    """Return the files below a share folder whose names look like launch files."""
     return sorted(
         path
         for path in share.rglob("*launch*")
@@ -116,7 +119,7 @@ def launch_files(share: Path) -> list[Path]:
 
 
 def parse(words: list[str]) -> dict[str, str]:
-    """Return the arguments; of several with one name the last wins."""
+    """Return the arguments; of several with the same name the last wins."""
     found: dict[str, str] = {}
     for word in words:
         name, separator, value = word.partition(":=")
@@ -127,21 +130,19 @@ def parse(words: list[str]) -> dict[str, str]:
 
 
 def arguments_shown(description: LaunchDescription) -> str:
-    """Return what `--show-args` prints."""
+    """Return the text that `--show-args` prints."""
     lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
-    seen: set[str] = set()
-    for argument, conditional in declared(description.entities):
+    seen: dict[str, bool] = {}
+    for argument, conditional in description.declared_arguments():
         if argument.name in seen:
             continue
-        seen.add(argument.name)
+        seen[argument.name] = conditional
         lines += ["", f"    '{argument.name}':{'*' if conditional else ''}", f"        {argument.description}"]
         if argument.default_value is not None:
             lines.append(f"        (default: {describe(argument.default_value)})")
-        if conditional and "" not in seen:
-            seen.add("")
     if not seen:
         lines += ["", "  No arguments."]
-    if "" in seen:
+    if any(seen.values()):
         lines += ["", "* argument(s) which are only used if specific conditions occur"]
     return "\n".join(lines)
 
@@ -162,28 +163,23 @@ def printed(description: LaunchDescription) -> str:
 
 
 def _complete_packages(prefix: str, **_: object) -> list[str]:
-    folders = [one / "share/ament_index/resource_index/packages" for one in packages.prefixes()]
-    names = {path.name for folder in folders if folder.is_dir() for path in folder.iterdir()}
-    return sorted(name for name in names if name.startswith(prefix))
+    return [name for name in packages.names() if name.startswith(prefix)]
 
 
 def _complete_files(prefix: str, parsed_args: argparse.Namespace, **_: object) -> list[str]:
     if Path(parsed_args.package_name).is_file():  # a launch file by its path: its arguments follow
         return _complete_arguments(prefix, parsed_args)
-    try:
-        share = packages.share(parsed_args.package_name)
-    except LaunchError:
+    name = parsed_args.package_name
+    if (found := packages.prefix(name)) is None:
         return []
-    return [path.name for path in launch_files(share) if path.name.startswith(prefix)]
+    return [path.name for path in launch_files(found / "share" / name) if path.name.startswith(prefix)]
 
 
 def _complete_arguments(prefix: str, parsed_args: argparse.Namespace, **_: object) -> list[str]:
-    from . import modules
-
     modules.install()  # the file imports them
     try:
         path, _words = find(parsed_args.package_name, parsed_args.launch_file_name, [])
-        names = [argument.name for argument, _ in declared(read_any(path).entities)]
+        names = [argument.name for argument, _ in read_any(path).declared_arguments()]
     except Exception:
         return []
     return [f"{name}:=" for name in names if name.startswith(prefix)]

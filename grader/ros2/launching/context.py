@@ -1,4 +1,4 @@
-"""The state that a launch file's actions share: configurations, environment, event queue and handlers."""
+"""The state that the actions of one launch share: configurations, environment, event queue and handlers."""
 
 from __future__ import annotations
 
@@ -7,16 +7,25 @@ import os
 from collections import deque
 from collections.abc import Iterable, MutableMapping
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
-if TYPE_CHECKING:
-    from .entities import Substitution
-    from .events import Event
-    from .handlers import EventHandler
+
+class Handler(Protocol):
+    """An event handler, as far as the context needs to know it."""
+
+    def matches(self, event: Any) -> bool:
+        """Return whether the handler is waiting for this event."""
+
+
+class Performable(Protocol):
+    """A substitution, as far as the context needs to know it."""
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the text."""
 
 
 class LaunchContext:
-    """The state of one run. Configurations are one flat dictionary: only a group puts it back afterwards."""
+    """The state of one launch. Configurations are one flat dictionary; only a group restores them afterwards."""
 
     def __init__(self, *, argv: Iterable[str] | None = None, noninteractive: bool = False) -> None:
         self.argv = list(argv or [])
@@ -24,9 +33,9 @@ class LaunchContext:
         self.launch_configurations: dict[str, Any] = {}
         self.is_shutdown = False
         self.asyncio_loop: asyncio.AbstractEventLoop | None = None
-        self.events: deque[Event] = deque()
-        self.handlers: deque[EventHandler] = deque()
-        self.runner: Any = None  # the service that runs this context; processes find output, record and counter there
+        self.events: deque[Any] = deque()
+        self.handlers: deque[Any] = deque()
+        self.runner: Any = None  # the service that runs this context, with the output, the record and the counter
         self._locals: dict[str, Any] = {}
         self._locals_stack: list[dict[str, Any]] = []
         self._configuration_stack: list[dict[str, Any]] = []
@@ -34,10 +43,10 @@ class LaunchContext:
         self._first_environment = dict(os.environ)
         self._wake: asyncio.Event | None = None
 
-    # -- values that live as long as the thing being visited ------------------------------------------------------
+    # -- values that live as long as the entity being visited -----------------------------------------------------
     @property
     def locals(self) -> SimpleNamespace:
-        """The values that hold here, such as the event being handled or the launch file being read."""
+        """The current local values, such as the event being handled or the launch file being read."""
         return SimpleNamespace(**self._locals)
 
     def get_locals_as_dict(self) -> dict[str, Any]:
@@ -49,11 +58,11 @@ class LaunchContext:
         self._locals.update(extension)
 
     def push_locals(self) -> None:
-        """Remember the locals."""
+        """Save the locals."""
         self._locals_stack.append(dict(self._locals))
 
     def pop_locals(self) -> None:
-        """Go back to the locals last remembered."""
+        """Restore the locals saved last."""
         self._locals = self._locals_stack.pop()
 
     # -- configurations and environment ---------------------------------------------------------------------------
@@ -63,60 +72,56 @@ class LaunchContext:
         return os.environ
 
     def push_configurations(self) -> None:
-        """Remember the configurations."""
+        """Save the configurations."""
         self._configuration_stack.append(dict(self.launch_configurations))
 
     def pop_configurations(self) -> None:
-        """Go back to the configurations last remembered."""
+        """Restore the configurations saved last."""
         self.launch_configurations.clear()
         self.launch_configurations.update(self._configuration_stack.pop())
 
     def push_environment(self) -> None:
-        """Remember the environment."""
+        """Save the environment."""
         self._environment_stack.append(dict(os.environ))
 
     def pop_environment(self) -> None:
-        """Go back to the environment last remembered."""
+        """Restore the environment saved last."""
         _restore(self._environment_stack.pop())
 
     def reset_environment(self) -> None:
-        """Go back to the environment that the launch started with."""
+        """Restore the environment that the launch started with."""
         _restore(self._first_environment)
 
-    def perform_substitution(self, substitution: Substitution) -> str:
-        """Return the substitution's text as of now."""
+    def perform_substitution(self, substitution: Performable) -> str:
+        """Return the substitution's current text."""
         return substitution.perform(self)
 
     # -- events ---------------------------------------------------------------------------------------------------
-    def register_event_handler(self, handler: EventHandler, append: bool = False) -> None:
-        """Have the handler asked about every further event; the one registered last is asked first."""
-        (self.handlers.append if append else self.handlers.appendleft)(handler)
+    def register_event_handler(self, handler: Handler) -> None:
+        """Ask the handler about every further event, before those registered earlier."""
+        self.handlers.appendleft(handler)
 
-    def unregister_event_handler(self, handler: EventHandler) -> None:
-        """Have the handler asked no more."""
+    def unregister_event_handler(self, handler: Handler) -> None:
+        """Stop asking the handler about events."""
         if handler in self.handlers:
             self.handlers.remove(handler)
 
-    def emit_event_sync(self, event: Event) -> None:
+    def emit_event_sync(self, event: Any) -> None:
         """Queue an event."""
         self.events.append(event)
         self.wake()
 
-    async def emit_event(self, event: Event) -> None:
-        """Queue an event."""
-        self.emit_event_sync(event)
-
-    def would_handle_event(self, event: Event) -> bool:
-        """Say whether some handler waits for such an event."""
+    def would_handle_event(self, event: Any) -> bool:
+        """Return whether some handler is waiting for such an event."""
         return any(handler.matches(event) for handler in self.handlers)
 
     def wake(self) -> None:
-        """Have the service look again: an event has come or something has ended."""
+        """Tell the service to look again: an event has arrived or something has ended."""
         if self._wake is not None:
             self._wake.set()
 
     async def awake(self) -> None:
-        """Wait until `wake` is called, also if it was called since the last time."""
+        """Wait for a call of `wake`; return at once if there has been one since the last wait."""
         if self._wake is None:
             self._wake = asyncio.Event()
             return

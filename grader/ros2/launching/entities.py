@@ -1,25 +1,24 @@
-"""What a launch description is made of: descriptions, actions, substitutions, and how they are told from plain text."""
+"""The parts of a launch description: descriptions, actions, conditions and substitutions."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
-from .errors import caller
-
-if TYPE_CHECKING:
-    from .context import LaunchContext
-    from .state_actions import DeclareLaunchArgument
+from .context import LaunchContext
+from .errors import LaunchError, caller
+from .events import ExecutionComplete
 
 Entities = Sequence["LaunchDescriptionEntity"]
 
 
+# -- substitutions ------------------------------------------------------------------------------------------------
 class Substitution:
     """A text that is known only when it is used."""
 
-    # True where the text depends on no launch configuration and costs nothing to find.
+    # True if the text depends on no launch configuration and costs nothing to find.
     fixed = False
 
     def perform(self, context: LaunchContext) -> str:
@@ -27,7 +26,7 @@ class Substitution:
         raise NotImplementedError
 
     def describe(self) -> str:
-        """Return how `--show-args` shows it."""
+        """Return the substitution as `--show-args` prints it."""
         return f"{type(self).__name__}()"
 
 
@@ -44,7 +43,7 @@ class TextSubstitution(Substitution):
             raise TypeError(f"TextSubstitution expected Text object got '{type(text)}' instead.")
         self.text = text
 
-    def perform(self, context: LaunchContext | None) -> str:  # noqa: ARG002 - as every substitution
+    def perform(self, context: LaunchContext) -> str:  # noqa: ARG002 - as every substitution
         """Return the text."""
         return self.text
 
@@ -67,47 +66,132 @@ def substitutions(value: Any) -> list[Substitution]:
 
 
 def perform(context: LaunchContext, value: Any) -> str:
-    """Return the text of a value as of now; several parts are put together."""
+    """Return the current text of a value; several parts are joined."""
     return "".join(one.perform(context) for one in substitutions(value))
 
 
+def perform_fixed(parts: Iterable[Substitution]) -> str | None:
+    """Return the text of substitutions that are all fixed, else None."""
+    parts = list(parts)
+    return "".join(one.perform(LaunchContext()) for one in parts) if all(one.fixed for one in parts) else None
+
+
 def describe(value: Any) -> str:
-    """Return how `--show-args` shows a value."""
+    """Return a value as `--show-args` prints it."""
     return " + ".join(one.describe() for one in substitutions(value))
 
 
 def is_substitution(value: Any) -> bool:
-    """Return all that a launch file might have written as a text that is found later."""
+    """Return whether `value` is, or contains, a substitution."""
     if isinstance(value, Substitution):
         return True
     return isinstance(value, Iterable) and not isinstance(value, str | bytes) and any(map(is_substitution, value))
 
 
+# -- conditions ---------------------------------------------------------------------------------------------------
+def truth(context: LaunchContext, expression: SomeSubstitutionsType) -> bool:
+    """Return the truth value of a text: true, false, 1 or 0, in upper or lower case."""
+    text = perform(context, expression)
+    value = {"true": True, "1": True, "false": False, "0": False}.get(text.strip().lower())
+    if value is None:
+        raise LaunchError(f"invalid condition expression '{text}': a condition is true, false, 1 or 0")
+    return value
+
+
+def is_on(context: LaunchContext, value: Any) -> bool:
+    """Return a setting that may be written as a bool or as a text."""
+    return value if isinstance(value, bool) else perform(context, value).strip().lower() in ("true", "1", "yes", "on")
+
+
+class Condition:
+    """A condition of an action, evaluated right before the action would run."""
+
+    def __init__(self, *, predicate: Callable[[LaunchContext], bool]) -> None:
+        self.predicate = predicate
+
+    def evaluate(self, context: LaunchContext) -> bool:
+        """Return whether the condition holds now."""
+        return bool(self.predicate(context))
+
+
+class IfCondition(Condition):
+    """Holds if the expression is true."""
+
+    def __init__(self, predicate_expression: SomeSubstitutionsType) -> None:
+        super().__init__(predicate=lambda context: truth(context, predicate_expression))
+
+
+class UnlessCondition(Condition):
+    """Holds if the expression is false."""
+
+    def __init__(self, predicate_expression: SomeSubstitutionsType) -> None:
+        super().__init__(predicate=lambda context: not truth(context, predicate_expression))
+
+
+class LaunchConfigurationEquals(Condition):
+    """Holds if a configuration has this value; `None` means that it is not set."""
+
+    def __init__(self, launch_configuration_name: str, expected_value: SomeSubstitutionsType | None) -> None:
+        super().__init__(predicate=self._holds)
+        self.name, self.expected = launch_configuration_name, expected_value
+
+    def _holds(self, context: LaunchContext) -> bool:
+        value = context.launch_configurations.get(self.name)
+        return bool(value is None if self.expected is None else value == perform(context, self.expected))
+
+
+class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
+    """Holds if a configuration has another value, or none."""
+
+    def _holds(self, context: LaunchContext) -> bool:
+        return not super()._holds(context)
+
+
+# -- entities -----------------------------------------------------------------------------------------------------
+class DeclaredArgument(Protocol):
+    """A launch argument, as far as `--show-args` needs to know it."""
+
+    name: str
+    default_value: list[Substitution] | None
+    description: str
+
+
 class LaunchDescriptionEntity:
-    """Something that a launch description may hold."""
+    """Anything that a launch description can hold."""
+
+    condition: Any = None
 
     def __init__(self) -> None:
         self.place = caller()
 
     def visit(self, context: LaunchContext) -> Entities | None:
-        """Do it, and return what is to be visited next, depth first."""
+        """Run the entity and return the entities to visit next, depth first."""
         raise NotImplementedError
 
     def get_asyncio_future(self) -> asyncio.Future[Any] | None:
-        """Return what is done when the entity has finished, or nothing if it has already."""
+        """Return a future that is done when the entity has finished, or None if it already has."""
         return None
 
     def describe_sub_entities(self) -> Entities:
-        """Return what is certain to be visited next."""
+        """Return the entities that are certain to be visited next."""
         return []
 
     def describe_conditional_sub_entities(self) -> list[tuple[str, Entities]]:
-        """Return what may be visited next, and when."""
+        """Return the entities that may be visited next, and when."""
         return []
+
+    def declared_arguments(self, conditional: bool = False) -> Iterator[tuple[DeclaredArgument, bool]]:
+        """Yield the arguments declared here and below, each with whether that depends on a condition."""
+        conditional = conditional or self.condition is not None
+        for entity in self.describe_sub_entities():
+            yield from entity.declared_arguments(conditional)
+        for _, entities in self.describe_conditional_sub_entities():
+            for entity in entities:
+                yield from entity.declared_arguments(True)
 
 
 class LaunchDescription(LaunchDescriptionEntity):
-    """A list of entities in the order in which they are done."""
+    """A list of entities in the order in which they are visited."""
 
     def __init__(
         self, initial_entities: Iterable[LaunchDescriptionEntity] | None = None, *, deprecated_reason: str | None = None
@@ -132,27 +216,6 @@ class LaunchDescription(LaunchDescriptionEntity):
         """Add an action at the end."""
         self.add_entity(action)
 
-    def get_launch_arguments(self, conditional_inclusion: bool = False) -> list[DeclareLaunchArgument]:
-        """Return the declared arguments, each name once, those of includes among them."""
-        found: dict[str, DeclareLaunchArgument] = {}
-        for argument, _ in declared(self.entities, conditional_inclusion):
-            found.setdefault(argument.name, argument)
-        return list(found.values())
-
-
-def declared(entities: Entities, conditional: bool = False) -> Iterator[tuple[DeclareLaunchArgument, bool]]:
-    """Yield the arguments that entities declare, and whether only under a condition."""
-    from .state_actions import DeclareLaunchArgument
-
-    for entity in entities:
-        under = conditional or getattr(entity, "condition", None) is not None
-        if isinstance(entity, DeclareLaunchArgument):
-            entity.conditional = under
-            yield entity, under
-        yield from declared(entity.describe_sub_entities(), under)
-        for _, inner in entity.describe_conditional_sub_entities():
-            yield from declared(inner, True)
-
 
 class Action(LaunchDescriptionEntity):
     """Something to do, if its condition holds when its turn comes."""
@@ -166,9 +229,7 @@ class Action(LaunchDescriptionEntity):
         return f"{type(self).__name__}()"
 
     def visit(self, context: LaunchContext) -> Entities | None:
-        """Do it if the condition holds."""
-        from .events import ExecutionComplete
-
+        """Execute the action if its condition holds."""
         if self.condition is not None and not self.condition.evaluate(context):
             return None
         try:
@@ -182,6 +243,6 @@ class Action(LaunchDescriptionEntity):
                 else:
                     future.add_done_callback(lambda _: context.emit_event_sync(event))
 
-    def execute(self, context: LaunchContext) -> Entities | None:  # noqa: ARG002 - for those below
-        """Do it, and return what is to be visited next."""
+    def execute(self, context: LaunchContext) -> Entities | None:  # noqa: ARG002 - for subclasses
+        """Execute the action and return the entities to visit next."""
         return None

@@ -1,8 +1,9 @@
-"""The errors of the launch layer, each with the launch file's line that it is about where one is known."""
+"""The errors of a launch, and the line of the launch file that each is about."""
 
 from __future__ import annotations
 
 import sys
+import traceback
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
@@ -12,7 +13,7 @@ HERE = str(Path(__file__).resolve().parent.parent)  # the whole folder of the co
 
 @dataclass(frozen=True)
 class Place:
-    """A line of somebody's launch file."""
+    """A line of a launch file."""
 
     file: str
     line: int
@@ -22,7 +23,7 @@ class Place:
 
 
 def caller() -> Place | None:
-    """Return the nearest line on the stack that is not this layer's own: the line of the launch file."""
+    """Return the nearest line on the stack outside this folder: the line of the launch file."""
     frame: FrameType | None = sys._getframe(1)
     while frame is not None and frame.f_code.co_filename.startswith((HERE, "<frozen")):
         frame = frame.f_back
@@ -30,11 +31,11 @@ def caller() -> Place | None:
 
 
 class LaunchError(RuntimeError):
-    """A launch file asks for something that cannot be."""
+    """A launch file asks for something impossible."""
 
 
 class UnsupportedError(LaunchError):
-    """A launch file asks for a feature of ROS 2 that this layer does not have."""
+    """A launch file asks for a feature of ROS 2 that this kit does not implement."""
 
     def __init__(self, feature: str, instead: str = "", place: Place | None = None) -> None:
         place = place or caller()
@@ -47,4 +48,22 @@ class SubstitutionFailure(LaunchError):
 
 
 class PackageNotFoundError(LaunchError):
-    """A package is in no prefix of AMENT_PREFIX_PATH."""
+    """No prefix in AMENT_PREFIX_PATH holds the package."""
+
+
+def explain(error: BaseException) -> str:
+    """Return a one-message description of an error, with the launch file's line if it is known."""
+    if isinstance(error, UnsupportedError):
+        return str(error)
+    if isinstance(error, SyntaxError) and error.filename:
+        return f"SyntaxError: {error.msg} ({error.filename}, line {error.lineno})"
+    text = str(error) if isinstance(error, LaunchError) else f"{type(error).__name__}: {error}"
+    outside = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if not frame.filename.startswith((HERE, "<", sys.prefix, sys.base_prefix))
+    ]
+    if outside:
+        return f"{text} ({outside[-1].filename}, line {outside[-1].lineno})"
+    place = getattr(error, "launch_place", None)
+    return f"{text} ({place})" if place is not None else text

@@ -1,4 +1,4 @@
-"""Make `launch` and `launch_ros` importable in this process, where the real ones are not there.
+"""Make `launch` and `launch_ros` importable in this process, unless the real ones are installed.
 
 The table below is the list of what is supported: the real module path, and the names in it.
 """
@@ -16,31 +16,31 @@ from typing import Any
 
 from . import (
     actions,
-    conditions,
     context,
     entities,
-    event_actions,
+    event_handling,
     events,
-    handlers,
+    include,
     parameters,
     process,
     ros_actions,
     ros_substitutions,
     service,
-    sources,
-    state_actions,
     substitutions,
 )
 from .errors import SubstitutionFailure, UnsupportedError, caller
 
 
-def _classes(*modules: ModuleType) -> dict[str, Any]:
-    """Return the public classes that the modules define."""
+def _classes(kind: type, *modules: ModuleType) -> dict[str, Any]:
+    """Return the public classes of a kind that the modules define."""
     return {
         name: value
         for module in modules
         for name, value in vars(module).items()
-        if isinstance(value, type) and value.__module__ == module.__name__ and not name.startswith("_")
+        if isinstance(value, type)
+        and issubclass(value, kind)
+        and value.__module__ == module.__name__
+        and not name.startswith("_")
     }
 
 
@@ -50,84 +50,86 @@ def _pick(module: ModuleType, *names: str) -> dict[str, Any]:
 
 def table() -> dict[str, dict[str, Any]]:
     """Return the names by module."""
-    core = _pick(entities, "LaunchDescription", "LaunchDescriptionEntity", "Action", "Substitution")
-    core |= {
-        "LaunchContext": context.LaunchContext,
-        "LaunchService": service.LaunchService,
-        "LaunchDescriptionSource": sources.LaunchDescriptionSource,
-        "Condition": conditions.Condition,
-        "Event": events.Event,
-        "EventHandler": handlers.EventHandler,
-        "SomeSubstitutionsType": entities.SomeSubstitutionsType,
-        "SomeEntitiesType": Any,
-    }
-    subs = _classes(substitutions) | {
-        "TextSubstitution": entities.TextSubstitution,
-        "SubstitutionFailure": SubstitutionFailure,
-    }
-    process_events = _pick(
-        events,
-        *("ProcessExited", "ProcessIO", "ProcessStarted", "ProcessStderr", "ProcessStdout", "RunningProcessEvent"),
-        *("ProcessTargetedEvent", "ShutdownProcess", "SignalProcess"),
-    )
-    matchers = _pick(events, "matches_action", "matches_executable", "matches_name", "matches_pid")
-    ros_acts = _classes(ros_actions) | {"PushRosNamespace": ros_actions.PushROSNamespace}
-    descriptions = _pick(parameters, "Parameter", "ParameterFile", "ParameterValue")
-    launch_sources = _pick(sources, "AnyLaunchDescriptionSource", "PythonLaunchDescriptionSource")
+    process_events = _classes(events.RunningProcessEvent, events) | _pick(events, "ShutdownProcess")
+    matchers = _pick(events, "matches_action")
+    some_substitutions = _pick(entities, "SomeSubstitutionsType")
+    launch_actions = _classes(entities.Action, actions, event_handling, include, process)
+    del launch_actions["ContextStep"]  # ours
     return {
-        "launch": core,
-        "launch.actions": _classes(actions, state_actions, event_actions, process),
-        "launch.substitutions": subs,
-        "launch.conditions": _classes(conditions) | {"evaluate_condition_expression": conditions.truth},
-        "launch.event_handlers": _classes(handlers),
+        "launch": {
+            **_pick(entities, "LaunchDescription", "LaunchDescriptionEntity", "Action", "Substitution", "Condition"),
+            **_pick(context, "LaunchContext"),
+            **_pick(service, "LaunchService"),
+            **_pick(include, "LaunchDescriptionSource"),
+            **_pick(events, "Event"),
+            **_pick(event_handling, "EventHandler"),
+            **some_substitutions,
+            "SomeEntitiesType": Any,
+        },
+        "launch.actions": launch_actions,
+        "launch.substitutions": _classes(entities.Substitution, substitutions)
+        | {"TextSubstitution": entities.TextSubstitution, "SubstitutionFailure": SubstitutionFailure},
+        "launch.conditions": _classes(entities.Condition, entities) | {"evaluate_condition_expression": entities.truth},
+        "launch.event_handlers": _classes(event_handling.EventHandler, event_handling),
         "launch.events": _pick(events, "ExecutionComplete", "Shutdown", "TimerEvent") | matchers,
         "launch.events.process": process_events | matchers,
         "launch.events.matchers": matchers,
-        "launch.launch_description_sources": launch_sources
-        | {"LaunchDescriptionSource": sources.LaunchDescriptionSource},
-        "launch.some_substitutions_type": {"SomeSubstitutionsType": entities.SomeSubstitutionsType},
+        "launch.launch_description_sources": _classes(include.LaunchDescriptionSource, include),
+        "launch.some_substitutions_type": some_substitutions,
         "launch.some_entities_type": {"SomeEntitiesType": Any},
         "launch.utilities": {
             "normalize_to_list_of_substitutions": entities.substitutions,
             "perform_substitutions": entities.perform,
         },
         "launch_ros": {},
-        "launch_ros.actions": ros_acts,
-        "launch_ros.substitutions": _classes(ros_substitutions),
-        "launch_ros.parameter_descriptions": descriptions,
-        "launch_ros.descriptions": descriptions,
+        "launch_ros.actions": _classes(entities.Action, ros_actions)
+        | {"PushRosNamespace": ros_actions.PushROSNamespace},
+        "launch_ros.substitutions": _classes(entities.Substitution, ros_substitutions),
+        "launch_ros.parameter_descriptions": _pick(parameters, "ParameterFile", "ParameterValue"),
+        "launch_ros.descriptions": _pick(parameters, "ParameterFile", "ParameterValue"),
         "launch_ros.parameters_type": {"SomeParameters": Any, "SomeParameterFile": Any, "SomeParameterValue": Any},
         "launch_ros.remap_rule_type": {"SomeRemapRules": Any},
     }
 
 
-# Features of the real modules that are not here: module -> names, each with what to do instead.
+# Features of the real modules that this kit lacks: module -> names, each with what to do instead.
 COMPOSED = "Start each node by itself, with Node(package=…, executable=…)."
-PYTHON_FILE = "Write it as a Python launch file (.launch.py) with generate_launch_description()."
+STATES = "Change states from a node of your own."
+IN_GROUP = "Use GroupAction, which restores configurations and environment."
+PER_NODE = "Use the parameters=[…] of each Node."
 MISSING: dict[str, dict[str, str]] = {
     "launch_ros.actions": {
         **dict.fromkeys(("ComposableNodeContainer", "LoadComposableNodes"), COMPOSED),
         **dict.fromkeys(("RosTimer", "ROSTimer"), "Use TimerAction of launch.actions."),
-        **dict.fromkeys(("LifecycleTransition", "RosLifecycleNode"), "Change states from a node of your own."),
+        **dict.fromkeys(("LifecycleTransition", "RosLifecycleNode"), STATES),
+        "SetParametersFromFile": PER_NODE,
     },
-    "launch_ros.descriptions": {"ComposableNode": COMPOSED},
-    "launch_ros.events": {"lifecycle": "Change states from a node of your own."},
-    "launch_ros.events.lifecycle": dict.fromkeys(
-        ("ChangeState", "StateTransition"), "Change states from a node of your own."
-    ),
+    "launch_ros.descriptions": {"ComposableNode": COMPOSED, "Parameter": PER_NODE},
+    "launch_ros.parameter_descriptions": {"Parameter": PER_NODE},
+    "launch_ros.events": {"lifecycle": STATES},
+    "launch_ros.events.lifecycle": dict.fromkeys(("ChangeState", "StateTransition"), STATES),
     "launch_ros.event_handlers": {"OnStateTransition": "Use OnProcessStart of launch.event_handlers."},
-    "launch.actions": {"OpaqueCoroutine": "Use OpaqueFunction."},
-    "launch_xml.launch_description_sources": {"XMLLaunchDescriptionSource": PYTHON_FILE},
-    "launch_yaml.launch_description_sources": {"YAMLLaunchDescriptionSource": PYTHON_FILE},
+    "launch.actions": {
+        "OpaqueCoroutine": "Use OpaqueFunction.",
+        "ExecuteLocal": "Use ExecuteProcess.",
+        "UnregisterEventHandler": "Use handle_once=True of the handler.",
+        **dict.fromkeys(("PushLaunchConfigurations", "PopLaunchConfigurations", "ResetLaunchConfigurations"), IN_GROUP),
+        **dict.fromkeys(("PushEnvironment", "PopEnvironment", "ResetEnvironment"), IN_GROUP),
+        **dict.fromkeys(("UnsetLaunchConfiguration", "UnsetEnvironmentVariable"), "Set another value."),
+    },
+    "launch.events.process": {"SignalProcess": "Use ShutdownProcess."},
+    "launch_xml.launch_description_sources": {"XMLLaunchDescriptionSource": include.PYTHON_FILE},
+    "launch_yaml.launch_description_sources": {"YAMLLaunchDescriptionSource": include.PYTHON_FILE},
     "launch.launch_description_sources": dict.fromkeys(
-        ("FrontendLaunchDescriptionSource", "XMLLaunchDescriptionSource", "YAMLLaunchDescriptionSource"), PYTHON_FILE
+        ("FrontendLaunchDescriptionSource", "XMLLaunchDescriptionSource", "YAMLLaunchDescriptionSource"),
+        include.PYTHON_FILE,
     ),
-    "launch.frontend": dict.fromkeys(("Parser", "expose_action", "expose_substitution"), PYTHON_FILE),
+    "launch.frontend": dict.fromkeys(("Parser", "expose_action", "expose_substitution"), include.PYTHON_FILE),
 }
 
 
 def _missing(module: str, name: str, instead: str) -> type:
-    """Return a class that can be imported, and says when it is used that it is not supported."""
+    """Return a class that can be imported, and that raises UnsupportedError when it is used."""
 
     def refuse(_self: Any, *_args: Any, **_kwargs: Any) -> None:
         raise UnsupportedError(f"{name} of {module}", instead, caller())
@@ -135,10 +137,10 @@ def _missing(module: str, name: str, instead: str) -> type:
     return type(name, (entities.Action,), {"__init__": refuse, "__doc__": f"{name}, which is not supported."})
 
 
-def real_ones_there() -> bool:
-    """Say whether the real launch and launch_ros can be imported.
+def real_ones_installed() -> bool:
+    """Return whether the real launch and launch_ros can be imported.
 
-    A module of that name is not enough: PyPI has an unrelated `launch`, and it may be installed beside this kit.
+    A module of that name is not enough: PyPI has an unrelated `launch`, which may be installed beside this kit.
     """
     try:
         return hasattr(importlib.import_module("launch"), "LaunchDescription") and hasattr(
@@ -149,7 +151,7 @@ def real_ones_there() -> bool:
 
 
 class _Finder:
-    """Finds the modules of the table, and for each class in them the module that the real one lies in."""
+    """Finds the modules of the table, and for each class also the module that holds it in the real package."""
 
     def __init__(self) -> None:
         self.modules = table()
@@ -176,11 +178,11 @@ class _Finder:
         return importlib.machinery.ModuleSpec(name, self, origin="ros2-course-kit", is_package=True)  # type: ignore[arg-type]
 
     def create_module(self, _spec: importlib.machinery.ModuleSpec) -> None:
-        """Take a plain module."""
+        """Have Python make a plain module."""
         return
 
     def exec_module(self, module: ModuleType) -> None:
-        """Fill it with its names and its modules."""
+        """Fill the module with its names and submodules."""
         vars(module).update(self.modules[module.__name__])
         shown = [name for name in self.modules[module.__name__] if not name.startswith("_")]
         vars(module)["__all__"] = shown
@@ -197,8 +199,8 @@ SUBMODULES = {
 
 
 def install() -> bool:
-    """Make the names importable in this process and return True; leave the real ones, return False."""
-    if real_ones_there():
+    """Make the names importable in this process and return True; return False if the real ones are installed."""
+    if real_ones_installed():
         return False
     for name in [
         name for name in sys.modules if name.split(".")[0] in ("launch", "launch_ros", "launch_xml", "launch_yaml")

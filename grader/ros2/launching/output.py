@@ -1,18 +1,23 @@
-"""What a launch prints and writes to its log folder, in the words of the real one."""
+"""Where a launch writes: the screen and the log folder, in the words of the real one, and a record for machines."""
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
+import json
 import os
 import re
 import socket
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+RECORD_VARIABLE = "ROS2_LAUNCH_RECORD"
+
 CHANNELS = ("stdout", "stderr", "both")
-# The words that `output=` knows, as what goes where.
+# The values of `output=`, as what goes where.
 KINDS: dict[str, dict[str, set[str]]] = {
     "screen": {"both": {"screen"}},
     "log": {"both": {"log"}, "stderr": {"screen"}},
@@ -25,7 +30,7 @@ KINDS: dict[str, dict[str, set[str]]] = {
 def routes(output: Any) -> dict[str, set[str]]:
     """Return where each of stdout, stderr and both goes: screen, log, own_log.
 
-    `OVERRIDE_LAUNCH_PROCESS_OUTPUT` in the environment wins over what the launch file says.
+    `OVERRIDE_LAUNCH_PROCESS_OUTPUT` in the environment overrides the launch file.
     """
     output = os.environ.get("OVERRIDE_LAUNCH_PROCESS_OUTPUT") or output
     if isinstance(output, str):
@@ -35,29 +40,23 @@ def routes(output: Any) -> dict[str, set[str]]:
     else:
         chosen = dict(output)
         if unknown := chosen.keys() - set(CHANNELS):
-            raise ValueError(f"{sorted(unknown)} are no channels of a process: {', '.join(CHANNELS)}")
+            raise ValueError(f"a process has the channels {', '.join(CHANNELS)}, not {', '.join(sorted(unknown))}")
     found: dict[str, set[str]] = {}
     for channel, places in chosen.items():
         found[channel] = {places} if isinstance(places, str) else set(places)
         if wrong := found[channel] - {"screen", "log", "own_log"}:
-            raise ValueError(f"{sorted(wrong)} are no places for a process's output: screen, log, own_log")
+            raise ValueError(f"output goes to screen, log or own_log, not to {', '.join(sorted(wrong))}")
     return found
 
 
-def log_root() -> Path:
-    """Return the folder that holds all runs' log folders."""
-    if root := os.environ.get("ROS_LOG_DIR"):
-        return Path(root).expanduser()
-    return Path(os.environ.get("ROS_HOME", "~/.ros")).expanduser() / "log"
-
-
 class Output:
-    """The screen and the log folder of one run."""
+    """The screen and the log folder of one launch."""
 
     def __init__(self, *, debug: bool = False) -> None:
         self.debug_wanted = debug
         stamp = time.strftime("%Y-%m-%d-%H-%M-%S")
-        self.folder = log_root() / f"{stamp}-{time.time_ns() // 1000 % 10**6:06d}-{socket.gethostname()}-{os.getpid()}"
+        name = f"{stamp}-{time.time_ns() // 1000 % 10**6:06d}-{socket.gethostname()}-{os.getpid()}"
+        self.folder = _log_root() / name
         self._files: dict[str, Any] = {}
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -65,24 +64,24 @@ class Output:
             self.warn("launch", f"no log files are written: {self.folder}: {error.strerror}")
 
     def begin(self) -> None:
-        """Say where the log files are."""
+        """Print where the log files are."""
         self.info("launch", f"All log files can be found below {self.folder}")
         self.info("launch", f"Default logging verbosity is set to {'DEBUG' if self.debug_wanted else 'INFO'}")
 
     def info(self, name: str, text: str) -> None:
-        """Print an information."""
+        """Print and log a piece of information."""
         self._say("INFO", name, text)
 
     def warn(self, name: str, text: str) -> None:
-        """Print a warning."""
+        """Print and log a warning."""
         self._say("WARNING", name, text)
 
     def error(self, name: str, text: str) -> None:
-        """Print an error."""
+        """Print and log an error."""
         self._say("ERROR", name, text)
 
     def debug(self, name: str, text: str) -> None:
-        """Print a detail, if details are asked for."""
+        """Print and log a detail, in debug mode only."""
         if self.debug_wanted:
             self._say("DEBUG", name, text)
 
@@ -91,24 +90,31 @@ class Output:
         self._log("launch", f"{time.time():.7f} [{level}] [{name}]: {text}")
 
     def lines(self, label: str, channel: str, places: dict[str, set[str]], lines: list[str], form: str) -> None:
-        """Print and log lines of a process."""
+        """Print and log lines of a process.
+
+        Args:
+            label: the process's label, such as talker-1.
+            channel: stdout or stderr.
+            places: where each channel goes, as `routes` returns it.
+            lines: the lines, without their ends.
+            form: a format for a line on the screen, with `{line}` and `{this.process_description.final_name}`.
+        """
         here = places.get(channel, set()) | places.get("both", set())
         for line in lines:
             if "screen" in here:
                 self._print(form.format(line=line, this=_Named(label)))
             if "log" in here:
                 self._log("launch", f"{time.time():.7f} [{label}] {line}")
-        if "own_log" in here:
-            for kind in (channel, "both"):
-                if "own_log" in places.get(kind, set()):
-                    for line in lines:
-                        self._log(f"{label}-{'stdout_and_stderr' if kind == 'both' else kind}", line)
+        for kind in (channel, "both"):
+            if "own_log" in places.get(kind, set()):
+                for line in lines:
+                    self._log(f"{label}-{'stdout_and_stderr' if kind == 'both' else kind}", line)
 
     def _print(self, line: str) -> None:
         try:
             print(line, flush=True)
-        except OSError:  # the reader or the terminal has gone; the nodes go on until they are told to stop
-            sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - stays open for the rest of the run
+        except OSError:  # the reader or the terminal is gone; the nodes go on until they are told to stop
+            sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - stays open for the rest of the launch
 
     def _log(self, name: str, line: str) -> None:
         if name not in self._files:
@@ -128,9 +134,83 @@ class Output:
         self._files.clear()
 
 
+def _log_root() -> Path:
+    """Return the folder that holds the log folders of all launches."""
+    if root := os.environ.get("ROS_LOG_DIR"):
+        return Path(root).expanduser()
+    return Path(os.environ.get("ROS_HOME", "~/.ros")).expanduser() / "log"
+
+
 class _Named:
-    """What `{this.process_description.final_name}` in an output format finds."""
+    """The object behind `{this.process_description.final_name}` in an output format."""
 
     def __init__(self, final_name: str) -> None:
         self.final_name = self.name = final_name
         self.process_description = self
+
+
+class Record:
+    """A record of the launch for machines: one JSON object per line and event, written as it happens.
+
+    The launch file is its author's code and runs in the same process: the record is a help, not evidence against the
+    author.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self._file = None if path is None else path.open("a", buffering=1, encoding="utf-8")
+
+    def add(self, event: str, **facts: Any) -> None:
+        """Write one event: `started` and `ended` for each process, `launch_ended` last."""
+        if self._file is not None:
+            self._file.write(json.dumps({"event": event, "time_s": round(time.time(), 3), **facts}) + "\n")
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+
+class LineReader:
+    """Reads a file descriptor in an event loop, cuts what arrives into lines, and closes it at its end.
+
+    `written` is called with the bytes that have arrived and the complete lines in them.
+    """
+
+    def __init__(self, fd: int, loop: asyncio.AbstractEventLoop, written: Callable[[bytes, list[str]], None]) -> None:
+        self._fd, self._loop, self._written, self._rest, self.closed = fd, loop, written, b"", False
+        os.set_blocking(fd, False)
+        loop.add_reader(fd, self._read)
+
+    def _read(self) -> bool:
+        """Pass on what has arrived; return whether there may be more already."""
+        try:
+            text = os.read(self._fd, 65536)
+        except BlockingIOError:
+            return False
+        except OSError:  # a terminal whose other end is closed
+            text = b""
+        if not text:
+            self._flush()
+            self._loop.remove_reader(self._fd)
+            os.close(self._fd)
+            self.closed = True
+            return False
+        *lines, self._rest = (self._rest + text).split(b"\n")
+        self._written(text, [_decode(line) for line in lines])
+        return True
+
+    def drain(self) -> None:
+        """Pass on everything that has arrived, with a last line that has no end."""
+        while not self.closed and self._read():
+            pass
+        self._flush()
+
+    def _flush(self) -> None:
+        if self._rest:
+            rest, self._rest = self._rest, b""
+            self._written(b"", [_decode(rest)])
+
+
+def _decode(line: bytes) -> str:
+    return line.decode(errors="replace").rstrip("\r")

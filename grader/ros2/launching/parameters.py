@@ -1,4 +1,4 @@
-"""The values of a node's parameters: what their types become, and the temporary file that carries them."""
+"""The parameters of a node: their values, the types of these, and the file that carries them."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Any
 
 import yaml
 
-from . import ros_substitutions
 from .context import LaunchContext
-from .entities import SomeSubstitutionsType, Substitution, is_substitution, perform, substitutions
+from .entities import SomeSubstitutionsType, Substitution, is_on, is_substitution, perform, substitutions
 from .errors import LaunchError, UnsupportedError, caller
+from .ros_substitutions import FindPackagePrefix, FindPackageShare
 from .substitutions import EnvironmentVariable, LaunchConfiguration, ThisLaunchFile, ThisLaunchFileDir
 
 AS_TEXT = (
@@ -24,34 +24,21 @@ SCALARS = (bool, int, float, str, bytes)
 
 
 class ParameterValue:
-    """A value whose type is said, instead of found by reading its text as YAML."""
+    """A value whose type is given, rather than found by reading its text as YAML."""
 
     def __init__(self, value: Any, *, value_type: Any = None) -> None:
         self.value, self.value_type = value, value_type
-        self._evaluated: Any = None
 
     def evaluate(self, context: LaunchContext) -> Any:
-        """Return the value as of now."""
+        """Return the current value."""
         if not is_substitution(self.value):
             return value_of(context, self.value) if self.value_type is None else _typed(self.value, self.value_type)
         text = perform(context, self.value)
         return read(text) if self.value_type is None else _typed(text, self.value_type)
 
 
-class Parameter:
-    """One named parameter."""
-
-    def __init__(self, name: SomeSubstitutionsType, value: Any, *, value_type: Any = None) -> None:
-        self.name = substitutions(name)
-        self.value = value if isinstance(value, ParameterValue) else ParameterValue(value, value_type=value_type)
-
-    def evaluate(self, context: LaunchContext) -> tuple[str, Any]:
-        """Return name and value as of now."""
-        return perform(context, self.name), self.value.evaluate(context)
-
-
 class ParameterFile:
-    """A parameter file; with `allow_substs=True` the `$(var x)` in it are replaced first."""
+    """A parameter file; with `allow_substs=True`, expressions such as `$(var x)` in it are replaced first."""
 
     def __init__(self, param_file: SomeSubstitutionsType, *, allow_substs: Any = False) -> None:
         self.param_file, self.allow_substs = substitutions(param_file), allow_substs
@@ -60,8 +47,7 @@ class ParameterFile:
     def evaluate(self, context: LaunchContext) -> Path:
         """Return the path of the file to pass on."""
         path = Path(perform(context, self.param_file))
-        allow = self.allow_substs
-        if not (allow if isinstance(allow, bool) else perform(context, allow).lower() in ("true", "1")):
+        if not is_on(context, self.allow_substs):
             return path
         text = re.sub(r"\$\(([^()]*)\)", lambda found: self._replace(context, found[1]), path.read_text())
         return Path(context.runner.parameter_file(text))
@@ -72,22 +58,22 @@ class ParameterFile:
         known: dict[str, Callable[..., Substitution]] = {
             "var": lambda name, *default: LaunchConfiguration(name, default=default[0] if default else None),
             "env": lambda name, *default: EnvironmentVariable(name, default_value=default[0] if default else None),
-            "find-pkg-share": ros_substitutions.FindPackageShare,
-            "find-pkg-prefix": ros_substitutions.FindPackagePrefix,
+            "find-pkg-share": FindPackageShare,
+            "find-pkg-prefix": FindPackagePrefix,
             "dirname": ThisLaunchFileDir,
             "filename": ThisLaunchFile,
         }
         if kind not in known:
             raise UnsupportedError(
                 f"$({expression}) in a parameter file",
-                f"It knows {', '.join(f'$({name} …)' for name in known)}.",
+                f"Use one of {', '.join(f'$({name} …)' for name in known)}.",
                 self.place,
             )
         return known[kind](*words).perform(context)
 
 
 def read(text: str) -> Any:
-    """Return what a text that a substitution gave becomes: the value that YAML sees in it."""
+    """Return the value of a text that a substitution gave, read as YAML."""
     if not text:
         return ""
     try:
@@ -98,7 +84,7 @@ def read(text: str) -> Any:
 
 
 def checked(value: Any, shown: str) -> Any:
-    """Return the value as a parameter can hold it: a scalar, or a list of one type; int among float becomes float."""
+    """Return a value that a parameter can hold: a scalar, or a list of one type; int among float becomes float."""
     if isinstance(value, SCALARS):
         return value
     if not isinstance(value, Sequence):
@@ -115,16 +101,14 @@ def checked(value: Any, shown: str) -> Any:
 
 
 def _typed(value: Any, kind: Any) -> Any:
-    """Return a value as the asked-for type."""
+    """Return a value converted to the given type."""
     if kind is str:
         return str(value)
     found = yaml.safe_load(value) if isinstance(value, str) else value
     inner = typing.get_args(kind)
     if inner and isinstance(found, Sequence) and not isinstance(found, str):
         return [str(one) if inner[0] is str else _typed(one, inner[0]) for one in found]
-    if kind is float and isinstance(found, int) and not isinstance(found, bool):
-        return float(found)
-    if kind is float and isinstance(found, str):
+    if kind is float and isinstance(found, int | str) and not isinstance(found, bool):
         return float(found)
     if not inner and type(found) is kind:
         return found
@@ -132,7 +116,7 @@ def _typed(value: Any, kind: Any) -> Any:
 
 
 def value_of(context: LaunchContext, value: Any) -> Any:
-    """Return a value of a parameter dictionary as of now."""
+    """Return the current value of an entry of a parameter dictionary."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
     if is_substitution(value):
@@ -164,14 +148,11 @@ def document(values: Mapping[str, Any], node: str) -> str:
 
 
 def listed(parameters: Any) -> list[Any]:
-    """Return the `parameters=` of a node as a list, or say what is wrong with it."""
+    """Return the `parameters=` of a node as a list; raise if it is not one of dictionaries and files."""
     if isinstance(parameters, str | Path | Mapping | Substitution) or not isinstance(parameters, Iterable):
         raise TypeError(f"Expected 'parameters' to be a list of dictionaries and files, got {parameters!r}")
     found = list(parameters)
     for one in found:
-        wanted = isinstance(one, str | Path | Mapping | Substitution | Parameter | ParameterFile) or is_substitution(
-            one
-        )
-        if not wanted:
+        if not (isinstance(one, str | Path | Mapping | ParameterFile) or is_substitution(one)):
             raise LaunchError(f"'parameters' holds {one!r}: give a dictionary, or the path of a YAML file")
     return found

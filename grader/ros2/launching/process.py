@@ -1,4 +1,4 @@
-"""Start a process, pass on what it writes, tell how it ended, and end it: SIGINT, then SIGTERM, then SIGKILL."""
+"""Start a process, pass on its output, report how it ended, and end it: SIGINT, then SIGTERM, then SIGKILL."""
 
 from __future__ import annotations
 
@@ -11,30 +11,24 @@ import signal
 import subprocess
 import time
 from collections.abc import Iterable, Mapping
+from functools import partial
 from signal import Signals as _Signals
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from . import events
-from .entities import Action, Entities, SomeSubstitutionsType, perform, substitutions
+from .context import LaunchContext
+from .entities import Action, Entities, SomeSubstitutionsType, is_on, perform, substitutions
 from .errors import LaunchError
+from .event_handling import EventHandler, OnProcessExit, OnShutdown
 from .guard import die_with_parent
-from .handlers import EventHandler, OnProcessExit, OnShutdown
-from .output import routes
+from .output import LineReader, routes
 from .substitutions import LaunchConfiguration
-
-if TYPE_CHECKING:
-    from .context import LaunchContext
 
 TIMEOUT_S = 5.0  # how long each signal has to work before the next one, as in the real launch
 
 
-def _setting(context: LaunchContext, value: Any) -> bool:
-    """Return a yes or no that may be written as a truth value or as text."""
-    return value if isinstance(value, bool) else perform(context, value).strip().lower() in ("true", "1", "yes", "on")
-
-
-class ExecuteLocal(Action):
-    """A process on this machine."""
+class ExecuteProcess(Action):
+    """A process, given as the words of its command."""
 
     def __init__(
         self,
@@ -51,7 +45,7 @@ class ExecuteLocal(Action):
         emulate_tty: Any = None,
         output: Any = "log",
         output_format: str = "[{this.process_description.final_name}] {line}",
-        cached_output: bool = False,
+        cached_output: bool = False,  # noqa: ARG002 - accepted; launch files cannot ask for the text here
         log_cmd: bool = False,
         on_exit: Any = None,
         respawn: Any = False,
@@ -69,7 +63,6 @@ class ExecuteLocal(Action):
         self.emulate_tty = LaunchConfiguration("emulate_tty", default="false") if emulate_tty is None else emulate_tty
         self.on_exit = on_exit
         self.respawn, self.respawn_delay_s, self.respawn_max_retries = respawn, respawn_delay, respawn_max_retries
-        self.cached_output = cached_output
         self.process_details: dict[str, Any] = {}
         self.facts: dict[str, Any] = {}  # what the record says of the process besides its command
         self._context: LaunchContext | None = None
@@ -77,34 +70,28 @@ class ExecuteLocal(Action):
         self._done: asyncio.Future[None] | None = None
         self._timers: list[asyncio.TimerHandle] = []
         self._handlers: list[EventHandler] = []
-        self._readers: dict[int, _Lines] = {}
+        self._readers: list[LineReader] = []
         self._sent: list[str] = []
         self._stopping = False
         self._restarts = 0
         self._started_s = 0.0
 
-    # -- what launch files may ask ---------------------------------------------------------------------------------
     @property
     def name(self) -> Any:
-        """The label without its number."""
+        """The label with its number, once the process is known."""
         return self.process_details.get("name")
 
-    @property
-    def return_code(self) -> int | None:
-        """How the process ended, if it has."""
-        return None if self._process is None else self._process.returncode
-
     def get_asyncio_future(self) -> asyncio.Future[None] | None:
-        """Return what is done when the process has ended for good."""
+        """Return a future that is done when the process has ended for good."""
         return self._done
 
     # -- starting --------------------------------------------------------------------------------------------------
     def command(self, context: LaunchContext) -> list[str]:
-        """Return the command's words as of now, without the prefix."""
+        """Return the command's current words, without the prefix."""
         return [perform(context, word) for word in self.cmd]
 
     def execute(self, context: LaunchContext) -> Entities | None:
-        """Settle command and environment now; the process starts when the description has been gone through."""
+        """Settle command and environment now; the process starts after the whole description has been visited."""
         if self._done is not None:
             raise LaunchError(f"{type(self).__name__} action '{self.describe()}': executed more than once")
         if context.is_shutdown:
@@ -122,17 +109,15 @@ class ExecuteLocal(Action):
             "pid": 0,
         }
         self._routes = routes(self.output if isinstance(self.output, dict) else perform(context, self.output))
-        self._tty = _setting(context, self.emulate_tty)
-        self._respawns = _setting(context, self.respawn)
-        self._limits_s = [float(self._number(context, x)) for x in (self.sigterm_timeout, self.sigkill_timeout)]
+        self._tty = is_on(context, self.emulate_tty)
+        self._respawns = is_on(context, self.respawn)
+        timeouts = (self.sigterm_timeout, self.sigkill_timeout)
+        self._limits_s = [float(x if isinstance(x, int | float) else perform(context, x)) for x in timeouts]
         assert context.asyncio_loop is not None
         self._done = context.asyncio_loop.create_future()
         self._register(context)
         context.asyncio_loop.call_soon(self._start)
         return None
-
-    def _number(self, context: LaunchContext, value: Any) -> Any:
-        return value if isinstance(value, int | float) else perform(context, value)
 
     def _wants_prefix(self, context: LaunchContext, program: str) -> bool:
         wanted = context.launch_configurations.get("launch-prefix-filter")
@@ -147,22 +132,17 @@ class ExecuteLocal(Action):
         return {perform(context, name): perform(context, value) for name, value in mapping.items()}
 
     def _register(self, context: LaunchContext) -> None:
-        mine = [
+        self._handlers = [
             EventHandler(
                 matcher=lambda e: isinstance(e, events.ShutdownProcess) and e.process_matcher(self),
                 entities=lambda *_: self.stop(),
             ),
-            EventHandler(
-                matcher=lambda e: isinstance(e, events.SignalProcess) and e.process_matcher(self),
-                entities=lambda event, _: self.signal(event.signal),
-            ),
             OnShutdown(on_shutdown=lambda *_: self.stop()),
         ]
         if self.on_exit is not None:
-            mine.append(OnProcessExit(target_action=self, on_exit=self.on_exit))
-        for handler in mine:
+            self._handlers.append(OnProcessExit(target_action=self, on_exit=self.on_exit))
+        for handler in self._handlers:
             context.register_event_handler(handler)
-        self._handlers = mine
 
     def _event(self, kind: type[Any], **more: Any) -> None:
         assert self._context is not None
@@ -171,11 +151,12 @@ class ExecuteLocal(Action):
     def _start(self) -> None:
         context = self._context
         assert context is not None
+        assert context.asyncio_loop is not None
         if context.is_shutdown or self._stopping:
             self._finish()
             return
         runner, name, cmd = context.runner, self.process_details["name"], self.process_details["cmd"]
-        mine, theirs = _channels(self._tty)
+        ours, theirs = _channels(self._tty)
         if self.log_cmd:
             runner.output.info(name, f"process details: cmd='{' '.join(cmd)}', cwd='{self.process_details['cwd']}'")
         try:
@@ -191,7 +172,7 @@ class ExecuteLocal(Action):
                 preexec_fn=die_with_parent(),
             )
         except OSError as error:
-            for fd in (*mine, *theirs):
+            for fd in (*ours, *theirs):
                 os.close(fd)
             runner.output.error(name, f"exception occurred while executing process: {error}")
             runner.record.add("failed", process=name, cmd=cmd, error=str(error), **self.facts)
@@ -204,26 +185,25 @@ class ExecuteLocal(Action):
         self.process_details["pid"] = self._process.pid
         runner.guard.group(self._process.pid)
         runner.watch(self)
-        for fd, channel in zip(mine, ("stdout", "stderr"), strict=True):
-            self._readers[fd] = _Lines(self, fd, channel)
+        self._readers = [reader for reader in self._readers if not reader.closed]
+        for fd, channel in zip(ours, ("stdout", "stderr"), strict=True):
+            self._readers.append(LineReader(fd, context.asyncio_loop, partial(self._written, channel)))
         runner.output.info(name, f"process started with pid [{self._process.pid}]")
         runner.record.add("started", process=name, pid=self._process.pid, cmd=cmd, **self.facts)
         self._event(events.ProcessStarted)
 
-    # -- output ----------------------------------------------------------------------------------------------------
-    def written(self, channel: str, text: bytes, lines: list[str]) -> None:
+    def _written(self, channel: str, text: bytes, lines: list[str]) -> None:
         """Pass on what the process has written."""
         assert self._context is not None
-        self._context.runner.output.lines(
-            self.process_details["name"], channel, self._routes, lines, self.output_format
-        )
+        name = self.process_details["name"]
+        self._context.runner.output.lines(name, channel, self._routes, lines, self.output_format)
         if text:
             kind, fd = (events.ProcessStdout, 1) if channel == "stdout" else (events.ProcessStderr, 2)
             self._event(kind, text=text, fd=fd)
 
     # -- ending ----------------------------------------------------------------------------------------------------
     def signal(self, number: _Signals) -> None:
-        """Send the process a signal if it is there."""
+        """Send the process a signal if it is running."""
         if self._process is None or self._process.returncode is not None or self._process.poll() is not None:
             return
         assert self._context is not None
@@ -238,8 +218,7 @@ class ExecuteLocal(Action):
             return
         self._stopping = True
         if self._process is None or self._process.returncode is not None:
-            for timer in self._timers:
-                timer.cancel()
+            self._cancel_timers()
             if self._restarts:  # waiting for its next start
                 self._finish()
             return
@@ -266,15 +245,18 @@ class ExecuteLocal(Action):
 
         self._timers.append(loop.call_later(limit_s, act))
 
-    def poll(self) -> bool:
-        """Say whether the process has ended, and if so tell everybody."""
-        process, context = self._process, self._context
-        if process is None or context is None or process.poll() is None:
-            return False
+    def _cancel_timers(self) -> None:
         for timer in self._timers:
             timer.cancel()
         self._timers.clear()
-        for reader in list(self._readers.values()):
+
+    def poll(self) -> bool:
+        """Return whether the process has ended; if so, report it, and start the process again if it respawns."""
+        process, context = self._process, self._context
+        if process is None or context is None or process.poll() is None:
+            return False
+        self._cancel_timers()
+        for reader in self._readers:
             reader.drain()
         if process.stdin is not None:
             process.stdin.close()
@@ -307,7 +289,7 @@ class ExecuteLocal(Action):
             self._finish()
 
     def _finish(self) -> None:
-        """Say that the action is over, once the events about its end have been handled."""
+        """Declare the action over, once the events about its end have been handled."""
         context, done = self._context, self._done
         assert context is not None
         assert done is not None
@@ -322,61 +304,7 @@ class ExecuteLocal(Action):
         context.runner.after_events(over)
 
 
-class ExecuteProcess(ExecuteLocal):
-    """A process, given as the words of its command."""
-
-
-class _Lines:
-    """Cuts what comes through a file descriptor into lines."""
-
-    def __init__(self, action: ExecuteLocal, fd: int, channel: str) -> None:
-        self.action, self.fd, self.channel, self.rest = action, fd, channel, b""
-        assert action._context is not None
-        assert action._context.asyncio_loop is not None
-        self.loop = action._context.asyncio_loop
-        os.set_blocking(fd, False)
-        self.loop.add_reader(fd, self.read)
-
-    def read(self) -> bool:
-        """Pass on what has come; return whether there may be more at once."""
-        try:
-            text = os.read(self.fd, 65536)
-        except BlockingIOError:
-            return False
-        except OSError:  # a terminal whose other end is closed
-            text = b""
-        if not text:
-            self.close()
-            return False
-        *lines, self.rest = (self.rest + text).split(b"\n")
-        self.action.written(self.channel, text, [_decode(line) for line in lines])
-        return True
-
-    def drain(self) -> None:
-        """Pass on all that is there, also a last line without an end."""
-        while self.fd in self.action._readers and self.read():
-            pass
-        self.flush()
-
-    def flush(self) -> None:
-        """Pass on the last line though it has no end."""
-        if self.rest:
-            rest, self.rest = self.rest, b""
-            self.action.written(self.channel, b"", [_decode(rest)])
-
-    def close(self) -> None:
-        """Stop reading."""
-        self.flush()
-        self.loop.remove_reader(self.fd)
-        os.close(self.fd)
-        self.action._readers.pop(self.fd, None)
-
-
-def _decode(line: bytes) -> str:
-    return line.decode(errors="replace").rstrip("\r")
-
-
 def _channels(tty: bool) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return our ends and the process's ends for its stdout and stderr."""
+    """Return our ends and the process's ends of its stdout and stderr."""
     (out_r, out_w), (err_r, err_w) = (pty.openpty(), pty.openpty()) if tty else (os.pipe(), os.pipe())
     return (out_r, err_r), (out_w, err_w)

@@ -1,4 +1,4 @@
-"""The actions of `launch_ros.actions`: a node, and what holds for all nodes after it."""
+"""The actions of `launch_ros.actions`: a node, and settings for all nodes after it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from .context import LaunchContext
 from .entities import Action, Entities, SomeSubstitutionsType, perform, substitutions
 from .errors import LaunchError
-from .parameters import Parameter, ParameterFile, document, flat, listed, value_of
+from .parameters import ParameterFile, document, flat, listed, value_of
 from .process import ExecuteProcess
 from .ros_substitutions import ExecutableInPackage
 
@@ -24,7 +24,7 @@ RENAMED = {
 
 
 def joined(base: str | None, name: str | None) -> str | None:
-    """Return a namespace below another one, absolute; an absolute one stands for itself, none and none is none."""
+    """Return the absolute namespace `name` below `base`, which an absolute `name` ignores; None if both are None."""
     if base is None and name is None:
         return None
     parts = [part.rstrip("/") for part in (base, name) if part]
@@ -34,23 +34,21 @@ def joined(base: str | None, name: str | None) -> str | None:
 
 
 def check_name(name: str) -> None:
-    """Raise if a node cannot have this name."""
+    """Raise if this is not a valid node name."""
     if not re.fullmatch(r"[A-Za-z_]\w*", name, re.ASCII):
-        raise LaunchError(
-            f"Invalid node name '{name}': letters, digits and _ are allowed, and it does not begin with a digit"
-        )
+        raise LaunchError(f"Invalid node name '{name}': use letters, digits and _, and do not begin with a digit")
 
 
 def check_namespace(name: str) -> None:
-    """Raise if there cannot be such a namespace."""
+    """Raise if this is not a valid namespace."""
     if name != "/" and not re.fullmatch(r"(/[A-Za-z_]\w*)+", name, re.ASCII):
         raise LaunchError(
-            f"Invalid namespace '{name}': names of letters, digits and _ that do not begin with a digit, after a / each"
+            f"Invalid namespace '{name}': after each / comes a name of letters, digits and _, not beginning with a digit"
         )
 
 
 class Node(ExecuteProcess):
-    """A node of a package, as one process."""
+    """A node of a package, run as one process."""
 
     def __init__(
         self,
@@ -106,8 +104,8 @@ class Node(ExecuteProcess):
             "executable": perform(context, self.executable),
             "node": full or name,
         }
-        for one in context.launch_configurations.get(PARAMETERS, ()):
-            cmd += self._file(context, Path(one)) if isinstance(one, str) else ["-p", f"{one[0]}:={one[1]}"]
+        for key, value in context.launch_configurations.get(PARAMETERS, ()):
+            cmd += ["-p", f"{key}:={value}"]
         for one in self.parameters:
             cmd += self._parameter(context, one, full or "/**")
         for old, new in [*context.launch_configurations.get(REMAPS, ()), *self.remappings]:
@@ -117,24 +115,11 @@ class Node(ExecuteProcess):
     def _parameter(self, context: LaunchContext, one: Any, node: str) -> list[str]:
         if isinstance(one, Mapping):
             return ["--params-file", str(context.runner.parameter_file(document(flat(context, one), node)))]
-        if isinstance(one, Parameter):
-            name, value = one.evaluate(context)
-            return ["-p", f"{name}:={_yaml(value)}"]
         file = one.evaluate(context) if isinstance(one, ParameterFile) else Path(perform(context, one))
-        return self._file(context, file)
-
-    @staticmethod
-    def _file(context: LaunchContext, path: Path) -> list[str]:
-        if path.is_file():
-            return ["--params-file", str(path)]
-        context.runner.output.warn("launch_ros.actions.node", f"Parameter file path is not a file: {path}")
+        if file.is_file():
+            return ["--params-file", str(file)]
+        context.runner.output.warn("launch_ros.actions.node", f"Parameter file path is not a file: {file}")
         return []
-
-
-def _yaml(value: Any) -> str:
-    import yaml
-
-    return yaml.safe_dump(value, default_flow_style=True, width=10**6).removesuffix("\n").removesuffix("\n...")
 
 
 def _rules(remappings: Any) -> list[tuple[Any, Any]]:
@@ -147,14 +132,14 @@ def _rules(remappings: Any) -> list[tuple[Any, Any]]:
 
 
 class LifecycleNode(Node):
-    """A node with states; here a plain node, whose states are left to `ros2 lifecycle` or to its own code."""
+    """A lifecycle node, started as a plain node: only its own code changes its state."""
 
     def __init__(self, *, name: SomeSubstitutionsType, namespace: SomeSubstitutionsType, **rest: Any) -> None:
         rest.pop("autostart", None)
         super().__init__(name=name, namespace=namespace, **rest)
 
     def execute(self, context: LaunchContext) -> Entities | None:
-        """Start it and say what is missing."""
+        """Start the node and warn about what is missing."""
         context.runner.output.warn(
             "launch_ros.actions", f"{self.place}: a LifecycleNode is started as a plain node; nothing changes its state"
         )
@@ -162,14 +147,14 @@ class LifecycleNode(Node):
 
 
 class PushROSNamespace(Action):
-    """Puts what follows into a namespace."""
+    """Puts the nodes that follow into a namespace."""
 
     def __init__(self, namespace: SomeSubstitutionsType, **rest: Any) -> None:
         super().__init__(**rest)
         self.namespace = substitutions(namespace)
 
     def execute(self, context: LaunchContext) -> None:
-        """Go one namespace deeper; the empty one changes nothing."""
+        """Enter the namespace; an empty one changes nothing."""
         inner = joined(context.launch_configurations.get(NAMESPACE), perform(context, self.namespace))
         if inner is not None:
             check_namespace(inner)
@@ -182,14 +167,14 @@ def _append(context: LaunchContext, key: str, value: Any) -> None:
 
 
 class SetParameter(Action):
-    """Sets a parameter of every node that follows."""
+    """Sets a parameter of all nodes that follow."""
 
     def __init__(self, name: SomeSubstitutionsType, value: Any, **rest: Any) -> None:
         super().__init__(**rest)
         self.name, self.value = substitutions(name), value
 
     def execute(self, context: LaunchContext) -> None:
-        """Set it. A list becomes text in round brackets, as with the real one, which no node reads as a list."""
+        """Set it. A list becomes text in round brackets, which no node reads as a list: the real one does the same."""
         value = value_of(context, self.value)
         name = perform(context, self.name)
         if isinstance(value, list):
@@ -197,33 +182,20 @@ class SetParameter(Action):
         _append(context, PARAMETERS, (name, value))
 
 
-class SetParametersFromFile(Action):
-    """Gives a parameter file to every node that follows."""
-
-    def __init__(self, filename: SomeSubstitutionsType, **rest: Any) -> None:
-        rest.pop("node_name", None)
-        super().__init__(**rest)
-        self.filename = filename
-
-    def execute(self, context: LaunchContext) -> None:
-        """Remember it."""
-        _append(context, PARAMETERS, perform(context, self.filename))
-
-
 class SetUseSimTime(SetParameter):
-    """Has every node that follows take its time from /clock, or not."""
+    """Sets whether the nodes that follow take their time from /clock."""
 
     def __init__(self, value: Any, **rest: Any) -> None:
         super().__init__("use_sim_time", value, **rest)
 
 
 class SetRemap(Action):
-    """Remaps a name for every node that follows."""
+    """Remaps a name for all nodes that follow."""
 
     def __init__(self, src: SomeSubstitutionsType, dst: SomeSubstitutionsType, **rest: Any) -> None:
         super().__init__(**rest)
         self.src, self.dst = substitutions(src), substitutions(dst)
 
     def execute(self, context: LaunchContext) -> None:
-        """Remember it."""
+        """Add the rule."""
         _append(context, REMAPS, (perform(context, self.src), perform(context, self.dst)))

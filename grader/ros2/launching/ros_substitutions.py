@@ -1,14 +1,30 @@
-"""The substitutions of `launch_ros.substitutions`."""
+"""The substitutions of `launch_ros.substitutions`: the places of packages and of their executables."""
 
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
-from . import packages
+from ..commands import packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
 from .context import LaunchContext
 from .entities import SomeSubstitutionsType, Substitution, describe, perform, substitutions
-from .errors import SubstitutionFailure
+from .errors import PackageNotFoundError, SubstitutionFailure
 from .substitutions import PathJoinSubstitution
+
+
+def find_prefix(package: str) -> Path:
+    """Return the prefix that a package is installed in.
+
+    Raises:
+        PackageNotFoundError: there is none; the message says what to do about it, if that is known.
+    """
+    if (found := packages.prefix(package)) is not None:
+        return found
+    advice = packages.advice(package).strip()
+    searched = [str(one) for one in packages.prefixes()]
+    raise PackageNotFoundError(
+        f"\"package '{package}' not found, searching: {searched}\"{f' - {advice}' if advice else ''}"
+    )
 
 
 class FindPackagePrefix(Substitution):
@@ -19,23 +35,23 @@ class FindPackagePrefix(Substitution):
 
     @property
     def fixed(self) -> bool:  # type: ignore[override]
-        """True where the package's name is."""
+        """True if the package's name is."""
         return all(one.fixed for one in self.package)
 
     def find(self, package_name: str) -> str:
-        """Return the place for a package."""
-        return str(packages.prefix(package_name))
+        """Return the folder of a package."""
+        return str(find_prefix(package_name))
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the place."""
+        """Return the folder."""
         return self.find(perform(context, self.package))
 
     def describe(self) -> str:
-        """Return how `--show-args` shows it."""
+        """Return the substitution as `--show-args` prints it."""
         return f"{type(self).__name__}(pkg={describe(self.package)})"
 
     def __truediv__(self, other: SomeSubstitutionsType) -> PathJoinSubstitution:
-        """Return a path below it."""
+        """Return a path below the folder."""
         return PathJoinSubstitution([self, other])
 
 
@@ -43,8 +59,8 @@ class FindPackageShare(FindPackagePrefix):
     """The share folder of a package."""
 
     def find(self, package_name: str) -> str:
-        """Return the place for a package."""
-        return str(packages.share(package_name))
+        """Return the folder of a package."""
+        return str(find_prefix(package_name) / "share" / package_name)
 
 
 class ExecutableInPackage(Substitution):
@@ -54,9 +70,9 @@ class ExecutableInPackage(Substitution):
         self.executable, self.package = substitutions(executable), substitutions(package)
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the path; there is no search on PATH."""
+        """Return the path; PATH is not searched."""
         name, package = perform(context, self.executable), perform(context, self.package)
-        folder = packages.prefix(package) / "lib" / package
+        folder = find_prefix(package) / "lib" / package
         path = folder / name
         if not (path.is_file() and os.access(path, os.X_OK)):
             there = sorted(p.name for p in folder.iterdir() if os.access(p, os.X_OK)) if folder.is_dir() else []
@@ -65,5 +81,5 @@ class ExecutableInPackage(Substitution):
         return str(path)
 
     def describe(self) -> str:
-        """Return how `--show-args` shows it."""
+        """Return the substitution as `--show-args` prints it."""
         return f"ExecInPkg(executable={describe(self.executable)}, pkg={describe(self.package)})"

@@ -6,24 +6,22 @@ import asyncio
 import os
 import shutil
 import signal
-import sys
 import tempfile
 import traceback
 from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from . import events
 from .context import LaunchContext
 from .entities import LaunchDescription, LaunchDescriptionEntity
-from .errors import LaunchError, UnsupportedError
+from .errors import explain
 from .guard import Guard
-from .output import Output
-from .record import Record
+from .output import Output, Record
+from .process import ExecuteProcess
 
-if TYPE_CHECKING:
-    from .process import ExecuteLocal
+ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
 class LaunchService:
@@ -43,31 +41,30 @@ class LaunchService:
         self.guard: Guard
         self._descriptions: list[LaunchDescription] = []
         self._numbers = 0
-        self._running: list[ExecuteLocal] = []
+        self._running: list[ExecuteProcess] = []
         self._pending: list[asyncio.Future[Any]] = []
         self._after: list[Callable[[], None]] = []
         self._error: str | None = None
         self._signal: int | None = None
         self._folder: Path | None = None
-        self._task: asyncio.Task[None] | None = None
 
     # -- for the processes -----------------------------------------------------------------------------------------
     def next_number(self) -> int:
-        """Return the number of the next process; it counts over the whole run."""
+        """Return the number of the next process, counted over the whole launch."""
         self._numbers += 1
         return self._numbers
 
-    def watch(self, action: ExecuteLocal) -> None:
-        """Have the process looked after."""
+    def watch(self, action: ExecuteProcess) -> None:
+        """Poll the process whenever a child ends."""
         self._running.append(action)
 
     def after_events(self, step: Callable[[], None]) -> None:
-        """Take a step once the events queued so far have been handled."""
+        """Call a function once the events queued so far have been handled."""
         self._after.append(step)
         self.context.wake()
 
     def parameter_file(self, text: str) -> Path:
-        """Write a temporary parameter file and return its path; it goes when the launch ends."""
+        """Write a temporary parameter file and return its path; it is removed when the launch ends."""
         if self._folder is None:
             self._folder = Path(tempfile.mkdtemp(prefix="launch_params_"))
             self.guard.folder(self._folder)
@@ -80,14 +77,6 @@ class LaunchService:
     def include_launch_description(self, launch_description: LaunchDescription) -> None:
         """Add a description to run."""
         self._descriptions.append(launch_description)
-
-    def emit_event(self, event: events.Event) -> None:
-        """Make an event happen."""
-        self.context.emit_event_sync(event)
-
-    def shutdown(self) -> None:
-        """End the launch."""
-        self._shut_down("LaunchService.shutdown() called")
 
     def run(self, *, shutdown_when_idle: bool = True) -> int:
         """Run everything and return the exit code: 1 for an error of the launch itself, else 0."""
@@ -102,7 +91,7 @@ class LaunchService:
             self.output.close()
         self.record.add("launch_ended", exit_code=code, error=self._error)
         self.record.close()
-        if self._signal is not None:  # end as one ends of this signal, now that the processes are gone
+        if self._signal is not None:  # the processes are gone: die of the signal, so that the parent sees it
             signal.signal(self._signal, signal.SIG_DFL)
             os.kill(os.getpid(), self._signal)
         return code
@@ -114,7 +103,7 @@ class LaunchService:
         await self.context.awake()
         loop.add_signal_handler(signal.SIGCHLD, self._reap)
         loop.add_signal_handler(signal.SIGINT, self._interrupted)
-        for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+        for number in ENDING:
             loop.add_signal_handler(number, self._terminated, number)
         for description in self._descriptions:
             self._guarded(partial(self._visit, description))
@@ -131,7 +120,7 @@ class LaunchService:
                 break
             if shutdown_when_idle:
                 self._shut_down("idle")
-        for number in (signal.SIGCHLD, signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
+        for number in (signal.SIGCHLD, signal.SIGINT, *ENDING):
             loop.remove_signal_handler(number)
         return 1 if self._error is not None else 0
 
@@ -161,13 +150,13 @@ class LaunchService:
                 context.pop_locals()
 
     def _visit(self, entity: LaunchDescriptionEntity) -> None:
-        """Visit the entity and what it leads to, depth first."""
+        """Visit the entity and the entities that it returns, depth first."""
         try:
             found = entity.visit(self.context)
             future = entity.get_asyncio_future()
         except Exception as error:
             if not hasattr(error, "launch_place"):
-                error.launch_place = getattr(entity, "place", None)  # type: ignore[attr-defined]  # a note for _explain
+                error.launch_place = getattr(entity, "place", None)  # type: ignore[attr-defined]  # read by `explain`
             raise
         if future is not None and not future.done():
             future.add_done_callback(lambda _: self.context.wake())
@@ -176,7 +165,7 @@ class LaunchService:
             self._visit(inner)
 
     def _guarded(self, step: Callable[[], None]) -> None:
-        """Take a step of somebody's launch file; an error in it ends the launch, and the processes with it."""
+        """Run code of a launch file; an error in it ends the launch, and the processes with it."""
         try:
             step()
         except Exception as error:
@@ -202,26 +191,10 @@ class LaunchService:
 
     def _terminated(self, number: int) -> None:
         name = signal.Signals(number).name
-        if self._signal is not None:  # twice: no more patience; the guard does the rest
+        if self._signal is not None:  # the second time: no more patience; the guard does the rest
             self.output.error("launch", f"{name} again: killing every process")
             self.guard.close()
             os._exit(128 + number)
         self._signal = number
         self.output.warn("launch", f"{name}: ending every process")
         self._shut_down(name)
-
-
-def explain(error: BaseException) -> str:
-    """Return an error in one message that names the launch file's line, if there is one."""
-    if isinstance(error, UnsupportedError):
-        return str(error)
-    text = str(error) if isinstance(error, LaunchError) else f"{type(error).__name__}: {error}"
-    place = getattr(error, "launch_place", None)
-    here = str(Path(__file__).resolve().parent.parent)
-    lines = [frame for frame in traceback.extract_tb(error.__traceback__) if not frame.filename.startswith((here, "<"))]
-    mine = [frame for frame in lines if not frame.filename.startswith((sys.prefix, sys.base_prefix))]
-    if isinstance(error, SyntaxError) and error.filename:
-        return f"SyntaxError: {error.msg} ({error.filename}, line {error.lineno})"
-    if mine:
-        return f"{text} ({mine[-1].filename}, line {mine[-1].lineno})"
-    return f"{text} ({place})" if place is not None else text

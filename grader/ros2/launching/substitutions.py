@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 import os
 import shlex
@@ -11,23 +12,20 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from .conditions import truth
 from .context import LaunchContext
-from .entities import SomeSubstitutionsType, Substitution, describe, perform, substitutions
+from .entities import SomeSubstitutionsType, Substitution, describe, perform, substitutions, truth
 from .errors import SubstitutionFailure
 
 
 class LaunchConfiguration(Substitution):
-    """The value of a launch argument or of any configuration that was set."""
+    """The value of a launch argument, or of any configuration that has been set."""
 
     def __init__(self, variable_name: SomeSubstitutionsType, *, default: Any = None) -> None:
         self.variable_name = substitutions(variable_name)
         self.default = None if default is None else substitutions(default if _is_text(default) else str(default))
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the configuration's value, else the default's."""
+        """Return the configuration's value, else the default."""
         name = perform(context, self.variable_name)
         if name in context.launch_configurations:
             return str(context.launch_configurations[name])
@@ -36,7 +34,7 @@ class LaunchConfiguration(Substitution):
         return perform(context, self.default)
 
     def describe(self) -> str:
-        """Return how `--show-args` shows it."""
+        """Return the substitution as `--show-args` prints it."""
         return f"LaunchConfig({describe(self.variable_name)})"
 
 
@@ -47,14 +45,14 @@ def _is_text(value: Any) -> bool:
 
 
 class PathJoinSubstitution(Substitution):
-    """Parts of a path, joined by the separator; a part may itself be a list to put together."""
+    """Parts of a path, joined by the separator; a part may itself be a list whose items are put together."""
 
     def __init__(self, substitutions: Iterable[SomeSubstitutionsType]) -> None:
         self.parts = list(substitutions)
 
     @property
     def fixed(self) -> bool:  # type: ignore[override]
-        """True where every part is."""
+        """True if every part is."""
         return all(one.fixed for one in substitutions(self.parts))
 
     def perform(self, context: LaunchContext) -> str:
@@ -62,7 +60,7 @@ class PathJoinSubstitution(Substitution):
         return os.path.join(*(perform(context, part) for part in self.parts))  # noqa: PTH118 - keeps "./" and "//"
 
     def describe(self) -> str:
-        """Return how `--show-args` shows it."""
+        """Return the substitution as `--show-args` prints it."""
         return f"PathJoin({', '.join(describe(part) for part in self.parts)})"
 
     def __truediv__(self, other: SomeSubstitutionsType) -> PathJoinSubstitution:
@@ -77,7 +75,7 @@ class EnvironmentVariable(Substitution):
         self.name, self.default_value = substitutions(name), default_value
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the variable's value, else the default's."""
+        """Return the variable's value, else the default."""
         name = perform(context, self.name)
         if name in context.environment:
             return context.environment[name]
@@ -86,7 +84,7 @@ class EnvironmentVariable(Substitution):
         return perform(context, self.default_value)
 
     def describe(self) -> str:
-        """Return how `--show-args` shows it."""
+        """Return the substitution as `--show-args` prints it."""
         default = "" if self.default_value is None else f", default={describe(self.default_value)}"
         return f"EnvVar({describe(self.name)}{default})"
 
@@ -107,12 +105,12 @@ class FindExecutable(Substitution):
         return found
 
     def describe(self) -> str:
-        """Return how `--show-args` shows it."""
+        """Return the substitution as `--show-args` prints it."""
         return f"FindExec({describe(self.name)})"
 
 
 class Command(Substitution):
-    """What a command prints."""
+    """The output of a command."""
 
     def __init__(self, command: SomeSubstitutionsType, *, on_stderr: SomeSubstitutionsType = "fail") -> None:
         self.command, self.on_stderr = substitutions(command), on_stderr
@@ -138,20 +136,18 @@ class Command(Substitution):
         return done.stdout
 
     def describe(self) -> str:
-        """Return how `--show-args` shows it."""
+        """Return the substitution as `--show-args` prints it."""
         return f"Command({describe(self.command)})"
 
 
 class PythonExpression(Substitution):
-    """The value of a Python expression, as text; the names of `math` are known in it."""
+    """The value of a Python expression, as text; the expression may use the names of `math`."""
 
     def __init__(self, expression: SomeSubstitutionsType, python_modules: Iterable[str] = ("math",)) -> None:
         self.expression, self.python_modules = substitutions(expression), list(python_modules)
 
     def perform(self, context: LaunchContext) -> str:
-        """Evaluate and return the text of the value."""
-        import importlib
-
+        """Evaluate the expression and return the value's text."""
         known: dict[str, Any] = {"__builtins__": __builtins__}
         for name in self.python_modules:
             known[name] = importlib.import_module(perform(context, name))
@@ -166,18 +162,18 @@ class PythonExpression(Substitution):
             ) from error
 
     def describe(self) -> str:
-        """Return how `--show-args` shows it."""
+        """Return the substitution as `--show-args` prints it."""
         return f"PythonExpr({describe(self.expression)})"
 
 
 class LocalSubstitution(Substitution):
-    """A value that holds only where the substitution is performed, such as `event.reason`."""
+    """A value known only where the substitution is performed, such as `event.reason`."""
 
     def __init__(self, expression: str, description: str | None = None) -> None:
         self.expression, self.description = expression, description
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the text of the value."""
+        """Return the value's text."""
         value: Any = context.locals
         for name in self.expression.split("."):
             if not hasattr(value, name):
@@ -186,7 +182,7 @@ class LocalSubstitution(Substitution):
         return str(value)
 
     def describe(self) -> str:
-        """Return how `--show-args` shows it."""
+        """Return the substitution as `--show-args` prints it."""
         return f"LocalVar('{self.description or self.expression}')"
 
 
@@ -205,56 +201,36 @@ class FileContent(Substitution):
             raise SubstitutionFailure(f"Failed to open file: {path}: {error.strerror}") from error
 
 
-class _OfThisFile(Substitution):
-    local = ""
+class ThisLaunchFile(Substitution):
+    """The path of the launch file being run."""
+
+    local = "current_launch_file_path"  # set by the include that reads the file
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the value that the include has left for this file."""
+        """Return the path."""
         found = context.get_locals_as_dict().get(self.local)
         if found is None:
             raise SubstitutionFailure(f"{type(self).__name__} used outside of a launch file (in a script)")
         return str(found)
 
 
-class ThisLaunchFile(_OfThisFile):
-    """The path of the launch file being run."""
-
-    local = "current_launch_file_path"
-
-
-class ThisLaunchFileDir(_OfThisFile):
+class ThisLaunchFileDir(ThisLaunchFile):
     """The folder of the launch file being run."""
 
     local = "current_launch_file_directory"
 
 
-class LaunchLogDir(Substitution):
-    """The folder of this run's log files."""
-
-    def perform(self, context: LaunchContext) -> str:
-        """Return the folder."""
-        return str(context.runner.output.folder) if context.runner else ""
-
-
-def as_value(text: str) -> Any:
-    """Return what YAML makes of a text, as comparisons of substitutions see it."""
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError:
-        return text
-
-
 class EqualsSubstitution(Substitution):
-    """Says whether two texts are the same: as truth values, as numbers, or letter by letter."""
+    """Whether two texts are equal: as truth values, as numbers, or letter by letter."""
 
     def __init__(self, left: Any, right: Any) -> None:
         self.left, self.right = _side(left), _side(right)
 
     def perform(self, context: LaunchContext) -> str:
         """Return "true" or "false"."""
-        return _text(self._same(context))
+        return _text(self._equal(context))
 
-    def _same(self, context: LaunchContext) -> bool:
+    def _equal(self, context: LaunchContext) -> bool:
         left, right = perform(context, self.left), perform(context, self.right)
         truths = {"true": True, "1": True, "false": False, "0": False}
         if left.lower() in truths and right.lower() in truths:
@@ -266,26 +242,14 @@ class EqualsSubstitution(Substitution):
 
 
 class NotEqualsSubstitution(EqualsSubstitution):
-    """Says whether two texts differ."""
+    """Whether two texts differ."""
 
-    def perform(self, context: LaunchContext) -> str:
-        """Return "true" or "false"."""
-        return _text(not self._same(context))
-
-
-class NotSubstitution(Substitution):
-    """The opposite of a truth value."""
-
-    def __init__(self, value: SomeSubstitutionsType) -> None:
-        self.value = value
-
-    def perform(self, context: LaunchContext) -> str:
-        """Return "true" or "false"."""
-        return _text(not truth(context, self.value))
+    def _equal(self, context: LaunchContext) -> bool:
+        return not super()._equal(context)
 
 
 class AnySubstitution(Substitution):
-    """Says whether one of several is true."""
+    """Whether one of several is true."""
 
     combine: Callable[[Iterable[bool]], bool] = staticmethod(any)
 
@@ -298,27 +262,36 @@ class AnySubstitution(Substitution):
 
 
 class AllSubstitution(AnySubstitution):
-    """Says whether all are true."""
+    """Whether all are true."""
 
     combine = staticmethod(all)
 
 
 class OrSubstitution(AnySubstitution):
-    """Says whether one of two is true."""
+    """Whether one of two is true."""
 
     def __init__(self, left: SomeSubstitutionsType, right: SomeSubstitutionsType) -> None:
         super().__init__(left, right)
 
 
 class AndSubstitution(AllSubstitution):
-    """Says whether both are true."""
+    """Whether both are true."""
 
     def __init__(self, left: SomeSubstitutionsType, right: SomeSubstitutionsType) -> None:
         super().__init__(left, right)
 
 
+class NotSubstitution(AnySubstitution):
+    """The opposite of a truth value."""
+
+    def __init__(self, value: SomeSubstitutionsType) -> None:
+        super().__init__(value)
+
+    combine = staticmethod(lambda values: not any(values))
+
+
 class IfElseSubstitution(Substitution):
-    """One of two texts, as a condition says."""
+    """One of two texts, chosen by a condition."""
 
     def __init__(
         self,
@@ -334,7 +307,7 @@ class IfElseSubstitution(Substitution):
 
 
 class AnonName(Substitution):
-    """A name with something appended that no other process has; the same within one launch."""
+    """A name made unique by a suffix; the same name gives the same result within one launch."""
 
     def __init__(self, name: SomeSubstitutionsType) -> None:
         self.name = substitutions(name)

@@ -48,7 +48,7 @@ def test_interfaces_are_shown_with_what_is_inside_them(ros2):
         (["interface", "show", "std_msgs/msg/Strin"], 1, "", "\nDid you mean std_msgs/msg/String?"),
         (["service", "call", "/s", "std_srvs/srv/SetBool", "data:", "true"], 2, "", "go in quotes, as one word"),
         (["bag", "info", "."], 1, "", "Could not read bag '.': it has no metadata.yaml"),
-        (["daemon", "stop"], 2, "", "ros2 daemon: not here; there is no daemon"),
+        (["daemon", "stop"], 2, "", "ros2 daemon: not available; there is no daemon"),
         (["pkg", "create", "Bad-Name"], 1, "", "Package name 'Bad-Name' is not allowed"),
     ],
 )

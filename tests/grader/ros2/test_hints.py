@@ -11,8 +11,8 @@ from itertools import count
 import pytest
 from helpers.ros2_runs import COMMAND
 
-from grader.ros2.commands import hints
-from grader.ros2.commands.graph import interrupt_later
+from grader.ros2.commands import graph, refusals
+from grader.ros2.commands.spinning import interrupt_later
 
 ODOMETRY = "nav_msgs/msg/Odometry"
 
@@ -27,24 +27,24 @@ ODOMETRY = "nav_msgs/msg/Odometry"
     ],
 )
 def test_the_name_that_was_meant(name, said):
-    assert hints.near(name, ["/odom", "/scan", "/navigate_to_position"]) == said
+    assert refusals.near(name, ["/odom", "/scan", "/navigate_to_position"]) == said
 
 
 def test_a_type_that_differs():
-    assert hints.other_type("odom", "geometry_msgs/msg/Twist", [ODOMETRY, ODOMETRY]) == (
+    assert graph.other_type("odom", "geometry_msgs/msg/Twist", [ODOMETRY, ODOMETRY]) == (
         "WARNING: /odom is of type nav_msgs/msg/Odometry, not geometry_msgs/msg/Twist"
     )
-    assert hints.other_type("/odom", "nav_msgs/Odometry", [ODOMETRY]) == "", "the middle word may be left out"
-    assert hints.other_type("/odom", ODOMETRY, []) == ""
+    assert graph.other_type("/odom", "nav_msgs/Odometry", [ODOMETRY]) == "", "the middle word may be left out"
+    assert graph.other_type("/odom", ODOMETRY, []) == ""
 
 
 def test_a_wait_is_remarked_on_once(monkeypatch, capsys):
     """Not before what is there has been found; the clock here goes on by a second at each look."""
     clock = count()
-    monkeypatch.setattr(hints.time, "monotonic", lambda: next(clock))
-    monkeypatch.setattr(hints.time, "sleep", lambda _s: None)
+    monkeypatch.setattr(graph.time, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(graph.time, "sleep", lambda _s: None)
     answers = iter([False] * 8 + [True])
-    hints.wait(lambda: next(answers), "set_sped", "a/srv/B", lambda: [("/set_speed", ["a/srv/B"])])
+    graph.wait(lambda: next(answers), "set_sped", "a/srv/B", lambda: [("/set_speed", ["a/srv/B"])])
     assert capsys.readouterr().err == "Did you mean /set_speed?\n"
 
 

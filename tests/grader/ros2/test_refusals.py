@@ -73,7 +73,7 @@ def test_a_file_that_cannot_be_read(launch, tmp_path, line, words):
             "file 'x.launch.py' was not found in the share directory of package 'demo' which is at",
         ),
         (["demo", "one.launch.py", "rate=1"], "malformed launch argument 'rate=1', expected format '<name>:=<value>'"),
-        (["demo"], "'demo' is no file: ros2 launch takes a package and the name of its launch file, or a path"),
+        (["demo"], "'demo' is not a file: ros2 launch takes a package and the name of its launch file, or a path"),
     ],
 )
 def test_a_command_line_that_cannot_be(ros2, words, said):

@@ -1,32 +1,29 @@
-"""`ros2 topic echo | pub`: what flows through topics, and putting something in."""
+"""`ros2 topic echo | pub`: print the messages of a topic, and publish messages to one."""
 
 from __future__ import annotations
 
 import argparse
 import sys
 import time
+from collections.abc import Iterator
 from typing import Any
 
-from . import completing, hints, messages
-from .answers import Refusal
-from .graph import Graph, NamesAndTypes, add_graph_arguments, full_name, graph, spin
-from .qos import add_qos_arguments, asked
+from . import arguments, messages
+from .graph import Graph, NamesAndTypes, full_name, graph, other_type, wait
+from .qos import from_flags, qos_arguments
+from .refusals import Refusal, near
+from .spinning import spin
 
-SIM_TIME_S = 1.0  # how long a message of /clock is waited for
+SIM_TIME_S = 1.0  # how long to wait for a message of /clock
 
 
-def add_verbs(verbs: Any) -> None:
-    """Declare words and flags."""
-    from .topic import topic_argument
-
-    echo = verbs.add_parser("echo", help="Output messages from a topic")
-    add_graph_arguments(echo)
-    topic_argument(echo)
-    completing.add(
-        echo, "message_type", completing.types("msg", "topic_name", Graph.topic_type),
-        nargs="?", help="Type of the ROS message (e.g. 'std_msgs/msg/String')",
-    )  # fmt: skip
-    add_qos_arguments(echo, "matched to the publishers")
+def add_verbs(add_verb: arguments.AddVerb) -> None:
+    """Declare verbs and flags."""
+    echo = add_verb("echo", "Output messages from a topic", run_echo, graph=True)
+    arguments.topic_argument(echo)
+    text = "Type of the ROS message (e.g. 'std_msgs/msg/String')"
+    arguments.type_argument(echo, "message_type", "msg", text, nargs="?")
+    qos_arguments(echo, "matched to the publishers")
     echo.add_argument("--csv", action="store_true", help="Output all recursive fields separated by commas")
     echo.add_argument("--field", metavar="FIELD", help="Echo a selected field of a message")
     echo.add_argument("--full-length", "-f", action="store_true", help="Output all elements of arrays, bytes, strings")
@@ -40,15 +37,11 @@ def add_verbs(verbs: Any) -> None:
     echo.add_argument("--once", action="store_true", help="Print the first message received and then exit")
     echo.add_argument("--timeout", metavar="N", type=float, help="Seconds after which to give up waiting")
     echo.add_argument("--include-message-info", "-i", action="store_true", help="Shows the associated message info")
-    echo.set_defaults(run=run_echo)
 
-    pub = verbs.add_parser("pub", help="Publish a message to a topic")
-    topic_argument(pub)
-    completing.add(
-        pub, "message_type", completing.types("msg", "topic_name", Graph.topic_type),
-        help="Type of the ROS message (e.g. 'std_msgs/String')",
-    )  # fmt: skip
-    messages.add_values(pub, "msg", "message_type", "Values to fill the message with in YAML format")
+    pub = add_verb("pub", "Publish a message to a topic", run_pub)
+    arguments.topic_argument(pub)
+    arguments.type_argument(pub, "message_type", "msg", "Type of the ROS message (e.g. 'std_msgs/String')")
+    arguments.values_arguments(pub, "msg", "message_type", "Values to fill the message with in YAML format")
     pub.add_argument("-r", "--rate", metavar="N", type=positive, default=1.0, help="Publishing rate in Hz (default: 1)")
     pub.add_argument("-p", "--print", metavar="N", type=int, default=1, help="Only print every N-th message")
     group = pub.add_mutually_exclusive_group()
@@ -60,8 +53,7 @@ def add_verbs(verbs: Any) -> None:
     pub.add_argument("-n", "--node-name", help="Name of the created publishing node")
     pub.add_argument("--spin-time", type=float, help=argparse.SUPPRESS)
     pub.add_argument("-s", "--use-sim-time", action="store_true", help="Enable ROS simulation time")
-    add_qos_arguments(pub)
-    pub.set_defaults(run=run_pub)
+    qos_arguments(pub)
 
 
 def positive(text: str) -> float:
@@ -73,31 +65,31 @@ def positive(text: str) -> float:
 
 
 def subscription(
-    seen: Graph, args: argparse.Namespace, given: str | None = None, wait: bool = False
+    seen: Graph, args: argparse.Namespace, given: str | None = None, wait_for_it: bool = False
 ) -> tuple[str, Any, list[Any]]:
     """Return the topic's full name, its message class and its publishers.
 
-    A topic that is not there is waited for, or refused, unless the type is given.
+    Without a given type, a topic that does not exist is waited for if `wait_for_it`, else refused.
     """
     name = full_name(args.topic_name)
-    kind = given or seen.topic_type(name)
-    if kind is None:
-        hint = hints.near(name, dict(seen.topics()))
+    types = [given] if given else seen.topic_types(name)
+    if not types:
+        hint = near(name, dict(seen.topics()))
         print(f"WARNING: topic [{name}] does not appear to be published yet", file=sys.stderr)
-        if not wait:
+        if not wait_for_it:
             raise Refusal(f"Could not determine the type for the passed topic{hint}")
         print(hint.strip(), end="\n" if hint else "", file=sys.stderr, flush=True)
-        while kind is None:
-            kind = seen.topic_type(name)
-    message = messages.load(kind, "msg")
+        while not types:
+            types = seen.topic_types(name)
+    message = messages.load(types[0], "msg")
     publishers = seen.wait_for(lambda: seen.node.get_publishers_info_by_topic(name), 0.3)
-    if warning := hints.other_type(name, kind, (end.topic_type for end in publishers)):
+    if warning := other_type(name, types[0], (end.topic_type for end in publishers)):
         print(warning, file=sys.stderr, flush=True)
     return name, message, publishers
 
 
 def run_echo(args: argparse.Namespace) -> int:
-    """Print messages as they come."""
+    """Print messages as they arrive."""
     limits = messages.Limits(None if args.full_length else args.truncate_length, not args.no_arr, not args.no_str)
     keep = compile(args.filter_expr, "--filter", "eval") if args.filter_expr else None
     count = 0
@@ -123,18 +115,19 @@ def run_echo(args: argparse.Namespace) -> int:
 
     with graph(args.spin_time, sim_time=args.use_sim_time) as seen:
         name, kind, publishers = subscription(seen, args, args.message_type)
-        # What it delivers depends on who asks: with the callback's second argument rclpy tells about the message too.
+        # rclpy passes the message info to a callback that has a second argument.
         callback = show if args.include_message_info else lambda message: show(message)
-        listening = seen.node.create_subscription(kind, name, callback, asked(args, publishers), raw=args.raw)
+        profile = from_flags(args, [end.qos_profile for end in publishers])
+        listening = seen.node.create_subscription(kind, name, callback, profile, raw=args.raw)
         done = spin(seen.node, lambda: args.once and count > 0, args.timeout)
         seen.node.destroy_subscription(listening)
     return 0 if done or args.timeout is None else 1
 
 
 def run_pub(args: argparse.Namespace) -> int:
-    """Publish a message, once or again and again."""
+    """Publish a message, once or repeatedly."""
     kind = messages.load(args.message_type, "msg")
-    values = messages.given(args)
+    values = arguments.given_values(args)
     times = 1 if args.once else args.times
     wanted = args.wait_matching_subscriptions
     if wanted is None:
@@ -143,7 +136,7 @@ def run_pub(args: argparse.Namespace) -> int:
         message = kind()
         messages.fill(message, values, _now(seen, args))
         stamped = any(value in ("now", "auto") for value in _values(values))
-        publisher = seen.node.create_publisher(kind, args.topic_name, asked(args))
+        publisher = seen.node.create_publisher(kind, args.topic_name, from_flags(args))
         _wait_for_subscribers(seen, publisher, args, wanted)
         print("publisher: beginning loop", flush=True)
         count, begin = 0, time.monotonic()
@@ -162,7 +155,8 @@ def run_pub(args: argparse.Namespace) -> int:
     return 0
 
 
-def _values(values: Any) -> Any:
+def _values(values: Any) -> Iterator[str]:
+    """Yield all texts in nested values."""
     for one in values.values() if isinstance(values, dict) else values:
         if isinstance(one, dict | list):
             yield from _values(one)
@@ -171,7 +165,7 @@ def _values(values: Any) -> Any:
 
 
 def _now(seen: Graph, args: argparse.Namespace) -> Any:
-    """Return the present as a message; simulated time goes on only when the node takes a message of /clock."""
+    """Return the present as a message; simulated time advances only when the node takes a message of /clock."""
     clock = seen.node.get_clock()
     if args.use_sim_time:
         before = clock.now()
@@ -184,6 +178,7 @@ def _wait_for_subscribers(seen: Graph, publisher: Any, args: argparse.Namespace,
     first = True
 
     def others() -> NamesAndTypes:
+        """Return the topic with the types that subscriptions want of it, then the other topics."""
         heard = {end.topic_type for end in seen.node.get_subscriptions_info_by_topic(full_name(args.topic_name))}
         here = [(full_name(args.topic_name), sorted(heard))] if heard else []
         return [*here, *(one for one in seen.topics() if one[0] != full_name(args.topic_name))]
@@ -199,10 +194,10 @@ def _wait_for_subscribers(seen: Graph, publisher: Any, args: argparse.Namespace,
                 f"Timed out waiting for subscribers: Expected {wanted} subscribers but only got "
                 f"{publisher.get_subscription_count()} subscribers"
             )
-        # A subscription that exists is found at once; only a missing one is worth a word.
+        # A subscription that exists is found at once; only a missing one is worth a remark.
         if now - begin >= 0.2 and (first or now - said >= 1.0):
             print(f"Waiting for at least {wanted} matching subscription(s)...", flush=True)
             first, said = False, now
         return False
 
-    hints.wait(enough, args.topic_name, args.message_type, others)
+    wait(enough, args.topic_name, args.message_type, others)

@@ -1,0 +1,19 @@
+"""How a command refuses: with one message, an exit code, and the name that was probably meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class Refusal(Exception):
+    """The request cannot be answered; the message goes to stderr."""
+
+
+def near(name: str, names: Iterable[str]) -> str:
+    """Return a line that suggests the nearest of the names, or "" if none is near or `name` is one of them."""
+    names = list(names)
+    found = [] if name in names else get_close_matches(name, names, 1, cutoff=0.7)
+    if not found and len(begins := [one for one in names if one.startswith(name) and one != name]) == 1:
+        found = begins
+    return f"\nDid you mean {found[0]}?" if found else ""
