@@ -10,12 +10,12 @@ import ast
 from collections.abc import Iterator
 from functools import lru_cache
 
-from grader.mutation.source_text import MODULE, TOO_MUCH, Change, Source, Spot, called, is_docstring
+from grader.mutation.source_text import MODULE, Change, Source, Spot
+from grader.python_ast import TOO_COMPLEX, Function, called, is_docstring
 
 WEAK = "weak decoy"
 """Another text with the same bytecode: taken where there is no other decoy."""
 
-_Function = ast.FunctionDef | ast.AsyncFunctionDef
 _MIRRORED: dict[type[ast.cmpop], str] = {
     ast.Lt: ">", ast.LtE: ">=", ast.Gt: "<", ast.GtE: "<=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
@@ -26,7 +26,7 @@ def equivalent_mutants(source: Source) -> list[Change]:
     """Return every decoy that could be put into a source, in its order; none for one that is too much for Python."""
     try:
         return [change for spot in source.spots() for change in _decoys(source, spot) if source.reads(change)]
-    except TOO_MUCH:
+    except TOO_COMPLEX:
         return []
 
 
@@ -94,11 +94,11 @@ def _statement(source: Source, spot: Spot) -> Iterator[Change]:
 def _local_name(source: Source, spot: Spot) -> Iterator[Change]:
     """A local variable with another name: the whole function, rewritten in one piece."""
     node = spot.node
-    if not isinstance(node, _Function):
+    if not isinstance(node, Function):
         return
     inner = [n for statement in node.body for n in ast.walk(statement)]
     if any(
-        isinstance(n, _Function | ast.Lambda | ast.ClassDef | ast.Global | ast.Nonlocal | ast.JoinedStr) for n in inner
+        isinstance(n, Function | ast.Lambda | ast.ClassDef | ast.Global | ast.Nonlocal | ast.JoinedStr) for n in inner
     ):
         return
     if any(isinstance(n, ast.Name) and n.id in ("locals", "vars", "eval", "exec", "dir") for n in inner):

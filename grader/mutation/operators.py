@@ -6,9 +6,9 @@ import ast
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from grader.mutation.source_text import TOO_MUCH, Change, Source, Spot, called, is_docstring
+from grader.mutation.source_text import Change, Source, Spot
+from grader.python_ast import TOO_COMPLEX, Function, called, is_docstring
 
-_Function = ast.FunctionDef | ast.AsyncFunctionDef
 Operator = Callable[[Source, Spot], Iterator[Change]]
 
 _OPPOSITE: dict[type[ast.cmpop], tuple[str, str]] = {
@@ -56,7 +56,7 @@ def mutants(source: Source) -> list[Change]:
     """Return every fault that could be put into a source, in its order; none for one that is too much for Python."""
     try:
         return _faults(source)
-    except TOO_MUCH:
+    except TOO_COMPLEX:
         return []
 
 
@@ -66,7 +66,7 @@ def _faults(source: Source) -> list[Change]:
     for spot in source.spots():
         for operator in OPERATORS:
             found += [change for change in operator(source, spot) if source.changes(change)]
-        if isinstance(spot.node, _Function) and (spot.node.name in callbacks or _CALLBACK.search(spot.node.name)):
+        if isinstance(spot.node, Function) and (spot.node.name in callbacks or _CALLBACK.search(spot.node.name)):
             found += [change for change in _empty_callback(source, spot) if source.changes(change)]
     return found
 
@@ -225,7 +225,7 @@ OPERATORS: Sequence[Operator] = (
 def _empty_callback(source: Source, spot: Spot) -> Iterator[Change]:
     """A callback that does nothing; a service's still answers."""
     node = spot.node
-    assert isinstance(node, _Function)
+    assert isinstance(node, Function)
     body = node.body[1:] if is_docstring(node.body[0]) else node.body
     plain = [argument.arg for argument in node.args.args if argument.arg != "self"]
     if not body or (len(body) == 1 and isinstance(body[0], ast.Return | ast.Pass)):

@@ -9,10 +9,9 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from grader.mutation.source_text import TOO_MUCH, Change, Source, header
+from grader.mutation.source_text import Change, Source, header
+from grader.python_ast import TOO_COMPLEX, Function
 from grader.student_tests.suite_run import Reach
-
-_Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 @dataclass(frozen=True)
@@ -117,14 +116,14 @@ def _uses(sources: Iterable[Source]) -> dict[str, list[tuple[str, int, int]]]:
     """Return for each name the statements inside functions that use it: (path, first line, last line)."""
     found: dict[str, list[tuple[str, int, int]]] = defaultdict(list)
     for source in sources:
-        with contextlib.suppress(*TOO_MUCH):  # nor are there faults in such a source
+        with contextlib.suppress(*TOO_COMPLEX):  # nor are there faults in such a source
             for name, first, last in list(_uses_in(source)):
                 found[name].append((source.path, first, last))
     return found
 
 
 def _uses_in(source: Source) -> Iterator[tuple[str, int, int]]:
-    for function in (node for node in ast.walk(source.tree) if isinstance(node, _Function)):
+    for function in (node for node in ast.walk(source.tree) if isinstance(node, Function)):
         yield function.name, function.body[0].lineno, function.end_lineno or function.lineno
         for statement in (node for top in function.body for node in ast.walk(top) if isinstance(node, ast.stmt)):
             for name in _names_in(statement):

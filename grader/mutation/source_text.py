@@ -8,13 +8,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from grader.python_ast import TOO_COMPLEX, UNPARSABLE, Function, called, is_docstring
 from grader.student_tests.coverage_exclusions import is_guard
 
-_Function = ast.FunctionDef | ast.AsyncFunctionDef
 MODULE = "<module>"
-# What Python throws at code that is no mistake but too much: numbers of 5000 digits, 400 times `elif`. Nothing is put
-# into a module that cannot be read whole.
-TOO_MUCH = (ValueError, RecursionError, MemoryError)
 
 # What a node logs is for people, not for other nodes: a fault there changes no behaviour that a test should pin down.
 _LOGGING = {"debug", "info", "warn", "warning", "error", "fatal", "critical", "exception", "log", "print", "get_logger"}
@@ -58,9 +55,9 @@ class Spot:
         return self.parents[-1]
 
     @property
-    def function_node(self) -> _Function | None:
+    def function_node(self) -> Function | None:
         """Return the innermost function around it."""
-        return next((node for node in reversed(self.parents) if isinstance(node, _Function)), None)
+        return next((node for node in reversed(self.parents) if isinstance(node, Function)), None)
 
 
 _Meaning = tuple[object, ...]
@@ -178,16 +175,16 @@ def _meaning(text: bytes) -> _Meaning:
                 todo.extend(part)
             else:
                 row.append(repr(part))
-    except (SyntaxError, *TOO_MUCH):
+    except UNPARSABLE:
         return ()
     return tuple(row)
 
 
 def parse(path: str, text: str) -> Source | None:
-    """Return the source, None if Python cannot read it."""
+    """Return the source, None if Python cannot read it: no mutant is put into such a module."""
     try:
         return Source(path, text)
-    except (SyntaxError, *TOO_MUCH):
+    except UNPARSABLE:
         return None
 
 
@@ -197,7 +194,7 @@ def is_too_much(text: str) -> bool:
         ast.parse(text)
     except SyntaxError:
         return False
-    except TOO_MUCH:
+    except TOO_COMPLEX:
         return True
     return False
 
@@ -211,18 +208,6 @@ def header(statement: ast.stmt) -> tuple[int, int]:
     return statement.lineno, last
 
 
-def is_docstring(node: ast.AST) -> bool:
-    """Return whether a statement is a bare string."""
-    return isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str)
-
-
-def called(node: ast.AST) -> str:
-    """Return the name of what a call calls, "" for anything else."""
-    if not isinstance(node, ast.Call):
-        return ""
-    return node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-
-
 def _walk(
     node: ast.AST, parents: tuple[ast.AST, ...], statement: ast.stmt | None, function: str, names: frozenset[str]
 ) -> Iterator[Spot]:
@@ -230,7 +215,7 @@ def _walk(
         inside, bound, here = function, names, statement
         if isinstance(child, ast.stmt):
             here = child
-            if isinstance(child, _Function | ast.ClassDef):
+            if isinstance(child, Function | ast.ClassDef):
                 inside = child.name if function == MODULE else f"{function}.{child.name}"
                 bound = bound | {child.name}
             elif function == MODULE or (parents and isinstance(node, ast.ClassDef)):
@@ -241,7 +226,7 @@ def _walk(
             continue
         trail = (*parents, node)
         if here is not None:
-            in_function = any(isinstance(above, _Function) for above in trail)
+            in_function = any(isinstance(above, Function) for above in trail)
             yield Spot(child, trail, here, inside, frozenset() if in_function else bound)
         yield from _walk(child, trail, here, inside, bound)
 
@@ -261,7 +246,7 @@ def _is_silent(node: ast.AST) -> bool:
         return True
     if is_docstring(node) or called(node) in _LOGGING:
         return True
-    if isinstance(node, _Function) and node.name in ("__repr__", "__str__", "__del__"):
+    if isinstance(node, Function) and node.name in ("__repr__", "__str__", "__del__"):
         return True
     if isinstance(node, ast.keyword) and node.arg in _PATIENCE:
         return True

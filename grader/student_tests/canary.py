@@ -13,9 +13,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePosixPath
 
+from grader.python_ast import Function, parse
 from grader.student_tests.warm_worker import Ran, Test
 
-_Function = ast.FunctionDef | ast.AsyncFunctionDef
 _WORDS = (
     "keeps", "turns", "waits", "slows", "stops", "starts", "follows", "measures", "resets", "limits", "rounds",
     "scales", "steers", "brakes", "answers", "distance", "speed", "heading", "battery", "scan", "goal", "pose", "rate",
@@ -113,7 +113,7 @@ def probes(
     """
     halves: dict[tuple[str, str, int], bool] = {}
 
-    def half(path: str, function: _Function) -> bool:
+    def half(path: str, function: Function) -> bool:
         return halves.setdefault((path, function.name, function.lineno), chance.random() < 0.5)
 
     found = [
@@ -128,7 +128,7 @@ def _probe(
     sources: Mapping[str, str],
     reach: Mapping[str, Mapping[int, frozenset[str]]],
     importing: bool,
-    wanted: Callable[[str, _Function], bool],
+    wanted: Callable[[str, Function], bool],
 ) -> Probe:
     texts, unreachable = {}, {}
     for path, text in sources.items():
@@ -174,19 +174,19 @@ def _lines(text: str) -> list[str]:
     return [f"{line}\n" for line in re.split(r"\r\n|\r|\n", text)]
 
 
-def _functions(text: str) -> list[_Function]:
+def _functions(text: str) -> list[Function]:
     """Return the outermost functions and methods of a module."""
-    found: list[_Function] = []
-    waiting: list[ast.AST] = list(_parse(text).body)
+    found: list[Function] = []
+    waiting: list[ast.AST] = list((parse(text) or ast.Module([], [])).body)
     for node in waiting:
-        if isinstance(node, _Function):
+        if isinstance(node, Function):
             found.append(node)
         elif isinstance(node, ast.ClassDef | ast.If | ast.Try | ast.With):
             waiting += node.body
     return found
 
 
-def _test_functions(text: str) -> list[_Function]:
+def _test_functions(text: str) -> list[Function]:
     return [function for function in _functions(text) if function.name.startswith("test")]
 
 
@@ -195,19 +195,19 @@ def _function_of(name: str) -> str:
     return name.partition("[")[0].rpartition("::")[2]
 
 
-def _body(function: _Function) -> list[ast.stmt]:
+def _body(function: Function) -> list[ast.stmt]:
     first = function.body[0]
     is_docstring = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
     return function.body[1:] if is_docstring and len(function.body) > 1 else function.body
 
 
-def _body_lines(function: _Function) -> tuple[int, int]:
+def _body_lines(function: Function) -> tuple[int, int]:
     first = _body(function)[0]
     decorators = [decorator.lineno for decorator in getattr(first, "decorator_list", ())]
     return min([first.lineno, *decorators]), function.end_lineno or function.lineno
 
 
-def _raise_first(lines: list[str], function: _Function) -> bool:
+def _raise_first(lines: list[str], function: Function) -> bool:
     """Put a line that raises before a function's body, which stays: who reads which lines there are shall see them all.
 
     Return whether that was possible: the body may stand on the line of the `def`, or behind a docstring and `;`.
@@ -223,7 +223,7 @@ def _raise_first(lines: list[str], function: _Function) -> bool:
     return True
 
 
-def _raise_last(lines: list[str], function: _Function, new: str) -> bool:
+def _raise_last(lines: list[str], function: Function, new: str) -> bool:
     """Put a statement behind a function's body. Return whether it can be told to be the last that is done there."""
     first = function.body[0]
     line = lines[first.lineno - 1]
@@ -238,16 +238,9 @@ def _raise_last(lines: list[str], function: _Function, new: str) -> bool:
     return True
 
 
-def _replace_body(lines: list[str], function: _Function, new: str) -> None:
+def _replace_body(lines: list[str], function: Function, new: str) -> None:
     """Put one statement in the place of a function's body, all other lines where they were."""
     body = _body(function)
     first, last = body[0].lineno, function.end_lineno or body[-1].lineno
     head = lines[first - 1].encode()[: body[0].col_offset].decode()
     lines[first - 1 : last] = [f"{head}{new}\n", *["\n"] * (last - first)]
-
-
-def _parse(text: str) -> ast.Module:
-    try:
-        return ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return ast.Module(body=[], type_ignores=[])

@@ -11,6 +11,7 @@ from typing import Any
 from grader import build, sandbox
 from grader.evidence import FileCoverage
 from grader.host import ros_env
+from grader.python_ast import parse
 from grader.sandbox import untrusted
 from grader.student_tests.coverage_exclusions import guarded_lines
 from grader.student_tests.warm_worker import MODULES, PACKAGE, Ran
@@ -51,7 +52,7 @@ def combine(
         for name, data in sorted(files.items()):
             inside = _inside(name)
             text = texts.get(inside)
-            if text is None or not _is_readable(text):
+            if text is None or parse(text) is None:  # Python can run some modules that it cannot parse into a tree
                 found.append(_file(name, _with_nothing_reached(data), set()))
                 continue
             found.append(_file(name, data, guarded_lines(text)))
@@ -82,25 +83,12 @@ def unexplained(
 
 def _spans(text: str) -> Iterator[tuple[int, int]]:
     """Yield the first and last line of each statement, without the statements in it."""
-    try:
-        tree = ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return
-    for node in ast.walk(tree):
+    for node in ast.walk(parse(text) or ast.Module([], [])):
         if isinstance(node, ast.stmt):
             decorators = [d.lineno for d in getattr(node, "decorator_list", ())]
             body = getattr(node, "body", None)
             last = max(node.lineno, body[0].lineno - 1) if body else (node.end_lineno or node.lineno)
             yield min([node.lineno, *decorators]), last
-
-
-def _is_readable(text: str) -> bool:
-    """Return whether Python can show us the tree of a module. There are some that it can run and not show."""
-    try:
-        ast.parse(text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return False
-    return True
 
 
 def _with_nothing_reached(data: Mapping[str, Any]) -> dict[str, Any]:

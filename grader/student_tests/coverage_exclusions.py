@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 
+from grader.python_ast import parse
+
 # Whoever puts more than this behind a guard has put the package's code there, to be counted like any other.
 _TYPING_ONLY = (ast.Import, ast.ImportFrom, ast.Pass)
 _CODE = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)
@@ -26,8 +28,6 @@ def is_guard(statement: ast.AST) -> bool:
 
 def guarded_lines(text: str) -> set[int]:
     """Return the lines of a module's guards, which stand at its top level only."""
-    try:
-        guards = [statement for statement in ast.parse(text).body if is_guard(statement)]
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
-        return set()
+    tree = parse(text)
+    guards = [statement for statement in tree.body if is_guard(statement)] if tree else []
     return {line for guard in guards for line in range(guard.lineno, (guard.end_lineno or guard.lineno) + 1)}

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import ast
 import re
-import warnings
 from collections.abc import Container, Iterable, Iterator
 from pathlib import Path
 
+from grader import python_ast
 from grader.contract.spec import NODES
 from grader.evidence import TestModule
-from grader.python_ast import is_test
+from grader.python_ast import TOO_COMPLEX, Function, is_test
 
 FOLDERS = ("test", "tests")
 # What `ros2 pkg create` puts into every package, and its cousins: they call a linter and say nothing of the code.
 _LINTERS = re.compile(r"\bament_(copyright|flake8|pep257|mypy|xmllint|pycodestyle|lint)\b")
 _READ_CAP = 1_000_000
-# What Python throws at code that is no mistake but too much: numbers of 5000 digits, sums of 700 terms.
-_TOO_MUCH = (ValueError, RecursionError, MemoryError)
-
-_Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 def read_modules(package: Path) -> list[TestModule]:
@@ -34,7 +30,7 @@ def read_modules(package: Path) -> list[TestModule]:
         name = str(path.relative_to(package))
         try:
             found.append(_describe(name, trees[path], helpers))
-        except (KeyError, *_TOO_MUCH):  # it has no tree, or one that cannot be written out
+        except (KeyError, *TOO_COMPLEX):  # it has no tree, or one that cannot be written out
             failures = [f"{name} is no Python that can be read"]
             found.append(TestModule(name, stub=False, tests=0, asserting=0, subjects=[], failures=failures))
     return found
@@ -59,15 +55,10 @@ def parse(path: Path) -> ast.Module | None:
     """Return the syntax tree of a file, None if Python cannot read it."""
     if path.stat().st_size > _READ_CAP:
         return None
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a stray "\d" in a student's string is Q's matter
-            return ast.parse(path.read_bytes())
-    except (SyntaxError, *_TOO_MUCH):
-        return None
+    return python_ast.parse(path.read_bytes())
 
 
-def _tests(tree: ast.Module) -> Iterator[_Function]:
+def _tests(tree: ast.Module) -> Iterator[Function]:
     """Yield the functions that pytest would collect."""
     for node in tree.body:
         if is_test(node):
@@ -84,7 +75,7 @@ def _asserting_names(trees: Iterable[ast.Module]) -> set[str]:
     """Return the names of the helper functions that assert something, themselves or through another helper."""
     callers: dict[str, set[str]] = {}
     found: list[str] = []
-    for function in (node for tree in trees for node in ast.walk(tree) if isinstance(node, _Function)):
+    for function in (node for tree in trees for node in ast.walk(tree) if isinstance(node, Function)):
         if _asserts(function, ()):
             found.append(function.name)
         for name in _called(function):
@@ -98,7 +89,7 @@ def _asserting_names(trees: Iterable[ast.Module]) -> set[str]:
     return names
 
 
-def _asserts(function: _Function, helpers: Container[str]) -> bool:
+def _asserts(function: Function, helpers: Container[str]) -> bool:
     """Return whether a function can fail by what it asserts: `assert True` cannot."""
     if any(isinstance(node, ast.Assert) and not isinstance(node.test, ast.Constant) for node in ast.walk(function)):
         return True
@@ -108,7 +99,7 @@ def _asserts(function: _Function, helpers: Container[str]) -> bool:
     )
 
 
-def _called(function: _Function) -> Iterator[str]:
+def _called(function: Function) -> Iterator[str]:
     """Yield the last names of what a function calls."""
     for node in ast.walk(function):
         if isinstance(node, ast.Call):
