@@ -17,13 +17,9 @@ from grader import KIT, build, cli, evidence, pipeline, sandbox
 from grader.build import cache, type_hashes
 from grader.contract import spec
 from grader.errors import GraderError
-from grader.host import namespaces, ros_env, shortage
+from grader.host import ros_env, shortage
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
-from grader.trials import catalog, scheduler
-from grader.trials.plan import TrialPlan
-from grader.trials.request import OBSERVER_ENDED, READY, not_started
-from grader.trials.source import integrity_flags
 
 ROOT = KIT
 MB = 1_000_000
@@ -342,83 +338,3 @@ def test_a_damaged_cache_is_built_again(reference: Path, tmp_path: Path, setting
 def test_the_rubric_of_these_tests_can_be_read(tmp_path: Path):
     (tmp_path / "rubric.yaml").write_text(RUBRIC)
     assert rubric.load(tmp_path / "rubric.yaml").requirement("F14").points == 1
-
-
-# -- a killed worker of trials -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("ending", ["kill -9 $$", "exit 137"])
-def test_a_trial_worker_that_the_kernel_kills_is_an_error_of_the_grader(
-    ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    """In the first bubblewrap is killed; the second is its exit code when the worker inside is."""
-    monkeypatch.setattr(
-        namespaces, "private_network", lambda _command: ["sh", "-c", f"echo {READY}; read line; {ending}"]
-    )
-    plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
-    with pytest.raises(GraderError, match="killed from outside, as the kernel does when memory runs out"):
-        scheduler.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)
-
-
-def test_a_trial_worker_that_exits_with_an_error_costs_that_trial_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(
-        namespaces, "private_network", lambda _command: ["sh", "-c", f"echo {READY}; read line; exit 1"]
-    )
-    plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
-    found = scheduler.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)
-    assert "the trial's worker ended" in found["any"].script_error
-
-
-@pytest.mark.parametrize("ending", ["kill -SEGV $$", "exit 139"])
-def test_a_trial_whose_worker_crashes_is_tried_again(ending: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Once may be bad luck; after the second crash the trial scores nothing, and a flag tells the instructor."""
-    plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
-    seen = tmp_path / "seen"
-    seen.write_text(evidence.to_json(not_started(plan, 0, "", ended="as the worker saw it")))
-    second = f"if [ -e {tmp_path}/once ]; then cp {seen} any.json; echo any; read line; fi; touch {tmp_path}/once"
-
-    def run(command: str) -> evidence.Trial:
-        monkeypatch.setattr(namespaces, "private_network", lambda _command: ["sh", "-c", command])
-        return scheduler.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)["any"]
-
-    assert run(f"echo {READY}; read line; {second}; {ending}").ended == "as the worker saw it"
-    always = run(f"echo {READY}; read line; {ending}")
-    assert (always.ended, always.script_error) == (OBSERVER_ENDED, "")
-    assert [flag.kind for flag in integrity_flags({"any": always})] == ["observer"]
-
-
-def test_a_trial_worker_that_crashes_after_the_trial_costs_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    plan = TrialPlan("any", "", lambda _stage: None, "robot_controller", "open_field", ())
-    seen = tmp_path / "seen.json"
-    seen.write_text(evidence.to_json(not_started(plan, 0, "", ended="as the worker saw it")))
-    command = f"echo {READY}; read line; cp {seen} any.json; kill -SEGV $$"
-    monkeypatch.setattr(namespaces, "private_network", lambda _command: ["sh", "-c", command])
-    found = scheduler.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)
-    assert (found["any"].ended, found["any"].script_error) == ("as the worker saw it", "")
-
-
-LEAVES_BADLY = """
-import os, signal
-import sim.bridge
-sim.bridge.Bridge.close = lambda self: os.kill(os.getpid(), signal.SIGSEGV)
-"""
-
-
-@pytest.mark.ros
-@pytest.mark.sandbox
-def test_a_crash_on_leaving_the_graph_loses_no_trial(
-    reference: Path, contract: build.Built, settings: pipeline.Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    """Fast DDS has been seen to crash there. The evidence is saved before, and the next trial gets another worker."""
-    (tmp_path / "sitecustomize.py").write_text(LEAVES_BADLY)
-    usual = scheduler.observer_environment
-
-    def environment(contract: Path, *, home: Path) -> dict[str, str]:
-        found = usual(contract, home=home)
-        return found | {"PYTHONPATH": f"{tmp_path}:{ROOT}:{found['PYTHONPATH']}"}
-
-    monkeypatch.setattr(scheduler, "observer_environment", environment)
-    plans = [catalog.trials()[name] for name in ("idle", "idle_processor")]
-    built = build.build([reference], settings.cache)
-    found = scheduler.run(plans, install=built.install, contract=contract.install, folder=tmp_path, seed=1, workers=1)
-    assert [(trial.ready, trial.script_error) for trial in found.values()] == [(True, ""), (True, "")]

@@ -1,0 +1,91 @@
+"""A worker process that dies costs its own trial at most, and nothing if this machine killed it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from grader import KIT, build, evidence, pipeline
+from grader.errors import GraderError
+from grader.host import namespaces
+from grader.trials import catalog, scheduler
+from grader.trials.plan import TrialPlan
+from grader.trials.request import OBSERVER_ENDED, READY, not_started
+from grader.trials.source import integrity_flags
+
+PLAN = TrialPlan("any", "", lambda _stage: None)
+
+
+@pytest.fixture
+def run_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], evidence.Trial]:
+    """Run PLAN with a shell command as the worker, after it has read the request. Return the trial's facts."""
+
+    def run(command: str) -> evidence.Trial:
+        worker = ["sh", "-c", f"echo {READY}; read line; {command}"]
+        monkeypatch.setattr(namespaces, "private_network", lambda _command: worker)
+        return scheduler.run([PLAN], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)["any"]
+
+    return run
+
+
+@pytest.fixture
+def observed(tmp_path: Path) -> Path:
+    """An evidence file, as a worker writes it."""
+    file = tmp_path / "observed"
+    file.write_text(evidence.to_json(not_started(PLAN, 0, "", ended="as the worker saw it")))
+    return file
+
+
+@pytest.mark.parametrize("ending", ["kill -9 $$", "exit 137"], ids=["bubblewrap", "the worker in it"])
+def test_a_worker_killed_by_the_kernel_is_an_error_of_the_grader(run_with, ending: str):
+    with pytest.raises(GraderError, match="killed from outside, as the kernel does when memory runs out"):
+        run_with(ending)
+
+
+def test_a_worker_that_exits_with_an_error_costs_that_trial_only(run_with):
+    assert "the trial's worker ended" in run_with("exit 1").script_error
+
+
+@pytest.mark.parametrize("ending", ["kill -SEGV $$", "exit 139"])
+def test_a_trial_whose_worker_crashes_is_tried_again(run_with, observed: Path, ending: str):
+    """Once may be chance; after the second crash the trial scores nothing, and a flag tells the instructor."""
+    crashed = f"{observed}-once"
+    second = f"if [ -e {crashed} ]; then cp {observed} any.json; echo any; read line; fi; touch {crashed}"
+    assert run_with(f"{second}; {ending}").ended == "as the worker saw it"
+    always = run_with(ending)
+    assert (always.ended, always.script_error) == (OBSERVER_ENDED, "")
+    assert [flag.kind for flag in integrity_flags({"any": always})] == ["observer"]
+
+
+def test_a_worker_that_crashes_after_the_trial_costs_nothing(run_with, observed: Path):
+    found = run_with(f"cp {observed} any.json; kill -SEGV $$")
+    assert (found.ended, found.script_error) == ("as the worker saw it", "")
+
+
+CRASHES_ON_CLOSE = """
+import os, signal
+import sim.bridge
+sim.bridge.Bridge.close = lambda self: os.kill(os.getpid(), signal.SIGSEGV)
+"""
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_a_crash_on_leaving_the_graph_loses_no_trial(
+    reference: Path, contract: build.Built, settings: pipeline.Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """Fast DDS has been seen to crash there. The evidence is saved before, and the next trial gets another worker."""
+    (tmp_path / "sitecustomize.py").write_text(CRASHES_ON_CLOSE)
+    usual = scheduler.observer_environment
+
+    def environment(contract: Path, *, home: Path) -> dict[str, str]:
+        found = usual(contract, home=home)
+        return found | {"PYTHONPATH": f"{tmp_path}:{KIT}:{found['PYTHONPATH']}"}
+
+    monkeypatch.setattr(scheduler, "observer_environment", environment)
+    plans = [catalog.trials()[name] for name in ("idle", "idle_processor")]
+    built = build.build([reference], settings.cache)
+    found = scheduler.run(plans, install=built.install, contract=contract.install, folder=tmp_path, seed=1, workers=1)
+    assert [(trial.ready, trial.script_error) for trial in found.values()] == [(True, ""), (True, "")]
