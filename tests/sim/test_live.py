@@ -1,4 +1,4 @@
-"""The live view: what is sent to a browser, what a browser may order, pacing, and how it begins and ends."""
+"""The live view: messages to the browser, commands from it, pacing, start and end."""
 
 import _thread
 import base64
@@ -40,12 +40,12 @@ def ahead(_: Seen) -> Twist:
 def wait_for(condition: Callable[[], object], seconds: float = 20.0) -> None:
     deadline = time.monotonic() + seconds
     while not condition():
-        assert time.monotonic() < deadline, "waited in vain"
+        assert time.monotonic() < deadline, "timed out"
         time.sleep(0.005)
 
 
 class Browser:
-    """Stands for a browser's view: keeps what it is told as view.js does."""
+    """A stand-in for a browser's view: it applies the messages as view.js does."""
 
     def __init__(self, live: Live, view: str = "a") -> None:
         self.live, self.view = live, view
@@ -79,14 +79,14 @@ class Browser:
 
 
 class Desk:
-    """A live view without its thread, and a clock that is moved by hand."""
+    """A live view without its thread, with a clock that the test advances."""
 
     def __init__(self, live: Live) -> None:
         self.live, self.now = live, 1000.0
         self.browser = Browser(live)
 
     def go(self, seconds: float) -> None:
-        """Let wall time pass as the thread would: sleeping exactly as long as it is told."""
+        """Let wall time pass as the thread would, sleeping exactly until the next step is due."""
         end = self.now + seconds
         while self.now <= end + 1e-9:
             wait = self.live.cycle(self.now)
@@ -108,10 +108,10 @@ def live() -> Iterator[Live]:
     live.stop()
 
 
-# ------------------------------------------------------------------------------------------- what a view is told
+# ---------------------------------------------------------------------------------------- messages to the browser
 
 
-def test_the_first_message_brings_the_scene_and_the_next_only_what_changed() -> None:
+def test_the_first_message_contains_the_scene_and_the_next_only_changes() -> None:
     d = desk()
     d.go(0.5)
     first, second = d.browser.messages[:2]
@@ -121,7 +121,7 @@ def test_the_first_message_brings_the_scene_and_the_next_only_what_changed() -> 
     assert "new" not in second
 
 
-def test_a_view_that_keeps_the_changes_has_the_robots_true_path_and_place() -> None:
+def test_a_view_that_applies_the_changes_has_the_robots_true_path_and_position() -> None:
     d = desk()
     d.go(3.0)
     d.browser.order("pause")
@@ -135,7 +135,7 @@ def test_a_view_that_keeps_the_changes_has_the_robots_true_path_and_place() -> N
     assert all(0.0 < b - a <= 0.04 for a, b in itertools.pairwise(x))
 
 
-def test_the_scan_is_in_centimetres_and_what_is_out_of_reach_is_marked() -> None:
+def test_the_scan_is_in_centimetres_with_invalid_readings_marked() -> None:
     message, scan = Feed(Simulator(ROOM, noise=False)).message()
     ranges = np.frombuffer(scan, "<u2")
     angles = message["scene"]["angle_min"] + message["scene"]["increment"] * np.arange(ranges.size)
@@ -144,7 +144,7 @@ def test_the_scan_is_in_centimetres_and_what_is_out_of_reach_is_marked() -> None
     assert ranges[0] == NO_RANGE  # nothing behind
 
 
-def test_a_moving_obstacle_is_told_by_its_place_alone() -> None:
+def test_for_a_moving_obstacle_only_its_position_is_sent() -> None:
     cart = Box((2.0, -1.0), (0.3, 0.3), name="cart", motion=Path(((2.0, 1.0),), speed=0.5))
     d = desk(World(obstacles=(cart, BOX)), driver=lambda _: Twist())
     d.go(2.0)
@@ -162,7 +162,7 @@ def test_obstacles_that_appear_and_vanish_come_and_go_in_the_view() -> None:
     assert seen == [False, True, False]
 
 
-def test_contacts_are_told_once() -> None:
+def test_contacts_are_sent_once() -> None:
     d = desk(World(obstacles=(Wall((0.5, -1.0), (0.5, 1.0), name="wall"),)))
     d.go(3.0)
     contacts = [c for m in d.browser.messages for c in m.get("contacts", ())]
@@ -170,65 +170,65 @@ def test_contacts_are_told_once() -> None:
     assert d.browser.last["touching"]
 
 
-def test_an_obstacle_turned_by_its_yaw_has_its_corners_where_they_are() -> None:
+def test_the_corners_of_a_rotated_obstacle_are_rotated() -> None:
     message, _ = Feed(Simulator(World(obstacles=(Box((3.0, 0.0), (2.0, 0.2), yaw=math.pi / 2, name="b"),)))).message()
     (part,) = message["new"][0]["parts"]
     assert (max(part[::2]), max(part[1::2])) == (0.1, 1.0)
 
 
-def test_a_long_path_is_thinned_and_told_anew() -> None:
+def test_a_long_path_is_thinned_and_sent_again() -> None:
     simulator = Simulator(World(), noise=False)
-    feed, told = Feed(simulator), []
+    feed, path = Feed(simulator), []
     for i in range(4200):
         simulator.place_robot(type(simulator.pose)(0.03 * i, 0.0, 0.0))
         feed.follow()
         if i % 100 == 0:
             begin, *points = feed.message()[0]["path"]
-            told[2 * begin :] = points
+            path[2 * begin :] = points
     assert len(feed.path) < 2500
-    assert told[0] == 0.0
-    assert told[-2] == pytest.approx(0.03 * 4100)
-    assert (np.diff(told[::2]) > 0).all()
+    assert path[0] == 0.0
+    assert path[-2] == pytest.approx(0.03 * 4100)
+    assert (np.diff(path[::2]) > 0).all()
 
 
 # --------------------------------------------------------------------------------------------------------- pacing
 
 
 @pytest.mark.parametrize(("rate", "simulated"), [(0.25, 0.5), (1.0, 2.0), (5.0, 10.0)])
-def test_simulated_time_goes_at_the_chosen_speed(rate: float, simulated: float) -> None:
+def test_simulated_time_advances_at_the_chosen_rate(rate: float, simulated: float) -> None:
     d = desk(World(), rate=rate)
     d.go(2.0)
     assert d.live.simulator.time == pytest.approx(simulated, abs=0.03 * max(1.0, rate))
 
 
-def test_as_fast_as_it_goes_never_waits() -> None:
+def test_an_infinite_rate_never_waits() -> None:
     pacer = Pacer(math.inf)
     pacer.stepped(1.0, now=5.0)
     assert pacer.wait(5.0) == 0.0
 
 
-def test_what_a_stall_lost_is_not_caught_up_in_a_rush() -> None:
+def test_the_time_lost_in_a_stall_is_not_caught_up() -> None:
     pacer = Pacer(1.0)
     pacer.stepped(0.05, now=0.0)
     pacer.stepped(0.05, now=60.0)  # the machine slept
     assert pacer.wait(60.0) == pytest.approx(0.05)
 
 
-def test_what_a_busy_moment_lost_is_caught_up() -> None:
+def test_the_time_lost_in_a_busy_moment_is_caught_up() -> None:
     pacer = Pacer(1.0)
     for now in (0.0, 0.05, 0.13, 0.16):
         pacer.stepped(0.05, now)
     assert pacer.wait(0.16) == pytest.approx(0.04)
 
 
-def test_there_are_twenty_frames_a_second_and_no_more_than_asked_for() -> None:
+def test_there_are_at_least_twenty_frames_a_second_and_at_most_fps() -> None:
     d = desk(World())
     d.go(4.0)
     assert 20 * 4 <= len(d.browser.messages) <= 30 * 4 + 2
 
 
 def test_at_a_bridges_tick_every_tick_is_a_frame() -> None:
-    """20 ticks a simulated second make 20 frames, none lost to a beat between 20 and 30 Hz."""
+    """20 ticks per simulated second make 20 frames; none is lost to a beat between 20 and 30 Hz."""
     simulator = Simulator(World(), noise=False)
     d = Desk(Live(simulator, step=simulator.step))
     d.go(5.0)
@@ -236,35 +236,35 @@ def test_at_a_bridges_tick_every_tick_is_a_frame() -> None:
     assert len(d.browser.messages) >= 100
 
 
-def test_at_full_speed_frames_do_not_grow_with_the_steps() -> None:
+def test_at_full_speed_the_frame_rate_stays_the_same() -> None:
     d = desk(World(), rate=math.inf)
     d.go(1.0)
     assert d.live.simulator.time > 100.0
     assert len(d.browser.messages) <= 32
 
 
-def heard_beside_cells(browser: Browser, **content: object) -> None:
-    """Let a message arrive as JupyterLab's do, in a thread that no cell keeps busy."""
+def deliver_in_thread(browser: Browser, **content: object) -> None:
+    """Deliver a message as JupyterLab does, in a thread that no cell keeps busy."""
     thread = threading.Thread(target=browser.live.receive, args=({"view": browser.view, **content},))
     thread.start()
     thread.join()
 
 
 @pytest.mark.parametrize(("hidden", "patience"), [(False, LOST_S), (True, HIDDEN_LOST_S)])
-def test_a_view_that_went_without_a_word_counts_as_closed(hidden: bool, patience: float) -> None:
+def test_a_silent_view_counts_as_closed(hidden: bool, patience: float) -> None:
     d = desk(World())
-    heard_beside_cells(d.browser, kind="alive", hidden=hidden)
+    deliver_in_thread(d.browser, kind="alive", hidden=hidden)
     d.go(patience + 5.0)
     stood = d.live.simulator.time
     assert stood == pytest.approx(patience, abs=0.1)
     assert d.live.cycle(d.now) is None
-    heard_beside_cells(d.browser, kind="alive", hidden=False)  # it was only slow
+    deliver_in_thread(d.browser, kind="alive", hidden=False)  # the view was only slow
     d.go(1.0)
     assert d.live.simulator.time == pytest.approx(stood + 1.0, abs=0.1)
     assert any("scene" in m for m in d.browser.messages[-45:])
 
 
-def test_a_view_that_a_busy_cell_keeps_from_being_heard_is_given_more_time() -> None:
+def test_a_view_that_a_busy_cell_may_silence_is_given_more_time() -> None:
     d = desk(World())
     d.go(HIDDEN_LOST_S + 5.0)
     assert d.live.simulator.time == pytest.approx(HIDDEN_LOST_S + 5.0, abs=0.1)
@@ -273,7 +273,7 @@ def test_a_view_that_a_busy_cell_keeps_from_being_heard_is_given_more_time() -> 
 # ------------------------------------------------------------------------------------------------------- commands
 
 
-def test_pause_step_and_run_do_as_they_say() -> None:
+def test_pause_step_and_run_control_simulated_time() -> None:
     d = desk()
     d.go(1.0)
     d.browser.order("pause")
@@ -290,7 +290,7 @@ def test_pause_step_and_run_do_as_they_say() -> None:
     assert d.live.simulator.time == pytest.approx(stood + 1.1, abs=0.05)
 
 
-def test_nothing_is_sent_while_the_robot_stands_paused() -> None:
+def test_nothing_is_sent_while_paused() -> None:
     d = desk()
     d.browser.order("pause")
     d.go(1.0)
@@ -300,7 +300,7 @@ def test_nothing_is_sent_while_the_robot_stands_paused() -> None:
     assert len(d.browser.messages) == before
 
 
-def test_reset_brings_back_robot_obstacles_path_and_driver() -> None:
+def test_reset_restores_robot_obstacles_path_and_driver() -> None:
     calls = []
     d = desk(on_reset=lambda: calls.append("reset"))
     d.go(2.0)
@@ -319,7 +319,7 @@ def test_reset_brings_back_robot_obstacles_path_and_driver() -> None:
     assert d.browser.last["pose"][0] > 0.3
 
 
-def test_a_simulator_that_a_cell_reset_begins_a_new_scene() -> None:
+def test_after_a_reset_from_a_cell_the_scene_is_sent_again() -> None:
     d = desk()
     d.go(1.0)
     with d.live.hold() as simulator:
@@ -328,7 +328,7 @@ def test_a_simulator_that_a_cell_reset_begins_a_new_scene() -> None:
     assert "scene" in d.browser.last
 
 
-def test_a_click_calls_on_goal_with_metres_and_shows_its_answer() -> None:
+def test_a_click_calls_on_goal_with_metres_and_shows_its_result() -> None:
     goals = []
 
     def on_goal(x: float, y: float) -> str:
@@ -343,7 +343,7 @@ def test_a_click_calls_on_goal_with_metres_and_shows_its_answer() -> None:
     assert d.browser.last["note"][1] == "on my way"
 
 
-def test_the_built_in_driver_goes_where_it_is_clicked() -> None:
+def test_the_built_in_driver_goes_to_the_clicked_place() -> None:
     d = Desk(Live(Simulator(World(), noise=False), rate=10.0))
     d.browser.order("goal", x=1.0, y=1.0)
     d.go(0.1)
@@ -353,7 +353,7 @@ def test_the_built_in_driver_goes_where_it_is_clicked() -> None:
     assert d.browser.last["note"][1] == "arrived at (1.00, 1.00) m"
 
 
-def test_a_click_without_anybody_to_go_says_how_to_change_that() -> None:
+def test_a_click_that_does_nothing_says_how_to_change_that() -> None:
     d = desk()
     d.browser.order("goal", x=1.0, y=1.0)
     d.go(0.1)
@@ -361,14 +361,14 @@ def test_a_click_without_anybody_to_go_says_how_to_change_that() -> None:
     assert d.browser.last["goal"] is None
 
 
-def test_a_dragged_obstacle_stands_elsewhere_for_lidar_and_hull() -> None:
+def test_the_lidar_measures_a_dragged_obstacle_at_its_new_position() -> None:
     d = desk(World(obstacles=(BOX,)), driver=lambda _: Twist())
     d.browser.order("move", name="crate", x=1.0, y=0.0)
     d.go(0.1)
     assert d.live.simulator.true_ranges().min() == pytest.approx(0.8)
 
 
-def test_an_obstacle_is_not_put_where_the_robot_is() -> None:
+def test_an_obstacle_cannot_be_dragged_onto_the_robot() -> None:
     d = desk(World(obstacles=(BOX,)), driver=lambda _: Twist())
     d.browser.order("move", name="crate", x=0.3, y=0.0)
     d.go(0.1)
@@ -377,7 +377,7 @@ def test_an_obstacle_is_not_put_where_the_robot_is() -> None:
     assert "crate cannot be put" in d.browser.last["note"][1]
 
 
-def test_of_many_moves_between_two_steps_only_the_last_is_made() -> None:
+def test_of_several_moves_between_two_steps_only_the_last_is_made() -> None:
     d = desk(World(obstacles=(BOX,)), driver=lambda _: Twist())
     for i in range(50):
         d.browser.order("move", name="crate", x=1.0 + 0.01 * i, y=1.0)
@@ -386,7 +386,7 @@ def test_of_many_moves_between_two_steps_only_the_last_is_made() -> None:
     assert d.browser.obstacles["crate"]["at"] == [1.49, 1.0]
 
 
-def test_a_dragged_obstacle_leaves_no_ghosts_in_the_recording() -> None:
+def test_a_dragged_obstacle_is_one_obstacle_in_the_recording() -> None:
     d = desk(World(obstacles=(BOX,)), driver=lambda _: Twist())
     recorder = Recorder(d.live.simulator)
     for x in (1.0, 1.2, 1.4):
@@ -398,10 +398,10 @@ def test_a_dragged_obstacle_leaves_no_ghosts_in_the_recording() -> None:
     assert recorder.recording().movers["crate"][-1].tolist() == pytest.approx([1.4, 1.0])
 
 
-def test_walls_stay_where_they_are() -> None:
+def test_walls_cannot_be_dragged() -> None:
     d = desk()
     d.browser.order("move", name="wall", x=0.0, y=0.0)
-    d.browser.order("move", name="nobody", x=0.0, y=0.0)
+    d.browser.order("move", name="unknown", x=0.0, y=0.0)
     d.go(0.1)
     assert d.browser.obstacles["wall"]["at"] == [3.0, 0.0]
     assert not d.browser.obstacles["wall"]["drag"]
@@ -424,7 +424,7 @@ def test_walls_stay_where_they_are() -> None:
         {"kind": "hello"},
     ],
 )
-def test_what_is_no_command_is_left_alone(content: object) -> None:
+def test_an_invalid_command_is_ignored(content: object) -> None:
     d = desk()
     d.live.receive(content)
     d.go(0.2)
@@ -432,7 +432,7 @@ def test_what_is_no_command_is_left_alone(content: object) -> None:
     assert d.live.simulator.time > 0.1
 
 
-def test_a_driver_that_fails_stops_the_robot_and_the_view_says_where() -> None:
+def test_an_exception_in_the_driver_stops_the_robot_and_the_view_shows_its_line() -> None:
     def driver(seen: Seen) -> Twist:
         return Twist(1.0 / (seen.time - 0.5), 0.0) if seen.time > 0.45 else Twist()
 
@@ -444,10 +444,10 @@ def test_a_driver_that_fails_stops_the_robot_and_the_view_says_where() -> None:
     assert "of driver)" in d.browser.last["note"][1]
 
 
-# ------------------------------------------------------------------------------------- beginning, ending, no browser
+# ------------------------------------------------------------------------------------------ start, end, no browser
 
 
-def test_it_runs_while_it_is_watched_and_stands_when_the_last_view_is_closed() -> None:
+def test_it_runs_until_the_last_view_is_closed() -> None:
     d = desk()
     d.live.receive({"kind": "hello", "view": "b"})
     d.go(0.5)
@@ -461,7 +461,7 @@ def test_it_runs_while_it_is_watched_and_stands_when_the_last_view_is_closed() -
     assert d.live.cycle(d.now) is None
 
 
-def test_a_run_without_a_browser_is_as_fast_as_it_goes_and_the_same_as_drive(live: Live) -> None:
+def test_a_run_without_a_browser_ignores_the_rate_and_equals_drive(live: Live) -> None:
     began = time.monotonic()
     live.set_rate(0.01)
     live.run(20.0)
@@ -473,14 +473,14 @@ def test_a_run_without_a_browser_is_as_fast_as_it_goes_and_the_same_as_drive(liv
     assert not live.is_running
 
 
-def test_nobody_waits_for_the_time_that_a_fast_run_was_ahead(live: Live) -> None:
+def test_after_a_fast_run_the_next_step_is_due_at_once(live: Live) -> None:
     live.set_rate(1.0)
     live.run(1000.0)
     live.start()
     wait_for(lambda: live.simulator.time > 1000.1)
 
 
-def test_the_built_in_driver_makes_the_same_tour_as_without_the_view() -> None:
+def test_the_built_in_driver_drives_the_same_tour_as_without_the_view() -> None:
     world = load_world("office")
     with Live(Simulator(world)) as live:
         live.run(30.0)
@@ -489,14 +489,14 @@ def test_the_built_in_driver_makes_the_same_tour_as_without_the_view() -> None:
     assert live.simulator.pose == expected.pose
 
 
-def test_a_run_can_end_earlier_and_go_on(live: Live) -> None:
+def test_a_run_can_end_early_and_be_continued(live: Live) -> None:
     live.run(20.0, until=lambda: live.simulator.time >= 1.0)
     assert live.simulator.time == pytest.approx(1.0)
     live.run(1.0)
     assert live.simulator.time == pytest.approx(2.0)
 
 
-def test_a_run_raises_what_the_driver_raised() -> None:
+def test_a_run_raises_the_drivers_exception() -> None:
     def driver(_: Seen) -> Twist:
         raise LookupError("no way")
 
@@ -504,7 +504,7 @@ def test_a_run_raises_what_the_driver_raised() -> None:
         live.run(5.0)
 
 
-def test_a_run_raises_what_its_condition_raised(live: Live) -> None:
+def test_a_run_raises_its_conditions_exception(live: Live) -> None:
     def until() -> bool:
         raise LookupError("no idea")
 
@@ -512,7 +512,7 @@ def test_a_run_raises_what_its_condition_raised(live: Live) -> None:
         live.run(5.0, until=until)
 
 
-def test_an_interrupted_run_leaves_the_robot_standing(live: Live) -> None:
+def test_an_interrupt_pauses_the_run(live: Live) -> None:
     interrupted = threading.Event()
 
     def until() -> None:
@@ -555,7 +555,7 @@ def test_commands_from_many_threads_all_arrive(live: Live) -> None:
     assert sorted(goals) == [1000 * n + i for n in range(4) for i in range(100)]
 
 
-def test_stop_ends_the_thread_and_can_be_said_twice(live: Live) -> None:
+def test_stop_ends_the_thread_and_can_be_called_twice(live: Live) -> None:
     live.start()
     thread = live._thread
     assert thread is not None
@@ -567,14 +567,14 @@ def test_stop_ends_the_thread_and_can_be_said_twice(live: Live) -> None:
         live.start()
 
 
-def test_a_callback_may_stop_it(live: Live) -> None:
+def test_a_callback_can_stop_the_view(live: Live) -> None:
     live._on_goal = lambda _x, _y: live.stop()
     live.start()
     live.receive({"kind": "goal", "x": 1, "y": 1})
     wait_for(lambda: not live._thread.is_alive())  # type: ignore[union-attr]
 
 
-def test_it_leaves_a_picture_of_where_the_robot_is_and_a_text_that_never_changes(live: Live) -> None:
+def test_the_output_is_a_picture_of_the_current_state_and_a_text_that_never_changes(live: Live) -> None:
     before, _ = live._repr_mimebundle_()
     live.run(2.0)
     after, metadata = live._repr_mimebundle_()
@@ -584,7 +584,7 @@ def test_it_leaves_a_picture_of_where_the_robot_is_and_a_text_that_never_changes
     assert metadata["image/png"]["alt"] == "room at 2.00 s"
 
 
-def test_a_wrong_setting_is_refused_with_what_to_do() -> None:
+def test_invalid_arguments_are_refused() -> None:
     simulator = Simulator(ROOM)
     with pytest.raises(ValueError, match="not both"):
         Live(simulator, ahead, step=simulator.step)
@@ -595,8 +595,8 @@ def test_a_wrong_setting_is_refused_with_what_to_do() -> None:
 
 
 @pytest.mark.slow
-def test_a_notebook_without_a_front_end_runs_and_keeps_a_picture_of_the_end(tmp_path: FilePath) -> None:
-    """As nbconvert and nbval run it: nothing raised, nothing printed, no widget in what is stored."""
+def test_a_notebook_without_a_front_end_runs_and_stores_a_picture_of_the_end(tmp_path: FilePath) -> None:
+    """As nbconvert and nbval run it: no exception, no output, no widget in the stored notebook."""
     pytest.importorskip("nbval", reason="no nbval: pip install -e '.[dev]' to run notebooks")
     nbformat = pytest.importorskip("nbformat", reason="no nbformat: pip install -e '.[dev]' to run notebooks")
     sources = [
@@ -694,7 +694,7 @@ def with_a_node(folder: FilePath, kind: str) -> dict[str, Any]:
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-def test_a_node_in_lockstep_does_the_same_whether_it_is_watched_or_not(tmp_path: FilePath) -> None:
+def test_a_node_in_lockstep_does_the_same_with_and_without_a_view(tmp_path: FilePath) -> None:
     alone, watched = (with_a_node(tmp_path, kind) for kind in ("ticks", "live"))
     assert watched["frames"]
     assert watched["t"] == alone["t"] == 2.0
@@ -703,7 +703,7 @@ def test_a_node_in_lockstep_does_the_same_whether_it_is_watched_or_not(tmp_path:
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-def test_a_click_reaches_the_node_through_what_on_goal_publishes(tmp_path: FilePath) -> None:
+def test_a_click_reaches_the_node_through_on_goal(tmp_path: FilePath) -> None:
     speeds = [v for _, v, _ in with_a_node(tmp_path, "goal")["commands"]]
     assert (speeds[0], speeds[-1]) == (0.0, 0.1)
 
@@ -733,7 +733,7 @@ PANEL = "[...(window.jupyterapp?.shell.widgets('main') ?? [])].find(w => w.sessi
 
 
 class Page:
-    """A page of a headless Chromium, by its debugging protocol (websocket-client comes with Jupyter)."""
+    """A page of a headless Chromium, through its debugging protocol (websocket-client comes with Jupyter)."""
 
     def __init__(self, port: int) -> None:
         import websocket
@@ -757,7 +757,7 @@ class Page:
                 return answer["result"]
 
     def ask(self, script: str) -> Any:
-        """Return what an expression (a promise is awaited) is in the page."""
+        """Return the value of an expression in the page; a promise is awaited."""
         got = self.call("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
         assert "exceptionDetails" not in got, got["exceptionDetails"]
         return got["result"].get("value")
@@ -766,7 +766,7 @@ class Page:
         """Return the value of an expression as soon as it is true."""
         deadline = time.monotonic() + seconds
         while not (value := self.ask(script)):
-            assert time.monotonic() < deadline, f"waited in vain for {script}\n{self.ask('document.body.innerText')}"
+            assert time.monotonic() < deadline, f"timed out waiting for {script}\n{self.ask('document.body.innerText')}"
             time.sleep(0.05)
         return value
 
@@ -788,7 +788,7 @@ class Page:
         self.click(x, y)
 
     def on_map(self, x: float, y: float, bounds: tuple[float, float, float, float]) -> tuple[float, float]:
-        """Return the pixel at which a place of the map (m) is drawn: the map is centred and fills one direction."""
+        """Return the pixel of a position on the map (m); the map is centred and fills one direction."""
         box = self.ask("document.querySelector('.lv-map').getBoundingClientRect().toJSON()")
         x0, y0, x1, y1 = bounds
         scale = min(box["width"] / (x1 - x0), box["height"] / (y1 - y0))
@@ -807,7 +807,7 @@ class Page:
         path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
 
     def kernel(self, code: str, wait: bool = True) -> str:
-        """Run code in the notebook's kernel and return what it prints; later `window.said` has it too."""
+        """Run code in the notebook's kernel and return its output, which is also stored in `window.said`."""
         answer = self.ask(
             f"""(() => {{
               const kernel = ({PANEL}).sessionContext.session.kernel;
@@ -823,7 +823,7 @@ class Page:
 
 
 def written(folder: FilePath, pattern: str, end: str) -> FilePath:
-    """Return the file as soon as it is there with its end."""
+    """Return the file as soon as it exists and contains `end`."""
     wait_for(lambda: any(end in f.read_text() for f in folder.glob(pattern)), 300)
     return next(folder.glob(pattern))
 
@@ -833,9 +833,9 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
     """Return a browser's page with the notebook open in a running JupyterLab, nothing executed yet."""
     browser = shutil.which("chromium") or shutil.which("google-chrome")
     if browser is None:
-        pytest.skip("no chromium: install it (apt install chromium) to try the live view in a browser")
+        pytest.skip("no chromium: install it (apt install chromium) to test the live view in a browser")
     for module in ("jupyterlab", "anywidget", "websocket"):
-        pytest.importorskip(module, reason=f"no {module}: pip install -e '.[notebooks]' to try the live view")
+        pytest.importorskip(module, reason=f"no {module}: pip install -e '.[notebooks]' to test the live view")
     folder = tmp_path_factory.mktemp("lab")
     cells = [
         {"cell_type": "code", "id": f"cell{i}", "source": s, "metadata": {}, "outputs": [], "execution_count": None}
@@ -874,7 +874,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
 
 @pytest.mark.slow
 def test_in_jupyterlab_the_robot_drives_and_obeys(page: Page, tmp_path: FilePath) -> None:
-    """One visit, from the first frame to the picture that stays."""
+    """One visit: driving, buttons, a click, a drag, the dark theme."""
     page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
     page.wait("Number(document.querySelector('.lv')?.dataset.frames) > 5")
     page.ask("document.querySelector('.lv').scrollIntoView()")
@@ -935,7 +935,7 @@ def test_in_jupyterlab_it_can_be_used_without_a_mouse(page: Page) -> None:
         page.key(key)
     page.wait("document.querySelector('.lv').dataset.goal !== ''")
     assert [float(v) for v in page.view("goal").split()] == pytest.approx([x + 0.5, y + 0.25], abs=2e-3)
-    assert page.ask("document.querySelectorAll('.jp-Cell').length") == 2  # no shortcut of the notebook's was hit
+    assert page.ask("document.querySelectorAll('.jp-Cell').length") == 2  # no shortcut of the notebook was triggered
     unnamed = (
         "[...document.querySelectorAll('.lv button, .lv select, .lv canvas')].filter(e => !e.textContent.trim() && "
     )
@@ -943,8 +943,8 @@ def test_in_jupyterlab_it_can_be_used_without_a_mouse(page: Page) -> None:
 
 
 @pytest.mark.slow
-def test_in_jupyterlab_it_goes_on_beside_a_busy_cell_and_ends_in_a_picture(page: Page) -> None:
-    """The student's node may block the kernel; a cell that is run again replaces its view; stop leaves a picture."""
+def test_in_jupyterlab_it_runs_beside_a_busy_cell_and_ends_in_a_picture(page: Page) -> None:
+    """A student's node may block the kernel; a cell run again replaces its view; stop leaves a picture."""
     page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
     page.wait("document.querySelector('.lv')?.dataset.status === 'running'")
     page.kernel("older = live")
@@ -969,7 +969,7 @@ def test_in_jupyterlab_it_goes_on_beside_a_busy_cell_and_ends_in_a_picture(page:
 
 
 @pytest.mark.slow
-def test_in_jupyterlab_the_robot_stands_when_the_notebook_has_been_closed(page: Page) -> None:
+def test_in_jupyterlab_closing_the_notebook_stops_the_robot(page: Page) -> None:
     page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
     page.wait("document.querySelector('.lv')?.dataset.status === 'running'")
     page.ask(f"({PANEL}).context.save()")

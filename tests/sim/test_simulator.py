@@ -37,7 +37,7 @@ def exact(world: World = World()) -> Simulator:  # noqa: B008 - worlds are immut
 # ------------------------------------------------------------------------------------------------------------ motion
 
 
-def test_it_drives_straight_at_the_commanded_speed() -> None:
+def test_the_robot_drives_straight_at_the_commanded_speed() -> None:
     simulator = exact()
     simulator.command(0.4, 0.0)
     simulator.step(1.0)
@@ -47,15 +47,15 @@ def test_it_drives_straight_at_the_commanded_speed() -> None:
     assert simulator.twist == Twist(0.4, 0.0)
 
 
-def test_it_drives_the_circle_that_v_and_omega_describe() -> None:
-    """Radius v / omega = 0.5 m: once the speed is reached, a full turn leads back to the same place."""
+def test_the_robot_drives_the_circle_that_v_and_omega_describe() -> None:
+    """Radius v / omega = 0.5 m: at constant speed, a full turn leads back to the same position."""
     simulator = exact()
     simulator.command(0.25, 0.5)
     simulator.step(1.0)
     begin = simulator.pose
     turn_s = math.tau / 0.5
     simulator.step(round(turn_s / SUBSTEP_S) * SUBSTEP_S)
-    assert simulator.pose.distance_to(begin) < 0.25 * SUBSTEP_S  # the turn is no whole number of substeps
+    assert simulator.pose.distance_to(begin) < 0.25 * SUBSTEP_S  # the turn is not a multiple of the substep
 
 
 def test_a_positive_omega_turns_left() -> None:
@@ -81,7 +81,7 @@ def test_the_yaw_stays_within_pi() -> None:
     assert min(yaws) > -math.pi
 
 
-def test_commands_beyond_the_limits_are_cut_to_them() -> None:
+def test_commands_are_limited() -> None:
     simulator = exact()
     simulator.command(3.0, -7.0)
     simulator.step(1.0)
@@ -90,7 +90,7 @@ def test_commands_beyond_the_limits_are_cut_to_them() -> None:
 
 
 @pytest.mark.parametrize("bad", [(math.nan, 0.0), (0.0, math.inf), (-math.inf, 0.0)])
-def test_a_command_that_is_not_finite_is_refused_and_the_old_one_stays(bad: tuple[float, float]) -> None:
+def test_a_command_that_is_not_finite_is_refused_and_the_old_one_stays_in_force(bad: tuple[float, float]) -> None:
     simulator = exact()
     simulator.command(0.2, 0.0)
     with pytest.raises(ValueError, match="not finite"):
@@ -99,8 +99,8 @@ def test_a_command_that_is_not_finite_is_refused_and_the_old_one_stays(bad: tupl
     assert simulator.twist == Twist(0.2, 0.0)
 
 
-def test_from_full_speed_it_stands_within_three_centimetres() -> None:
-    """Braking is never what keeps a controller from stopping in time: 0.1 s and 2.5 cm."""
+def test_from_full_speed_the_robot_stops_within_three_centimetres() -> None:
+    """0.1 s and 2.5 cm: the brakes never keep a controller from stopping in time."""
     simulator = exact()
     simulator.command(0.5, 0.0)
     simulator.step(1.0)
@@ -111,7 +111,7 @@ def test_from_full_speed_it_stands_within_three_centimetres() -> None:
     assert simulator.pose.x - begin < 0.03
 
 
-def test_it_starts_where_the_world_says() -> None:
+def test_the_robot_starts_at_the_worlds_start() -> None:
     start = Pose(1.0, -2.0, 0.7)
     assert exact(World(start=start)).pose == start
 
@@ -127,7 +127,7 @@ def test_time_never_drifts() -> None:
 
 
 @pytest.mark.parametrize("dt", [0.0, -0.1, 0.001, 1 / 30, math.nan, math.inf])
-def test_a_step_that_is_no_whole_number_of_substeps_is_refused(dt: float) -> None:
+def test_a_step_that_is_not_a_positive_multiple_of_the_substep_is_refused(dt: float) -> None:
     with pytest.raises(ValueError, match=r"multiple of 0\.005 s"):
         exact().step(dt)
 
@@ -142,7 +142,7 @@ def test_readings_come_at_their_rates_and_in_time_order() -> None:
     assert [r.stamp for r in readings if isinstance(r, ScanReading)][:3] == [0.1, 0.2, 0.3]
 
 
-def test_how_a_second_is_cut_into_steps_changes_nothing() -> None:
+def test_the_length_of_the_steps_makes_no_difference() -> None:
     def run(dt: float) -> list[object]:
         simulator = Simulator(load_world("forest"))
         simulator.command(0.4, 0.3)
@@ -152,7 +152,7 @@ def test_how_a_second_is_cut_into_steps_changes_nothing() -> None:
     assert run(0.005) == run(0.05) == run(2.0)
 
 
-def test_a_reading_falls_due_at_the_end_of_a_step_not_at_its_begin() -> None:
+def test_a_reading_is_due_at_the_end_of_a_step_not_at_its_start() -> None:
     simulator = exact()
     assert [type(r) for r in simulator.step(0.005)] == []
     assert [type(r) for r in simulator.step(0.005)] == [ImuReading]
@@ -176,7 +176,7 @@ def test_the_hull_stops_at_a_wall_and_the_contact_is_recorded() -> None:
     assert contact.time == pytest.approx((2.0 - 0.171) / 0.5 + 0.05, abs=0.006)
 
 
-def test_pressing_on_is_one_contact() -> None:
+def test_pressing_against_a_wall_is_one_contact() -> None:
     simulator = exact(WALL_AT_2)
     simulator.command(0.5, 0.0)
     simulator.step(20.0)
@@ -184,7 +184,7 @@ def test_pressing_on_is_one_contact() -> None:
     assert simulator.twist.v == 0.0
 
 
-def test_it_can_turn_at_the_wall_and_drive_away_and_come_back() -> None:
+def test_the_robot_can_drive_away_from_a_wall_and_touch_it_again() -> None:
     simulator = exact(WALL_AT_2)
     simulator.command(0.5, 0.0)
     simulator.step(5.0)
@@ -202,7 +202,7 @@ def test_it_can_turn_at_the_wall_and_drive_away_and_come_back() -> None:
     assert simulator.clearance() > 0.2
 
 
-def test_a_corner_names_both_walls() -> None:
+def test_in_a_corner_the_contacts_name_both_walls() -> None:
     corner = (Wall((1.0, -2.0), (1.0, 2.0), name="east"), Wall((-2.0, 1.0), (2.0, 1.0), name="north"))
     simulator = exact(World(obstacles=corner, start=Pose(0.0, 0.0, math.pi / 4)))
     simulator.command(0.5, 0.0)
@@ -211,7 +211,7 @@ def test_a_corner_names_both_walls() -> None:
 
 
 @pytest.mark.parametrize("yaw", np.linspace(-1.4, 1.4, 15).tolist())
-def test_it_never_passes_through_a_thin_wall(yaw: float) -> None:
+def test_the_robot_never_passes_through_a_thin_wall(yaw: float) -> None:
     simulator = exact(World(obstacles=(Wall((1.0, -9.0), (1.0, 9.0)),), start=Pose(0.0, 0.0, yaw)))
     simulator.command(0.5, 0.0)
     for _ in range(600):
@@ -220,7 +220,7 @@ def test_it_never_passes_through_a_thin_wall(yaw: float) -> None:
     assert simulator.contacts
 
 
-def test_clearance_is_measured_from_the_hull_and_infinite_in_the_open() -> None:
+def test_clearance_is_measured_from_the_hull_and_infinite_without_obstacles() -> None:
     assert exact(WALL_AT_2).clearance() == pytest.approx(2.0 - 0.171)
     assert exact().clearance() == math.inf
 
@@ -247,13 +247,13 @@ def test_an_obstacle_can_be_added_and_removed() -> None:
         simulator.remove_obstacle(name)
 
 
-def test_two_obstacles_cannot_have_one_name() -> None:
+def test_an_obstacle_cannot_be_added_under_a_name_in_use() -> None:
     simulator = exact(WALL_AT_2)
     with pytest.raises(ValueError, match="'wall' is there already"):
         simulator.add_obstacle(Circle((5.0, 5.0), 0.1, name="wall"))
 
 
-def test_an_obstacle_that_is_added_in_the_way_is_met() -> None:
+def test_an_obstacle_added_in_the_way_stops_the_robot() -> None:
     simulator = exact()
     simulator.command(0.5, 0.0)
     simulator.step(1.0)
@@ -262,7 +262,7 @@ def test_an_obstacle_that_is_added_in_the_way_is_met() -> None:
     assert [c.obstacle for c in simulator.contacts] == ["late"]
 
 
-def test_an_obstacle_put_onto_the_robot_is_a_contact_and_the_robot_may_leave() -> None:
+def test_an_obstacle_added_onto_the_robot_is_a_contact_and_the_robot_can_leave() -> None:
     simulator = exact()
     simulator.add_obstacle(Circle((0.25, 0.0), 0.2, name="stone"))
     assert [c.obstacle for c in simulator.contacts] == ["stone"]
@@ -274,7 +274,7 @@ def test_an_obstacle_put_onto_the_robot_is_a_contact_and_the_robot_may_leave() -
     assert simulator.clearance() > 0.1
 
 
-def test_a_moved_robot_stands_there_and_its_odometry_knows() -> None:
+def test_a_placed_robot_is_at_rest_and_its_odometry_follows() -> None:
     simulator = exact(WALL_AT_2)
     simulator.command(0.5, 0.0)
     simulator.step(1.0)
@@ -283,7 +283,7 @@ def test_a_moved_robot_stands_there_and_its_odometry_knows() -> None:
     assert simulator.pose == simulator.odometry().pose == Pose(-1.0, 0.5, 2.0)
 
 
-def test_a_kidnapped_robot_believes_to_be_where_it_was() -> None:
+def test_a_kidnapped_robots_odometry_does_not_change() -> None:
     simulator = exact()
     simulator.place_robot(Pose(5.0, 5.0, 0.0), odometry_notices=False)
     assert simulator.odometry().pose == Pose()
@@ -321,7 +321,7 @@ def test_obstacles_appear_vanish_and_move_on_an_event() -> None:
     assert places["cart"] == pytest.approx((5.5, 0.0))
 
 
-# -------------------------------------------------------------------------------------------- whatever it is told to do
+# ------------------------------------------------------------------------------------------------- random commands
 
 away = st.floats(-3, 3).map(lambda v: round(v, 3))
 spot = st.tuples(away, away).filter(lambda p: math.hypot(*p) > 0.9)
@@ -339,7 +339,7 @@ commands = st.lists(st.tuples(st.floats(-0.6, 0.6), st.floats(-2, 2)), min_size=
 
 @settings(max_examples=120, deadline=None, derandomize=True, database=None)
 @given(standing, commands)
-@example(  # pushed out of an obstacle slowly, the contact was believed to go on for a millimetre too long
+@example(  # leaving an obstacle slowly, the contact once lasted a millimetre too long
     [Box((0.0, 1.0), (0.5, 0.5)), Wall((1.0, 0.0), (-0.99, 0.0)), Box((0.0, 1.0), (0.5, 0.5))],
     [
         *((-0.25390625, -0.5), (-0.15234375, -0.421875), (0.0, -0.375), (0.2734375, 0.71484375)),
@@ -347,12 +347,12 @@ commands = st.lists(st.tuples(st.floats(-0.6, 0.6), st.floats(-2, 2)), min_size=
         *((-0.10546875, 0.25), (0.0, -1.421875), (0.0625, 1.78125), (-0.0859375, 0.5)),
     ],
 )
-def test_the_hull_is_never_in_an_obstacle_and_no_touch_goes_unrecorded(
-    obstacles: list[Obstacle], told: list[tuple[float, float]]
+def test_the_hull_never_enters_an_obstacle_and_every_contact_is_recorded(
+    obstacles: list[Obstacle], twists: list[tuple[float, float]]
 ) -> None:
     simulator = exact(World(obstacles=tuple(obstacles)))
     inside_from_the_start = simulator.clearance() < 0
-    for v, omega in told:
+    for v, omega in twists:
         simulator.command(v, omega)
         for _ in range(12):
             simulator.step(0.05)
@@ -396,7 +396,7 @@ def test_a_cart_runs_in_a_loop() -> None:
     assert place(simulator) == pytest.approx((3.0, 0.5))
 
 
-def test_the_lidar_sees_a_moving_obstacle_where_it_is() -> None:
+def test_the_lidar_measures_a_moving_obstacle_at_its_position() -> None:
     simulator = cart(Path(((5.0, 0.0),), speed=0.5))
     assert simulator.true_ranges()[180] == pytest.approx(2.7)
     simulator.step(2.0)
@@ -404,7 +404,7 @@ def test_the_lidar_sees_a_moving_obstacle_where_it_is() -> None:
     assert simulator.clearance() == pytest.approx(3.7 - 0.171)
 
 
-def test_a_cart_that_runs_into_the_standing_robot_is_a_contact_and_goes_on_when_the_way_is_free() -> None:
+def test_a_cart_that_runs_into_the_robot_is_a_contact_and_goes_on_when_the_way_is_free() -> None:
     simulator = cart(Path(((-3.0, 0.0),), speed=0.5))
     simulator.step(10.0)
     (contact,) = simulator.contacts
@@ -416,7 +416,7 @@ def test_a_cart_that_runs_into_the_standing_robot_is_a_contact_and_goes_on_when_
     assert place(simulator)[0] < -1.5
 
 
-def test_a_walker_wakes_up_when_the_robot_comes_near() -> None:
+def test_a_walker_starts_when_the_robot_comes_near() -> None:
     simulator = cart(Path(((3.0, 2.0),), speed=0.5, wakes_within=2.0))
     simulator.step(2.0)
     assert place(simulator) == (3.0, 0.0)
@@ -441,10 +441,10 @@ def test_a_chaser_follows_and_keeps_its_distance() -> None:
     assert math.dist(place(simulator), (simulator.pose.x, simulator.pose.y)) == pytest.approx(0.8, abs=0.01)
 
 
-# ------------------------------------------------------------------------------------------- obstacles put elsewhere
+# --------------------------------------------------------------------------------------------------- moved obstacles
 
 
-def test_an_obstacle_that_is_put_elsewhere_stands_there_for_lidar_and_hull() -> None:
+def test_a_moved_obstacle_is_at_its_new_position_for_lidar_and_hull() -> None:
     simulator = exact(World(obstacles=(Box((2.0, 1.0), (0.4, 0.4), name="crate"),)))
     simulator.move_obstacle("crate", 1.0, 0.0)
     assert simulator.true_ranges()[180] == pytest.approx(0.8)
@@ -452,7 +452,7 @@ def test_an_obstacle_that_is_put_elsewhere_stands_there_for_lidar_and_hull() -> 
     assert place(simulator, "crate") == (1.0, 0.0)
 
 
-def test_it_stays_one_obstacle_that_was_there_all_the_time() -> None:
+def test_a_moved_obstacle_remains_the_same_obstacle() -> None:
     simulator = exact(World(obstacles=(Box((2.0, 1.0), (0.4, 0.4), name="crate"),)))
     for x in (1.0, 1.5, 2.5):
         simulator.step(0.5)
@@ -465,7 +465,7 @@ def test_it_stays_one_obstacle_that_was_there_all_the_time() -> None:
     assert (place(simulator, "crate"), simulator.moved) == ((2.0, 1.0), frozenset())
 
 
-def test_a_cart_that_is_put_elsewhere_goes_its_way_shifted_and_does_not_wait_anew() -> None:
+def test_a_moved_cart_follows_its_shifted_path_without_waiting_for_its_event_again() -> None:
     simulator = cart(Path(((3.0, 4.0),), speed=0.5, starts="go"))
     simulator.trigger("go")
     simulator.step(2.0)
@@ -474,7 +474,7 @@ def test_a_cart_that_is_put_elsewhere_goes_its_way_shifted_and_does_not_wait_ane
     assert place(simulator) == pytest.approx((5.0, 2.0))
 
 
-def test_an_obstacle_that_has_not_appeared_yet_will_appear_where_it_was_put() -> None:
+def test_an_obstacle_moved_before_it_appears_appears_at_its_new_position() -> None:
     simulator = exact(World(obstacles=(Circle((2.0, 0.0), 0.2, name="ghost", appears=1.0),)))
     simulator.move_obstacle("ghost", 3.0, 0.0)
     assert simulator.obstacles == ()
@@ -482,7 +482,7 @@ def test_an_obstacle_that_has_not_appeared_yet_will_appear_where_it_was_put() ->
     assert place(simulator, "ghost") == (3.0, 0.0)
 
 
-def test_an_obstacle_put_onto_the_robot_is_a_contact_and_no_second_one_when_it_is_pushed_on() -> None:
+def test_an_obstacle_moved_onto_the_robot_is_one_contact_however_often_it_moves_on() -> None:
     simulator = exact(World(obstacles=(Circle((2.0, 0.0), 0.2, name="stone"),)))
     for x in (0.3, 0.31, 0.32):
         simulator.move_obstacle("stone", x, 0.0)
@@ -490,7 +490,7 @@ def test_an_obstacle_put_onto_the_robot_is_a_contact_and_no_second_one_when_it_i
     assert [contact.obstacle for contact in simulator.contacts] == ["stone"]
 
 
-def test_a_hull_pressed_against_an_obstacle_drives_on_when_that_is_put_elsewhere() -> None:
+def test_a_robot_stopped_by_an_obstacle_drives_on_when_that_is_moved_away() -> None:
     simulator = exact(World(obstacles=(Box((1.0, 0.0), (0.2, 1.0), name="crate"),)))
     simulator.command(0.5, 0.0)
     simulator.step(3.0)
@@ -499,7 +499,7 @@ def test_a_hull_pressed_against_an_obstacle_drives_on_when_that_is_put_elsewhere
     assert simulator.pose.x > 1.0
 
 
-def test_what_is_not_there_or_nowhere_cannot_be_put_elsewhere() -> None:
+def test_an_absent_obstacle_or_an_infinite_position_is_refused() -> None:
     simulator = exact(WALL_AT_2)
     with pytest.raises(KeyError, match="no obstacle named 'crate'"):
         simulator.move_obstacle("crate", 0.0, 0.0)
@@ -511,7 +511,7 @@ def test_what_is_not_there_or_nowhere_cannot_be_put_elsewhere() -> None:
 # ------------------------------------------------------------------------------------------------------------- reset
 
 
-def test_a_reset_brings_back_start_time_obstacles_and_battery() -> None:
+def test_a_reset_restores_pose_time_obstacles_and_battery() -> None:
     simulator = exact(load_world("moving_cart"))
     simulator.command(0.5, 0.2)
     simulator.step(6.0)
@@ -526,7 +526,7 @@ def test_a_reset_brings_back_start_time_obstacles_and_battery() -> None:
 
 
 @pytest.mark.parametrize("name", world_names())
-def test_every_world_loads_and_leaves_room_for_the_robot(name: str) -> None:
+def test_every_world_loads_and_has_space_for_the_robot(name: str) -> None:
     world = load_world(name)
     simulator = Simulator(world)
     assert simulator.clearance() > 0.1
@@ -536,13 +536,13 @@ def test_every_world_loads_and_leaves_room_for_the_robot(name: str) -> None:
         assert simulator.clearance() > 0.05, goal
 
 
-def test_there_are_a_dozen_worlds_and_more() -> None:
+def test_there_are_at_least_a_dozen_worlds() -> None:
     assert len(world_names()) >= 12
 
 
 @pytest.mark.parametrize("name", world_names())
-def test_turned_mirrored_and_shifted_worlds_look_the_same_to_the_robot(name: str) -> None:
-    """Metamorphic: what the robot sees and meets does not depend on where the world lies."""
+def test_a_transformed_world_is_the_same_to_the_robot(name: str) -> None:
+    """Metamorphic: scans and contacts do not depend on the position and orientation of the world."""
     world = load_world(name)
     original = exact(world)
     moved = exact(world.transformed(rotate=1.1, shift=(20.0, -7.0)))
@@ -551,13 +551,13 @@ def test_turned_mirrored_and_shifted_worlds_look_the_same_to_the_robot(name: str
         simulator.command(0.4, 0.25 * side)
         simulator.step(4.0)
     assert moved.true_ranges() == pytest.approx(original.true_ranges(), abs=1e-6)
-    # Beam i of the mirrored scan is beam -i: index 180 looks ahead.
+    # Beam i of the mirrored scan is beam -i; index 180 points ahead.
     assert np.roll(mirrored.true_ranges()[::-1], 1) == pytest.approx(original.true_ranges(), abs=1e-6)
     for other in (moved, mirrored):
         assert [(c.obstacle, c.time) for c in other.contacts] == [(c.obstacle, c.time) for c in original.contacts]
 
 
-def test_another_seed_changes_the_noise_and_nothing_else() -> None:
+def test_another_seed_changes_only_the_noise() -> None:
     world = load_world("forest")
     a, b = Simulator(world), Simulator(world.transformed(seed=99))
     assert a.true_ranges().tolist() == b.true_ranges().tolist()
