@@ -1,15 +1,16 @@
-"""The faults: a small set of mistakes that people make in a robot's nodes. Source in, changes out; nothing is run."""
+"""Mutation operators: mistakes that people make in a robot's nodes. Source in, changes out; nothing is run."""
 
 from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
-from grader.mutation.source_text import Change, Source, Spot
+from grader.contract import spec
+from grader.mutation.source_text import Change, SourceText, Spot, shorten
 from grader.python_ast import TOO_COMPLEX, Function, called, is_docstring
 
-Operator = Callable[[Source, Spot], Iterator[Change]]
+Operator = Callable[[SourceText, Spot], Iterator[Change]]
 
 _OPPOSITE: dict[type[ast.cmpop], tuple[str, str]] = {
     ast.Lt: ("<", ">="), ast.LtE: ("<=", ">"), ast.Gt: (">", "<="), ast.GtE: (">=", "<"), ast.Eq: ("==", "!="),
@@ -26,53 +27,46 @@ _CREATES = {
     "create_publisher", "create_subscription", "create_service", "create_client", "create_timer", "ActionServer",
     "ActionClient", "QoSProfile",
 }  # fmt: skip
-# How many threads there are and how long one waits for another changes when a thing is done, not what.
+# The number of threads and how long one waits for another change when a thing is done, not what is done.
 _WAITS = {
     "MultiThreadedExecutor", "spin_once", "spin_until_future_complete", "wait", "join", "wait_for_server",
     "wait_for_service",
 }  # fmt: skip
 _NAMED = _CREATES - {"create_timer", "QoSProfile"}
-# The contract's names and words, wherever the code holds them.
+# The contract's names and words, wherever they are in the code.
 _WORDS = {
     "scan", "odom", "cmd_vel", "set_speed", "get_status", "navigate_to_position", "raw_scan", "imu/data",
     "battery/state", "sensor_fusion_data", "obstacle_distance", "base_link", "ACTIVE", "OBSTACLE_DETECTED",
-    "robot_controller", "sensor_processor",
+    *spec.NODES,
 }  # fmt: skip
-# The contract's parameters and their defaults: a node that ignores a parameter goes by its default.
-PARAMETERS: Mapping[str, float] = {
-    "max_linear_speed": 0.5, "max_angular_speed": 1.0, "linear_acceleration": 1.0, "angular_acceleration": 2.0,
-    "laser_processing_rate": 10.0, "fusion_rate": 20.0, "obstacle_detection_threshold": 0.5,
-    "emergency_stop_distance": 0.2, "safety_margin": 0.3, "fusion_frequency": 20.0, "battery_low_threshold": 20.0,
-    "battery_critical_threshold": 10.0,
-}  # fmt: skip
-_DEEDS = re.compile(r"publish|feedback|^_?stop|brake|halt|^succeed$|^abort$|^canceled$|^cancel$|set_result")
+# A node that ignores a parameter uses its default.
+_DEFAULTS = {name: default for parameters in spec.PARAMETERS.values() for name, default in parameters.items()}
+_EFFECTS = re.compile(r"publish|feedback|^_?stop|brake|halt|^succeed$|^abort$|^canceled$|^cancel$|set_result")
 _CALLBACK = re.compile(r"callback|^_?on_|_cb$|^_?handle_")
 _QOS = {
     "BEST_EFFORT": "RELIABLE", "RELIABLE": "BEST_EFFORT", "VOLATILE": "TRANSIENT_LOCAL", "TRANSIENT_LOCAL": "VOLATILE",
 }  # fmt: skip
 
 
-def mutants(source: Source) -> list[Change]:
-    """Return every fault that could be put into a source, in its order; none for one that is too much for Python."""
+def mutants(source: SourceText) -> list[Change]:
+    """Return every mutant of a source, in its order; [] for a source that is too complex for Python."""
     try:
-        return _faults(source)
+        return [change for change in _all_mutants(source) if source.changes(change)]
     except TOO_COMPLEX:
         return []
 
 
-def _faults(source: Source) -> list[Change]:
+def _all_mutants(source: SourceText) -> Iterator[Change]:
     callbacks = _callbacks(source.tree)
-    found = []
     for spot in source.spots():
         for operator in OPERATORS:
-            found += [change for change in operator(source, spot) if source.changes(change)]
+            yield from operator(source, spot)
         if isinstance(spot.node, Function) and (spot.node.name in callbacks or _CALLBACK.search(spot.node.name)):
-            found += [change for change in _empty_callback(source, spot) if source.changes(change)]
-    return found
+            yield from _empty_callback(source, spot)
 
 
-def compare(source: Source, spot: Spot) -> Iterator[Change]:
-    """A comparison turned round."""
+def compare(source: SourceText, spot: Spot) -> Iterator[Change]:
+    """Reverse a comparison."""
     node = spot.node
     if not isinstance(node, ast.Compare):
         return
@@ -83,8 +77,8 @@ def compare(source: Source, spot: Spot) -> Iterator[Change]:
         left = right
 
 
-def arithmetic(source: Source, spot: Spot) -> Iterator[Change]:
-    """A sign or an operation turned round."""
+def arithmetic(source: SourceText, spot: Spot) -> Iterator[Change]:
+    """Reverse a sign or an arithmetic operation."""
     node = spot.node
     if (
         isinstance(node, ast.BinOp)
@@ -99,8 +93,8 @@ def arithmetic(source: Source, spot: Spot) -> Iterator[Change]:
         yield source.change(spot, "sign", f"`{source.text_of(node)}` became `{operand}`", operand)
 
 
-def logic(source: Source, spot: Spot) -> Iterator[Change]:
-    """And for or, a not forgotten."""
+def logic(source: SourceText, spot: Spot) -> Iterator[Change]:
+    """Swap `and` and `or`, or forget a `not`."""
     node = spot.node
     if isinstance(node, ast.BoolOp):
         words = ("and", "or") if isinstance(node.op, ast.And) else ("or", "and")
@@ -110,17 +104,17 @@ def logic(source: Source, spot: Spot) -> Iterator[Change]:
         yield source.change(spot, "condition", f"`{source.text_of(node)}` became `{operand}`", f"({operand})")
 
 
-def condition(source: Source, spot: Spot) -> Iterator[Change]:
-    """A condition that always holds, or never."""
+def condition(source: SourceText, spot: Spot) -> Iterator[Change]:
+    """Make a condition always true, or always false."""
     node = spot.node
     if isinstance(spot.parent, ast.If | ast.IfExp) and node is spot.parent.test:
-        text = _short(source.text_of(node))
+        text = source.short_text_of(node)
         yield source.change(spot, "condition", f"the condition `{text}` became always true", "True")
         yield source.change(spot, "condition", f"the condition `{text}` became always false", "False")
 
 
-def constant(source: Source, spot: Spot) -> Iterator[Change]:
-    """A number changed, or a True for a False."""
+def constant(source: SourceText, spot: Spot) -> Iterator[Change]:
+    """Change a number, or swap True and False."""
     node = spot.node
     if isinstance(node, ast.Constant) and isinstance(node.value, bool):
         if isinstance(spot.parent, ast.Assign | ast.Return | ast.keyword | ast.AnnAssign):
@@ -128,7 +122,7 @@ def constant(source: Source, spot: Spot) -> Iterator[Change]:
         return
     text = source.text_of(node) if isinstance(node, ast.Attribute | ast.Constant) else ""
     if isinstance(spot.parent, ast.UnaryOp):
-        return  # the sign is turned round instead
+        return  # `arithmetic` reverses the sign instead
     if text == "math.inf":
         yield source.change(spot, "constant", "`math.inf` became `0.0`", "0.0")
     elif text in ("math.pi", "math.tau"):
@@ -140,22 +134,22 @@ def constant(source: Source, spot: Spot) -> Iterator[Change]:
     yield source.change(spot, "constant", f"`{text}` became `{new}`", new)
 
 
-def unit(source: Source, spot: Spot) -> Iterator[Change]:
-    """A unit not converted: degrees for radians, a ratio for percent, nanoseconds for seconds."""
+def unit(source: SourceText, spot: Spot) -> Iterator[Change]:
+    """Skip the conversion of a unit: degrees for radians, a ratio for percent, nanoseconds for seconds."""
     node = spot.node
     if isinstance(node, ast.Call) and called(node) in _UNIT_CALLS and len(node.args) == 1:
         inner = source.text_of(node.args[0])
-        yield source.change(spot, "unit", f"`{_short(source.text_of(node))}` became `{_short(inner)}`", f"({inner})")
+        yield source.change(spot, "unit", f"`{source.short_text_of(node)}` became `{shorten(inner)}`", f"({inner})")
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult | ast.Div):
         factor, other = (node.right, node.left) if _is_unit(node.right) else (node.left, node.right)
         if _is_unit(factor) and (factor is node.right or isinstance(node.op, ast.Mult)):
             inner = source.text_of(other)
-            words = f"`{_short(source.text_of(node))}` became `{_short(inner)}`"
+            words = f"`{source.short_text_of(node)}` became `{shorten(inner)}`"
             yield source.change(spot, "unit", words, f"({inner})")
 
 
-def function(source: Source, spot: Spot) -> Iterator[Change]:
-    """The other one of a pair of functions, or a size taken with its sign."""
+def function(source: SourceText, spot: Spot) -> Iterator[Change]:
+    """Call the other one of a pair of functions, or keep the sign where `abs` drops it."""
     node = spot.node
     if not isinstance(node, ast.Call):
         return
@@ -165,38 +159,36 @@ def function(source: Source, spot: Spot) -> Iterator[Change]:
         yield source.change(spot, "function", f"`{name}` became `{_SWAPPED[name]}`", _SWAPPED[name], where)
     if name == "abs" and len(node.args) == 1:
         inner = source.text_of(node.args[0])
-        yield source.change(
-            spot, "function", f"`{_short(source.text_of(node))}` became `{_short(inner)}`", f"({inner})"
-        )
+        yield source.change(spot, "function", f"`{source.short_text_of(node)}` became `{shorten(inner)}`", f"({inner})")
 
 
-def parameter(source: Source, spot: Spot) -> Iterator[Change]:
-    """A parameter ignored: the default stands where its value was asked for."""
+def parameter(source: SourceText, spot: Spot) -> Iterator[Change]:
+    """Ignore a parameter: use its default instead of its value."""
     node = spot.node
     if isinstance(spot.parent, ast.Attribute):
-        return  # the whole chain get_parameter('x').value is looked at from above
+        return  # the whole chain get_parameter('x').value is handled at its outermost node
     name = _parameter_read(node)
-    if name in PARAMETERS:
-        new = repr(PARAMETERS[name])
-        yield source.change(spot, "parameter", f"the parameter {name} is ignored, {new} stands in its place", new)
+    if name in _DEFAULTS:
+        new = repr(_DEFAULTS[name])
+        yield source.change(spot, "parameter", f"the parameter {name} was ignored, its default {new} used", new)
 
 
-def left_out(source: Source, spot: Spot) -> Iterator[Change]:
-    """A publish, a stop, a feedback or the setting of a field left out."""
+def left_out(source: SourceText, spot: Spot) -> Iterator[Change]:
+    """Leave out a publish, a stop, a feedback or an assignment to a field."""
     node = spot.node
-    if isinstance(node, ast.Expr) and _DEEDS.search(called(node.value)):
+    if isinstance(node, ast.Expr) and _EFFECTS.search(called(node.value)):
         kind = "feedback" if "feedback" in called(node.value) else "call"
-        yield _without(source, spot, kind, f"the call `{_short(source.text_of(node))}` was left out")
+        yield _without(source, spot, kind, f"the call `{source.short_text_of(node)}` was left out")
     if isinstance(node, ast.Assign | ast.AugAssign):
         targets = node.targets if isinstance(node, ast.Assign) else [node.target]
         around = spot.function_node
         if around is None or around.name == "__init__" or not all(isinstance(t, ast.Attribute) for t in targets):
             return
-        yield _without(source, spot, "assignment", f"`{_short(source.text_of(node))}` was left out")
+        yield _without(source, spot, "assignment", f"`{source.short_text_of(node)}` was left out")
 
 
-def names(source: Source, spot: Spot) -> Iterator[Change]:
-    """Another name of a topic, a service, an action, a frame or a status; another quality of service."""
+def names(source: SourceText, spot: Spot) -> Iterator[Change]:
+    """Change the name of a topic, service, action, frame or status, or a quality of service."""
     node = spot.node
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         within = called(spot.parent) in _NAMED or any(called(p) == "__init__" for p in spot.parents[-1:])
@@ -222,8 +214,8 @@ OPERATORS: Sequence[Operator] = (
 )  # fmt: skip
 
 
-def _empty_callback(source: Source, spot: Spot) -> Iterator[Change]:
-    """A callback that does nothing; a service's still answers."""
+def _empty_callback(source: SourceText, spot: Spot) -> Iterator[Change]:
+    """Empty a callback; a service's callback still returns its response."""
     node = spot.node
     assert isinstance(node, Function)
     body = node.body[1:] if is_docstring(node.body[0]) else node.body
@@ -241,7 +233,7 @@ def _empty_callback(source: Source, spot: Spot) -> Iterator[Change]:
 
 
 def _callbacks(tree: ast.Module) -> set[str]:
-    """Return the names of the methods that are handed to something that calls back."""
+    """Return the names of the methods that are passed as callbacks."""
     found = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and (called(node) in _CREATES or "callback" in called(node)):
@@ -251,25 +243,25 @@ def _callbacks(tree: ast.Module) -> set[str]:
 
 
 def _between(
-    source: Source, spot: Spot, left: ast.AST, right: ast.AST, old: str, new: str, operator: str
+    source: SourceText, spot: Spot, left: ast.AST, right: ast.AST, old: str, new: str, operator: str
 ) -> Iterator[Change]:
-    """Yield the change of the operator that stands between two operands."""
+    """Yield the change of the operator between two operands."""
     start, end = source.span(left)[1], source.span(right)[0]
     pattern = r"\s+".join(rf"\b{word}\b" if word.isalpha() else re.escape(word) for word in old.split())
     found = re.search(pattern, source.piece(start, end))
     if found and "#" not in source.piece(start, end):
         where = (start + found.start(), start + found.end())
-        text = _short(source.piece(source.span(left)[0], source.span(right)[1]))
+        text = shorten(source.piece(source.span(left)[0], source.span(right)[1]))
         yield source.change(spot, operator, f"`{old}` became `{new}` in `{text}`", new, where)
 
 
-def _last(source: Source, node: ast.AST, name: str) -> tuple[int, int]:
-    """Return where the name at the end of `a.b.name` stands."""
+def _last(source: SourceText, node: ast.AST, name: str) -> tuple[int, int]:
+    """Return where `name` is in `a.b.name`, in bytes."""
     end = source.span(node)[1]
     return end - len(name.encode()), end
 
 
-def _without(source: Source, spot: Spot, operator: str, words: str) -> Change:
+def _without(source: SourceText, spot: Spot, operator: str, words: str) -> Change:
     new = "pass" + "\n" * source.text_of(spot.node).count("\n")
     return source.change(spot, operator, words, new)
 
@@ -277,8 +269,8 @@ def _without(source: Source, spot: Spot, operator: str, words: str) -> Change:
 def _parameter_read(node: ast.AST) -> str:
     """Return the parameter whose value an expression reads, "" if it reads none.
 
-    Known forms: x.get_parameter('n').value, x.get_parameter('n').get_parameter_value().double_value, and a helper of
-    the package's own that is given the name: self._value('n').
+    Known forms: x.get_parameter('n').value, x.get_parameter('n').get_parameter_value().double_value, and a call of
+    one of the package's own helpers with the name: self._value('n').
     """
     inner = node
     while isinstance(inner, ast.Attribute | ast.Call) and not _names_parameter(inner):
@@ -300,7 +292,7 @@ def _names_parameter(node: ast.AST) -> bool:
         isinstance(node, ast.Call)
         and len(node.args) == 1
         and isinstance(node.args[0], ast.Constant)
-        and node.args[0].value in PARAMETERS
+        and node.args[0].value in _DEFAULTS
     )
 
 
@@ -311,7 +303,7 @@ def _number(node: ast.AST) -> int | float | None:
 
 
 def _is_telling(spot: Spot, value: float) -> bool:
-    """Return whether another number here would be another behaviour: no slack, no queue length, no digits to show."""
+    """Return whether another number here changes behaviour: not a tolerance, a queue length or a number of digits."""
     if (value and abs(value) < 1e-3) or abs(value) >= 1e5:
         return False
     if isinstance(spot.parent, ast.Call):
@@ -330,8 +322,3 @@ def _is_unit(node: ast.AST) -> bool:
 
 def _is_text(node: ast.AST) -> bool:
     return isinstance(node, ast.JoinedStr) or (isinstance(node, ast.Constant) and isinstance(node.value, str))
-
-
-def _short(text: str) -> str:
-    text = " ".join(text.split())
-    return text if len(text) <= 60 else text[:57] + "..."

@@ -1,4 +1,4 @@
-"""Choose the faults to put in and the tests to run for each. Decided by seed and coverage alone, never by the clock."""
+"""Choose the mutants to try and the tests to run on each. Decided by seed and coverage alone, never by the clock."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from grader.mutation.source_text import Change, Source, header
+from grader.mutation.source_text import Change, SourceText, header
 from grader.python_ast import TOO_COMPLEX, Function
-from grader.student_tests.suite_run import Reach
+from grader.student_tests.module_results import ModuleReach
 
 
 @dataclass(frozen=True)
 class Selection:
-    """The tests of one module that reach a change, in the order in which they are to be run."""
+    """The tests of one module that reach a change, in the order in which to run them."""
 
     module: str
     tests: tuple[str, ...]
 
 
-def choose(changes: Sequence[Change], count: int, chance: random.Random) -> list[Change]:
+def choose(changes: Sequence[Change], count: int, rng: random.Random) -> list[Change]:
     """Return up to `count` changes, spread over functions and kinds, in the order in which to try them."""
     by_function: dict[tuple[str, str], list[Change]] = defaultdict(list)
     for change in changes:
         by_function[change.path, change.function].append(change)
     functions = sorted(by_function)
-    chance.shuffle(functions)
+    rng.shuffle(functions)
     for function in functions:
-        chance.shuffle(by_function[function])
+        rng.shuffle(by_function[function])
     kinds: Counter[str] = Counter()
     chosen: list[Change] = []
     while functions and len(chosen) < count:
@@ -38,7 +38,7 @@ def choose(changes: Sequence[Change], count: int, chance: random.Random) -> list
             left = by_function[function]
             change = min(left, key=lambda c: kinds[c.operator])
             left.remove(change)
-            # Two faults in one place would ask the same question twice.
+            # Two mutants of one kind in one line would ask the same question twice.
             by_function[function] = [c for c in left if c.line != change.line or c.operator != change.operator]
             if not by_function[function]:
                 functions.remove(function)
@@ -50,15 +50,15 @@ def choose(changes: Sequence[Change], count: int, chance: random.Random) -> list
 
 
 class Selector:
-    """Which tests reach which change, going by the coverage of every test."""
+    """Knows which tests reach which change, from the coverage of each test."""
 
-    def __init__(self, sources: Mapping[str, Source], reach: Sequence[Reach]) -> None:
+    def __init__(self, sources: Mapping[str, SourceText], reach: Sequence[ModuleReach]) -> None:
         self._uses = _uses(sources.values())
         self._reach = reach
         self._breadth = {r.module: _breadth(r) for r in reach}
 
     def tests(self, change: Change, without: Iterable[str] = (), whole: Iterable[str] = ()) -> list[Selection]:
-        """Return the tests that reach a change, module by module; the narrowest first, for they are the quickest.
+        """Return the tests that reach a change, module by module. The narrowest come first: they are the quickest.
 
         Tests in `without` are left out. In the modules `whole`, and where tests share a fixture, all tests run in the
         module's own order as soon as one of them reaches the change.
@@ -69,7 +69,7 @@ class Selector:
             if not names:
                 continue
             breadth = self._breadth[reach.module]
-            if reach.whole or reach.module in whole:
+            if reach.interdependent or reach.module in whole:
                 order = [name for name in reach.seconds if name not in set(without)]
             else:
                 place = {name: number for number, name in enumerate(reach.seconds)}
@@ -77,16 +77,16 @@ class Selector:
             found.append((breadth[min(names, key=lambda name: breadth[name])], Selection(reach.module, tuple(order))))
         return [selection for _, selection in sorted(found, key=lambda pair: (pair[0], pair[1].module))]
 
-    def _of_module(self, change: Change, reach: Reach) -> set[str]:
+    def _of_module(self, change: Change, reach: ModuleReach) -> set[str]:
         first, last = change.lines
         direct = _hits(reach, change.path, range(first, last + 1))
         if direct - {""}:
-            return (direct & set(reach.seconds)) or (set(reach.seconds) if reach.whole else set())
+            return (direct & set(reach.seconds)) or (set(reach.seconds) if reach.interdependent else set())
         if not direct:
             return set()
-        if reach.whole:
+        if reach.interdependent:
             return set(reach.seconds)
-        # Run while importing: what depends on it is what uses the names that it binds.
+        # It runs on import: what depends on it is the code that uses the names it binds.
         users: set[str] = set()
         for name in change.names:
             for path, first, last in self._uses.get(name, ()):
@@ -98,12 +98,12 @@ class Selector:
         return {test for tests in lines.values() for test in tests} & set(reach.seconds)
 
 
-def _hits(reach: Reach, path: str, lines: Iterable[int]) -> set[str]:
+def _hits(reach: ModuleReach, path: str, lines: Iterable[int]) -> set[str]:
     by_line = reach.lines.get(path, {})
     return {test for line in lines for test in by_line.get(line, ())}
 
 
-def _breadth(reach: Reach) -> dict[str, int]:
+def _breadth(reach: ModuleReach) -> dict[str, int]:
     """Return for each test how many lines of the package it reaches."""
     count: Counter[str] = Counter()
     for by_line in reach.lines.values():
@@ -112,17 +112,17 @@ def _breadth(reach: Reach) -> dict[str, int]:
     return {name: count[name] for name in reach.seconds}
 
 
-def _uses(sources: Iterable[Source]) -> dict[str, list[tuple[str, int, int]]]:
+def _uses(sources: Iterable[SourceText]) -> dict[str, list[tuple[str, int, int]]]:
     """Return for each name the statements inside functions that use it: (path, first line, last line)."""
     found: dict[str, list[tuple[str, int, int]]] = defaultdict(list)
     for source in sources:
-        with contextlib.suppress(*TOO_COMPLEX):  # nor are there faults in such a source
+        with contextlib.suppress(*TOO_COMPLEX):  # such a source has no mutants either
             for name, first, last in list(_uses_in(source)):
                 found[name].append((source.path, first, last))
     return found
 
 
-def _uses_in(source: Source) -> Iterator[tuple[str, int, int]]:
+def _uses_in(source: SourceText) -> Iterator[tuple[str, int, int]]:
     for function in (node for node in ast.walk(source.tree) if isinstance(node, Function)):
         yield function.name, function.body[0].lineno, function.end_lineno or function.lineno
         for statement in (node for top in function.body for node in ast.walk(top) if isinstance(node, ast.stmt)):
@@ -131,7 +131,7 @@ def _uses_in(source: Source) -> Iterator[tuple[str, int, int]]:
 
 
 def _names_in(node: ast.AST) -> Iterator[str]:
-    """Yield the names that a statement uses, without the statements in it."""
+    """Yield the names that a statement uses, without those of the statements in it."""
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.stmt):
             continue

@@ -7,7 +7,7 @@ from grader.source import Collected, Phase, Subject
 
 
 class Mutants:
-    """Mutates the package and runs its own tests on the mutants. Takes every core, so it comes last."""
+    """Mutates the package and runs its own tests on the mutants. Uses every core, so it comes last."""
 
     name = "mutation"
     phase = Phase.ALONE
@@ -16,7 +16,7 @@ class Mutants:
     def collect(self, subject: Subject) -> Collected:
         """Return which mutants were noticed."""
         settings = subject.settings
-        settings.progress("mutating the package, to see whether its own tests notice")
+        settings.progress("mutating the package to see whether its own tests notice")
         found = mutate(
             subject.submission.package, subject.install, subject.earlier["student tests"].reach, seed=settings.seed,
             seconds=settings.mutation_budget_s, progress=settings.progress,

@@ -1,4 +1,4 @@
-"""A Python source that is changed at one place, all other bytes kept. Text in, text out: nothing is run."""
+"""Change a Python source at one place and keep all other bytes. Text in, text out: nothing is run."""
 
 from __future__ import annotations
 
@@ -8,22 +8,23 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from grader.python_ast import TOO_COMPLEX, UNPARSABLE, Function, called, is_docstring
+from grader.python_ast import TOO_COMPLEX, UNPARSABLE, Function, called, first_line, is_docstring
 from grader.student_tests.coverage_exclusions import is_guard
 
 MODULE = "<module>"
 
-# What a node logs is for people, not for other nodes: a fault there changes no behaviour that a test should pin down.
+# What a node logs is for people, not for other nodes: a change there alters no behaviour that a test should pin down.
 _LOGGING = {"debug", "info", "warn", "warning", "error", "fatal", "critical", "exception", "log", "print", "get_logger"}
-# Waiting longer or queueing more is no fault.
-_PATIENCE = {"timeout_sec", "timeout", "num_threads", "depth", "queue_size", "history", "description", "ndigits"}
+# Waiting longer or queueing more is not a mistake.
+_WAITING = {"timeout_sec", "timeout", "num_threads", "depth", "queue_size", "history", "description", "ndigits"}
 
 
 @dataclass(frozen=True)
 class Change:
-    """One place of a source and the text put there instead. `lines` are the first and last line of the statement.
+    """One place of a source and the text put there instead.
 
-    `operator` says what kind of change it is, `words` what a reader needs to see it.
+    `lines` are the first and last line of the statement, `start` and `end` are in bytes. `operator` is the kind of
+    change, `words` describe it to a reader.
     """
 
     path: str
@@ -36,12 +37,12 @@ class Change:
     end: int
     new: str
     names: frozenset[str] = frozenset()
-    """For code outside functions: the names it binds, by which functions depend on it."""
+    """For code outside functions: the names it binds, through which functions depend on it."""
 
 
 @dataclass(frozen=True)
 class Spot:
-    """A node of the syntax tree that may be changed, and where it stands."""
+    """A node of the syntax tree that may be changed, and where it is."""
 
     node: ast.AST
     parents: tuple[ast.AST, ...]
@@ -56,16 +57,16 @@ class Spot:
 
     @property
     def function_node(self) -> Function | None:
-        """Return the innermost function around it."""
+        """Return the innermost function around the node, None outside functions."""
         return next((node for node in reversed(self.parents) if isinstance(node, Function)), None)
 
 
 _Meaning = tuple[object, ...]
-_READ_AT_MOST = 500_000  # bytes, to see which changes matter: twenty times what the reference's largest module takes
+_PARSED_AT_MOST = 500_000  # bytes parsed to compare meanings: twenty times what the reference's largest module takes
 
 
 @dataclass(eq=False)
-class Source:
+class SourceText:
     """One module of a package: its text, its tree, and the places in it that decide behaviour."""
 
     path: str
@@ -80,33 +81,37 @@ class Source:
             self._starts.append(self._starts[-1] + len(line))
         self._regions = self._find_regions()
         self._meanings: dict[tuple[int, int], _Meaning] = {}
-        self._read = 0
+        self.parsed_bytes = 0
 
     @cached_property
     def names(self) -> frozenset[str]:
-        """All names of variables and parameters that the module uses."""
+        """The names of all variables and parameters in the module."""
         nodes = [node for node in ast.walk(self.tree) if isinstance(node, ast.Name | ast.arg)]
         return frozenset(node.id if isinstance(node, ast.Name) else node.arg for node in nodes)
 
     def spots(self) -> Iterator[Spot]:
-        """Yield the nodes that decide behaviour: no annotation, docstring, message, log line or import among them."""
+        """Yield the nodes that decide behaviour: no annotations, docstrings, messages, log lines or imports."""
         yield from _walk(self.tree, (), None, MODULE, frozenset())
 
     def span(self, node: ast.AST) -> tuple[int, int]:
-        """Return where a node begins and ends, in bytes."""
+        """Return where a node starts and ends, in bytes."""
         first, last = node.lineno, node.end_lineno  # type: ignore[attr-defined]
         return self._starts[first - 1] + node.col_offset, self._starts[last - 1] + node.end_col_offset  # type: ignore[attr-defined]
 
     def piece(self, start: int, end: int) -> str:
-        """Return the text between two places."""
+        """Return the text between two offsets in bytes."""
         return self._bytes[start:end].decode()
 
     def text_of(self, node: ast.AST) -> str:
         """Return a node's text."""
         return self.piece(*self.span(node))
 
+    def short_text_of(self, node: ast.AST) -> str:
+        """Return a node's text on one line, at most 60 characters of it."""
+        return shorten(self.text_of(node))
+
     def change(self, spot: Spot, operator: str, words: str, new: str, where: tuple[int, int] | None = None) -> Change:
-        """Return the change that puts `new` at the spot, or at `where` in it."""
+        """Return the change that puts `new` in the place of the spot, or of `where` in it (offsets in bytes)."""
         start, end = where or self.span(spot.node)
         first, last = header(spot.statement)
         line = getattr(spot.node, "lineno", first)
@@ -117,18 +122,18 @@ class Source:
         return (self._bytes[: change.start] + change.new.encode() + self._bytes[change.end :]).decode()
 
     def changes(self, change: Change) -> bool:
-        """Return whether a change leaves a module that Python reads, and reads as another one.
+        """Return whether a change leaves a module that Python can parse, and whose syntax tree differs.
 
-        Only the innermost statement around it is read: a module of a thousand lines has thousands of changes, and to
-        read all of it for each took minutes.
+        Only the innermost statement around the change is parsed: a module of a thousand lines has thousands of
+        changes, and parsing all of it for each took minutes.
         """
         region = self._around(change)
         if region not in self._meanings:
             self._meanings[region] = _meaning(self._bytes[slice(*region)])
         return self._changed_meaning(change, region) not in ((), self._meanings[region])
 
-    def reads(self, change: Change) -> bool:
-        """Return whether a change leaves a module that Python reads, by the innermost statement around it."""
+    def can_parse(self, change: Change) -> bool:
+        """Return whether Python can parse the innermost statement around a change once it is made."""
         return bool(self._changed_meaning(change, self._around(change)))
 
     def _around(self, change: Change) -> tuple[int, int]:
@@ -136,18 +141,18 @@ class Source:
         return next(inside, (0, len(self._bytes)))
 
     def _changed_meaning(self, change: Change, region: tuple[int, int]) -> _Meaning:
-        """Return what Python reads in a region with the change made, () if it cannot."""
+        """Return the meaning of a region with the change made, () if Python cannot parse it."""
         start, end = region
         changed = self._bytes[start : change.start] + change.new.encode() + self._bytes[change.end : end]
-        self._read += len(changed)
-        return _meaning(changed) if self._read <= _READ_AT_MOST else ()
+        self.parsed_bytes += len(changed)
+        return _meaning(changed) if self.parsed_bytes <= _PARSED_AT_MOST else ()
 
     def _find_regions(self) -> list[tuple[int, int]]:
-        """Return where statements that can stand alone begin and end, in whole lines, the shortest first."""
+        """Return where statements that can be parsed alone start and end, in whole lines, the shortest first."""
         found = set()
         for node in ast.walk(self.tree):
             if isinstance(node, ast.stmt):
-                first = min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", []))])
+                first = first_line(node)
                 begins, ends = self.span(node)
                 start, end = self._starts[first - 1], self._starts[node.end_lineno or node.lineno]
                 alone = not self._bytes[start:begins].strip() or first < node.lineno
@@ -158,9 +163,9 @@ class Source:
 
 
 def _meaning(text: bytes) -> _Meaning:
-    """Return what Python reads in some whole lines, whatever their indentation, () if it cannot.
+    """Return the syntax tree of some whole lines as a flat tuple, () if Python cannot parse them.
 
-    It is the tree in one row, put together without recursion: of a long sum `ast.dump` makes a string a thousand deep.
+    Indentation does not matter. Built without recursion: on a sum of a thousand terms `ast.dump` recurses too deeply.
     """
     row: list[object] = []
     try:
@@ -180,16 +185,16 @@ def _meaning(text: bytes) -> _Meaning:
     return tuple(row)
 
 
-def parse(path: str, text: str) -> Source | None:
-    """Return the source, None if Python cannot read it: no mutant is put into such a module."""
+def parse(path: str, text: str) -> SourceText | None:
+    """Return the source, None if Python cannot parse it."""
     try:
-        return Source(path, text)
+        return SourceText(path, text)
     except UNPARSABLE:
         return None
 
 
-def is_too_much(text: str) -> bool:
-    """Return whether Python finds no mistake in a text and yet cannot show its tree: it may well run it."""
+def is_too_complex(text: str) -> bool:
+    """Return whether Python finds no error in a text and yet cannot show its tree: it may well run it."""
     try:
         ast.parse(text)
     except SyntaxError:
@@ -197,6 +202,12 @@ def is_too_much(text: str) -> bool:
     except TOO_COMPLEX:
         return True
     return False
+
+
+def shorten(text: str) -> str:
+    """Return a text on one line, at most 60 characters of it."""
+    text = " ".join(text.split())
+    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def header(statement: ast.stmt) -> tuple[int, int]:
@@ -241,14 +252,14 @@ def _children(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
 
 
 def _is_silent(node: ast.AST) -> bool:
-    """Return whether nothing below a node is to be changed."""
+    """Return whether a node and all below it are left alone."""
     if isinstance(node, ast.Import | ast.ImportFrom | ast.Raise | ast.Assert | ast.JoinedStr | ast.Global):
         return True
     if is_docstring(node) or called(node) in _LOGGING:
         return True
     if isinstance(node, Function) and node.name in ("__repr__", "__str__", "__del__"):
         return True
-    if isinstance(node, ast.keyword) and node.arg in _PATIENCE:
+    if isinstance(node, ast.keyword) and node.arg in _WAITING:
         return True
     if isinstance(node, ast.Assign):
         return any(re.search(r"__all__|message$|reason$|_text$|\b__path__", ast.unparse(t)) for t in node.targets)

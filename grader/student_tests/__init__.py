@@ -1,1 +1,1 @@
-"""The package's own tests: read (never run) here, run in a sandbox, their coverage measured by our configuration."""
+"""The package's own tests: read as text here, run in a sandbox, their coverage measured with our configuration."""

@@ -1,20 +1,27 @@
-"""Canaries: what must come out a certain way if nobody tampers with pytest or with coverage's data. Text only.
+"""Canaries: runs whose result is known beforehand, to check that pytest's reports and coverage's data can be believed.
 
-Whatever runs in one process with the submission can be forged by it, so its reports are held against runs whose
-result is known beforehand: a test that must fail, the submission's own tests made to fail, functions made to raise.
+Code that runs in one process with the submission can be forged by it. So its reports are checked against a test that
+must fail, the submission's own tests made to fail, and functions made to raise. Text only; nothing is run here.
 """
 
 from __future__ import annotations
 
-import ast
 import random
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import PurePosixPath
 
-from grader.python_ast import Function, parse
-from grader.student_tests.warm_worker import Ran, Test
+from grader.python_ast import Function
+from grader.student_tests.function_edits import (
+    body_lines,
+    functions_from_the_end,
+    make_raise,
+    raise_last,
+    replace_body,
+    split_lines,
+)
+from grader.student_tests.worker_report import ModuleRun, TestResult
 
 _WORDS = (
     "keeps", "turns", "waits", "slows", "stops", "starts", "follows", "measures", "resets", "limits", "rounds",
@@ -24,10 +31,13 @@ _WORDS = (
 _PROBED_TESTS = 12
 _SABOTAGED_TESTS = 3
 
+Reach = Mapping[str, Mapping[int, frozenset[str]]]
+"""The tests that reached each line of each module."""
+
 
 @dataclass(frozen=True)
 class Canary:
-    """A module with one test that must pass and one that must fail, both of random name."""
+    """A module with one test that must pass and one that must fail, both with random names."""
 
     path: str
     text: str
@@ -35,13 +45,13 @@ class Canary:
     fails: str
 
 
-def canary(module: str, chance: random.Random) -> Canary:
-    """Return a canary to be run beside a test module, in the same folder."""
+def make_canary(module: str, rng: random.Random) -> Canary:
+    """Return a canary to run beside a test module, in the same folder."""
 
     def name() -> str:
-        return "_".join(chance.sample(_WORDS, 3)) + f"_{chance.randrange(10**6)}"
+        return "_".join(rng.sample(_WORDS, 3)) + f"_{rng.randrange(10**6)}"
 
-    number = chance.randrange(2, 10**6)
+    number = rng.randrange(2, 10**6)
     path = str(PurePosixPath(module).with_name(f"test_{name()}.py"))
     passes, fails = f"test_{name()}", f"test_{name()}"
     text = (
@@ -51,70 +61,67 @@ def canary(module: str, chance: random.Random) -> Canary:
     return Canary(path, text, f"{path}::{passes}", f"{path}::{fails}")
 
 
-def judge_canary(ran: Ran, canary: Canary) -> str:
+def judge_canary(ran: ModuleRun, canary: Canary) -> str:
     """Return what is wrong with the reports of a run, "" if nothing is."""
     outcomes = {test.id: test.outcome for test in ran.tests}
-    others = [test for name, test in sorted((t.id, t) for t in ran.tests) if name not in (canary.passes, canary.fails)]
     if outcomes.get(canary.fails) == "passed":
         return "a test of the grader's that must fail was reported as passed"
-    if ran.ended and not ran.late and canary.fails not in outcomes and any(t.outcome == "passed" for t in others):
+    others_passed = any(
+        outcome == "passed" for name, outcome in outcomes.items() if name not in (canary.passes, canary.fails)
+    )
+    if ran.finished and not ran.timed_out and canary.fails not in outcomes and others_passed:
         return "a test of the grader's that must fail was not reported at all"
     return ""
 
 
-def sabotage(text: str, tests: Sequence[Test], chance: random.Random) -> tuple[str, list[str]]:
-    """Return the module with the bodies of a few of its tests made to fail, and the ids of those tests.
+def sabotage(text: str, tests: Sequence[TestResult], rng: random.Random) -> tuple[str, list[str]]:
+    """Return the module with a few of its tests made to fail, and the ids of those tests.
 
-    Where that can be, a test fails at its end: one that fails before, and is told as passed by somebody who knows its
-    words, is so again.
+    Where possible a test fails at its end: one that failed before then fails in the same words, and whoever forges
+    reports by those words forges this one too.
     """
-    lines = _lines(text)
-    passed = [test.id for test in tests if test.outcome == "passed" and not test.expected]
-    chosen: list[str] = []
-    for function in sorted(_test_functions(text), key=lambda f: f.lineno, reverse=True):
-        ids = [name for name in passed if _function_of(name) == function.name]
-        if ids:
-            chosen.append(ids[0])
-    picked = set(chance.sample(chosen, min(_SABOTAGED_TESTS, len(chosen))))
-    for function in sorted(_test_functions(text), key=lambda f: f.lineno, reverse=True):
-        if any(_function_of(name) == function.name for name in picked):
-            # Like a failure of its own: one that could be told from others would be let through by who forges those.
-            wrong = f"assert {chance.randrange(2, 1000)} == {chance.randrange(1000, 9999)}"
-            if not _raise_last(lines, function, f"raise AssertionError({wrong!r})"):
-                _replace_body(lines, function, f"raise AssertionError({wrong!r})")
-    return "".join(lines), [name for name in passed if name in picked]
+    lines = split_lines(text)
+    functions = [function for function in functions_from_the_end(text) if function.name.startswith("test")]
+    passed = [test.id for test in tests if test.outcome == "passed" and not test.xfail]
+    candidates = [ids[0] for f in functions if (ids := [name for name in passed if _function_of(name) == f.name])]
+    chosen = set(rng.sample(candidates, min(_SABOTAGED_TESTS, len(candidates))))
+    for function in functions:
+        if any(_function_of(name) == function.name for name in chosen):
+            # Worded like a failure of the test's own: a forger must not be able to tell it from those.
+            wrong = f"assert {rng.randrange(2, 1000)} == {rng.randrange(1000, 9999)}"
+            if not raise_last(lines, function, f"raise AssertionError({wrong!r})"):
+                replace_body(lines, function, f"raise AssertionError({wrong!r})")
+    return "".join(lines), [name for name in passed if name in chosen]
 
 
-def judge_sabotage(ran: Ran, names: Sequence[str]) -> str:
-    """Return which tests passed although they could not, "" if none did."""
+def judge_sabotage(ran: ModuleRun, names: Sequence[str]) -> str:
+    """Return which sabotaged tests were reported as passed, "" if none was."""
     passed = [test.id for test in ran.tests if test.id in names and test.outcome == "passed"]
     if not passed:
         return ""
     short = ", ".join(name.rpartition("::")[2] for name in passed)
-    return f"{short} was reported as passed when nothing but `raise AssertionError` stood in it"
+    return f"{short} was reported as passed although the grader made it raise AssertionError"
 
 
 @dataclass(frozen=True)
 class Probe:
-    """Modules in which functions do nothing but raise, and the lines that nobody can reach any more."""
+    """Modules in which functions raise as soon as they are called, and the lines that became unreachable."""
 
     texts: Mapping[str, str]
     unreachable: Mapping[str, frozenset[int]]
 
 
-def probes(
-    sources: Mapping[str, str], reach: Mapping[str, Mapping[int, frozenset[str]]], chance: random.Random
-) -> list[Probe]:
+def probes(sources: Mapping[str, str], reach: Reach, rng: random.Random) -> list[Probe]:
     """Return the modules with every function that was reached made to raise as soon as it is called.
 
-    They come in two halves, drawn by `chance`: who looks whether a function raises before he claims a line meets a
-    probe in which that one does not. Functions said to be called while importing come in a probe of their own: if that
-    is true, no test runs in it.
+    They come in two halves, drawn by `rng`: a forger that claims a line only if some function does not raise meets a
+    probe in which that function does not. Functions reported as called on import come in a probe of their own: if the
+    report is true, no test runs in it.
     """
     halves: dict[tuple[str, str, int], bool] = {}
 
     def half(path: str, function: Function) -> bool:
-        return halves.setdefault((path, function.name, function.lineno), chance.random() < 0.5)
+        return halves.setdefault((path, function.name, function.lineno), rng.random() < 0.5)
 
     found = [
         _probe(sources, reach, False, half),
@@ -124,44 +131,34 @@ def probes(
     return [probe for probe in found if probe.texts]
 
 
-def _probe(
-    sources: Mapping[str, str],
-    reach: Mapping[str, Mapping[int, frozenset[str]]],
-    importing: bool,
-    wanted: Callable[[str, Function], bool],
-) -> Probe:
+def _probe(sources: Mapping[str, str], reach: Reach, importing: bool, wanted: Callable[[str, Function], bool]) -> Probe:
+    """Return the probe of the `wanted` functions that were reached: on import if `importing`, else only in tests."""
+
+    def is_probed(path: str, function: Function) -> bool:
+        by_line = reach.get(path, {})
+        first, last = body_lines(function)
+        hits = [by_line[n] for n in range(first, last + 1) if n in by_line]
+        return bool(hits) and any("" in tests for tests in hits) == importing and wanted(path, function)
+
     texts, unreachable = {}, {}
     for path, text in sources.items():
-        by_line = reach.get(path, {})
-        lines = _lines(text)
-        dead: set[int] = set()
-        for function in sorted(_functions(text), key=lambda f: f.lineno, reverse=True):
-            first, last = _body_lines(function)
-            hits = [by_line[n] for n in range(first, last + 1) if n in by_line]
-            if not hits or any("" in tests for tests in hits) != importing or not wanted(path, function):
-                continue
-            if last > function.lineno:
-                if _raise_first(lines, function):
-                    dead = {line + 1 for line in dead} | set(range(first + 1, last + 2))
-                elif last > first:
-                    _replace_body(lines, function, "raise RuntimeError('not reached')")
-                    dead |= set(range(first + 1, last + 1))
+        changed, dead = make_raise(text, partial(is_probed, path))
         if dead:
-            texts[path], unreachable[path] = "".join(lines), frozenset(dead)
+            texts[path], unreachable[path] = changed, frozenset(dead)
     return Probe(texts, unreachable)
 
 
-def probed_tests(tests: Sequence[Test], chance: random.Random) -> list[str]:
-    """Return the tests to run for a probe: the first, the last and some between, in their order."""
+def probed_tests(tests: Sequence[TestResult], rng: random.Random) -> list[str]:
+    """Return the tests to run on a probe: the first, the last and some between, in their order."""
     names = [test.id for test in tests if test.outcome == "passed"]
     if len(names) <= _PROBED_TESTS:
         return names
-    kept = {names[0], names[-1], *chance.sample(names[1:-1], _PROBED_TESTS - 2)}
+    kept = {names[0], names[-1], *rng.sample(names[1:-1], _PROBED_TESTS - 2)}
     return [name for name in names if name in kept]
 
 
-def judge_probe(ran: Ran, probe: Probe) -> str:
-    """Return which lines were said to be reached although they could not, "" if none were."""
+def judge_probe(ran: ModuleRun, probe: Probe) -> str:
+    """Return which lines were reported as reached although they could not be, "" if none were."""
     for path, dead in probe.unreachable.items():
         claimed = sorted(dead & set(ran.reach.get(path, {})))
         if claimed:
@@ -169,78 +166,6 @@ def judge_probe(ran: Ran, probe: Probe) -> str:
     return ""
 
 
-def _lines(text: str) -> list[str]:
-    """Return the lines as Python counts them."""
-    return [f"{line}\n" for line in re.split(r"\r\n|\r|\n", text)]
-
-
-def _functions(text: str) -> list[Function]:
-    """Return the outermost functions and methods of a module."""
-    found: list[Function] = []
-    waiting: list[ast.AST] = list((parse(text) or ast.Module([], [])).body)
-    for node in waiting:
-        if isinstance(node, Function):
-            found.append(node)
-        elif isinstance(node, ast.ClassDef | ast.If | ast.Try | ast.With):
-            waiting += node.body
-    return found
-
-
-def _test_functions(text: str) -> list[Function]:
-    return [function for function in _functions(text) if function.name.startswith("test")]
-
-
 def _function_of(name: str) -> str:
-    """Return "test_it" for "test/test_x.py::TestIt::test_it[a-b]"."""
+    """Return "test_x" for "test/test_a.py::TestA::test_x[1-2]"."""
     return name.partition("[")[0].rpartition("::")[2]
-
-
-def _body(function: Function) -> list[ast.stmt]:
-    first = function.body[0]
-    is_docstring = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
-    return function.body[1:] if is_docstring and len(function.body) > 1 else function.body
-
-
-def _body_lines(function: Function) -> tuple[int, int]:
-    first = _body(function)[0]
-    decorators = [decorator.lineno for decorator in getattr(first, "decorator_list", ())]
-    return min([first.lineno, *decorators]), function.end_lineno or function.lineno
-
-
-def _raise_first(lines: list[str], function: Function) -> bool:
-    """Put a line that raises before a function's body, which stays: who reads which lines there are shall see them all.
-
-    Return whether that was possible: the body may stand on the line of the `def`, or behind a docstring and `;`.
-    """
-    first, _ = _body_lines(function)
-    line = lines[first - 1]
-    indent = line[: len(line) - len(line.lstrip())]
-    before = line.encode()[: _body(function)[0].col_offset].decode()
-    if before.strip() or lines[first - 2].rstrip().endswith("\\"):
-        return False
-    # No statement of which a reader of the source, or Python itself, could tell that it ends the function.
-    lines.insert(first - 1, f"{indent}(_ for _ in ()).throw(RuntimeError('not reached'))\n")
-    return True
-
-
-def _raise_last(lines: list[str], function: Function, new: str) -> bool:
-    """Put a statement behind a function's body. Return whether it can be told to be the last that is done there."""
-    first = function.body[0]
-    line = lines[first.lineno - 1]
-    indent = line[: len(line) - len(line.lstrip())]
-    leaves = (ast.Return, ast.Yield, ast.YieldFrom)
-    if first.lineno == function.lineno or len(indent.encode()) != first.col_offset:
-        return False
-    if any(isinstance(node, leaves) for node in ast.walk(function)):
-        return False
-    last = function.end_lineno or function.lineno
-    lines.insert(last, f"{indent}{new}\n")
-    return True
-
-
-def _replace_body(lines: list[str], function: Function, new: str) -> None:
-    """Put one statement in the place of a function's body, all other lines where they were."""
-    body = _body(function)
-    first, last = body[0].lineno, function.end_lineno or body[-1].lineno
-    head = lines[first - 1].encode()[: body[0].col_offset].decode()
-    lines[first - 1 : last] = [f"{head}{new}\n", *["\n"] * (last - first)]

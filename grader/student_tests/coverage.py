@@ -1,4 +1,4 @@
-"""Put together what coverage measured of all modules. Done behind a wall too: the data are the submission's."""
+"""Combine what coverage measured of all test modules. Done in a sandbox too: the data come from the submission."""
 
 from __future__ import annotations
 
@@ -11,36 +11,38 @@ from typing import Any
 from grader import build, sandbox
 from grader.evidence import FileCoverage
 from grader.host import ros_env
-from grader.python_ast import parse
+from grader.python_ast import first_line, parse
 from grader.sandbox import untrusted
+from grader.student_tests import package_modules
 from grader.student_tests.coverage_exclusions import guarded_lines
-from grader.student_tests.warm_worker import MODULES, PACKAGE, Ran
+from grader.student_tests.package_modules import PACKAGE
+from grader.student_tests.worker_report import ModuleRun
 
 _SCRIPT = "coverage combine -q --rcfile=/ws/coveragerc; coverage json -q --rcfile=/ws/coveragerc -o /ws/out/all.json"
 
 
 def combine(
-    package: Path, install: Path, room: Path, measured: Sequence[Ran], texts: Mapping[str, str]
+    package: Path, install: Path, folder: Path, runs: Sequence[ModuleRun], texts: Mapping[str, str]
 ) -> tuple[list[FileCoverage], list[str]]:
-    """Return what all modules together reached, and what makes that doubtful.
+    """Return what all modules together reached, and the reasons to doubt it.
 
     Args:
-        package: the package as handed in; its sources say which lines there are, not those that a test left behind.
+        package: the package as handed in; its sources say which lines exist, not those that a test left behind.
         install: the install tree.
-        room: the folder of the bench, with its coverage settings.
-        measured: the runs whose data count.
-        texts: the modules that the grader can read and replace, by path. Of any other, what was reached cannot be held
-            against a run of known result, so nothing of it counts as reached.
+        folder: the worker's folder, with its coverage settings.
+        runs: the runs whose data count.
+        texts: the modules that the grader can read and replace, by path. What was reached of any other cannot be
+            checked against a run of known result, so none of it counts as reached.
     """
-    kept = [ran.data for ran in measured if ran.data is not None and ran.data.is_file()]
+    kept = [run.coverage_data for run in runs if run.coverage_data is not None and run.coverage_data.is_file()]
     if not kept:
         return [], []
-    out = room / "combined"
+    out = folder / "combined"
     out.mkdir()
     for path in kept:
         path.rename(out / path.name)
     box = sandbox.Sandbox(
-        read_only={install: str(build.INSTALL), room / "coveragerc": "/ws/coveragerc", package: str(PACKAGE)},
+        read_only={install: str(build.INSTALL), folder / "coveragerc": "/ws/coveragerc", package: str(PACKAGE)},
         writable={out: "/ws/out"},
         environment=ros_env.environment(home=sandbox.HOME),
         cwd="/ws/out",
@@ -52,11 +54,12 @@ def combine(
         for name, data in sorted(files.items()):
             inside = _inside(name)
             text = texts.get(inside)
-            if text is None or parse(text) is None:  # Python can run some modules that it cannot parse into a tree
+            # There are modules that Python can run and cannot show as a tree.
+            if text is None or parse(text) is None:
                 found.append(_file(name, _with_nothing_reached(data), set()))
                 continue
             found.append(_file(name, data, guarded_lines(text)))
-            doubts += unexplained(inside, text, data["executed_lines"], [ran.reach.get(inside, {}) for ran in measured])
+            doubts += unexplained(inside, text, data["executed_lines"], [run.reach.get(inside, {}) for run in runs])
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError, RecursionError, MemoryError):
         return [], []
     return found, doubts
@@ -65,30 +68,27 @@ def combine(
 def unexplained(
     path: str, text: str, reached: Sequence[int], reach: Sequence[Mapping[int, frozenset[str]]]
 ) -> list[str]:
-    """Return what is wrong with lines that coverage's data has and no run has reported, nothing if there are none.
+    """Return the first line that is in coverage's data and in no run's report, as a sentence; [] if there is none.
 
-    A statement of several lines may be told by any of them.
+    A statement of several lines may be reported by any of them.
     """
     known = {line for lines in reach for line in lines}
-    strange = sorted(set(reached) - known)
-    if not strange:
-        return []
-    spans = list(_spans(text))
-    for line in strange:
+    tree = parse(text)
+    spans = list(_spans(tree)) if tree else []
+    for line in sorted(set(reached) - known):
         around = [range(first, last + 1) for first, last in spans if first <= line <= last]
         if around and not any(known & set(span) for span in around):
             return [f"{path}: line {line} is in coverage's data, yet no test was reported to reach it"]
     return []
 
 
-def _spans(text: str) -> Iterator[tuple[int, int]]:
+def _spans(tree: ast.Module) -> Iterator[tuple[int, int]]:
     """Yield the first and last line of each statement, without the statements in it."""
-    for node in ast.walk(parse(text) or ast.Module([], [])):
+    for node in ast.walk(tree):
         if isinstance(node, ast.stmt):
-            decorators = [d.lineno for d in getattr(node, "decorator_list", ())]
             body = getattr(node, "body", None)
             last = max(node.lineno, body[0].lineno - 1) if body else (node.end_lineno or node.lineno)
-            yield min([node.lineno, *decorators]), last
+            yield first_line(node), last
 
 
 def _with_nothing_reached(data: Mapping[str, Any]) -> dict[str, Any]:
@@ -102,16 +102,15 @@ def _with_nothing_reached(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _inside(name: str) -> str:
-    """Return a file's path relative to the package, wherever it was measured."""
+    """Return a file's path relative to the package, wherever it was measured; relative to / for any other file."""
     path = Path(posixpath.normpath(posixpath.join("/ws/out", name)))
-    root = next((root for root in (PACKAGE, MODULES.parent) if path.is_relative_to(root)), Path("/"))
-    return str(path.relative_to(root))
+    return package_modules.relative(path) or str(path.relative_to("/"))
 
 
 def _file(name: str, data: Mapping[str, Any], guarded: set[int]) -> FileCoverage:
-    """Return a file's figures without the lines that no test can be asked to reach."""
+    """Return a file's figures without the lines that no test can be expected to reach."""
     summary = data["summary"]
-    hit, missing = (_lines(data[f"{kind}_lines"]) for kind in ("executed", "missing"))
+    hit, missing = ([int(line) for line in data[f"{kind}_lines"]] for kind in ("executed", "missing"))
     taken, left = ([int(branch[0]) for branch in data[f"{kind}_branches"]] for kind in ("executed", "missing"))
     out = sum(line in guarded for line in taken), sum(line in guarded for line in left)
     return FileCoverage(
@@ -123,7 +122,3 @@ def _file(name: str, data: Mapping[str, Any], guarded: set[int]) -> FileCoverage
         branches_hit=int(summary["covered_branches"]) - out[0],
         missing=[line for line in missing if line not in guarded][:500],
     )  # fmt: skip
-
-
-def _lines(found: Sequence[Any]) -> list[int]:
-    return [int(line) for line in found]

@@ -7,22 +7,21 @@ import re
 from collections.abc import Container, Iterable, Iterator
 from pathlib import Path
 
-from grader import python_ast
 from grader.contract.spec import NODES
 from grader.evidence import TestModule
-from grader.python_ast import TOO_COMPLEX, Function, is_test
+from grader.python_ast import TOO_COMPLEX, Function, called, is_test, parse
 
 FOLDERS = ("test", "tests")
-# What `ros2 pkg create` puts into every package, and its cousins: they call a linter and say nothing of the code.
+# What `ros2 pkg create` puts into every package, and the like: they call a linter and say nothing about the code.
 _LINTERS = re.compile(r"\bament_(copyright|flake8|pep257|mypy|xmllint|pycodestyle|lint)\b")
-_READ_CAP = 1_000_000
+_READ_CAP = 1_000_000  # bytes
 
 
-def read_modules(package: Path) -> list[TestModule]:
-    """Return what the test modules below test/ and tests/ hold, ordered by path. Nothing is run."""
+def discover_tests(package: Path) -> list[TestModule]:
+    """Return the test modules below test/ and tests/ with what their text says, ordered by path. Nothing is run."""
     files = sorted(path for folder in FOLDERS for path in (package / folder).rglob("*.py") if path.is_file())
-    trees = {path: tree for path in files if (tree := parse(path)) is not None}
-    helpers = _asserting_names(tree for tree in trees.values())
+    trees = {path: tree for path in files if (tree := _read(path)) is not None}
+    helpers = _asserting_names(trees.values())
     found = []
     for path in files:
         if not (path.name.startswith("test_") or path.name.endswith("_test.py")):
@@ -31,7 +30,7 @@ def read_modules(package: Path) -> list[TestModule]:
         try:
             found.append(_describe(name, trees[path], helpers))
         except (KeyError, *TOO_COMPLEX):  # it has no tree, or one that cannot be written out
-            failures = [f"{name} is no Python that can be read"]
+            failures = [f"{name} cannot be read as Python"]
             found.append(TestModule(name, stub=False, tests=0, asserting=0, subjects=[], failures=failures))
     return found
 
@@ -46,16 +45,13 @@ def _describe(name: str, tree: ast.Module, helpers: set[str]) -> TestModule:
         tests=len(tests),
         asserting=len(tests) - len(silent),
         silent=silent[:50],
-        # Where conftest.py makes the node, the module itself names it in its own name only.
+        # Where conftest.py makes the node, only the module's own name says which it is.
         subjects=[node for node in NODES if node in Path(name).stem or re.search(rf"\b{node}\b", code)],
     )
 
 
-def parse(path: Path) -> ast.Module | None:
-    """Return the syntax tree of a file, None if Python cannot read it."""
-    if path.stat().st_size > _READ_CAP:
-        return None
-    return python_ast.parse(path.read_bytes())
+def _read(path: Path) -> ast.Module | None:
+    return parse(path.read_bytes()) if path.stat().st_size <= _READ_CAP else None
 
 
 def _tests(tree: ast.Module) -> Iterator[Function]:
@@ -78,7 +74,7 @@ def _asserting_names(trees: Iterable[ast.Module]) -> set[str]:
     for function in (node for tree in trees for node in ast.walk(tree) if isinstance(node, Function)):
         if _asserts(function, ()):
             found.append(function.name)
-        for name in _called(function):
+        for name in _called_in(function):
             callers.setdefault(name, set()).add(function.name)
     names: set[str] = set()
     while found:  # from those that assert to their callers, to theirs, and so on; each name once
@@ -90,17 +86,15 @@ def _asserting_names(trees: Iterable[ast.Module]) -> set[str]:
 
 
 def _asserts(function: Function, helpers: Container[str]) -> bool:
-    """Return whether a function can fail by what it asserts: `assert True` cannot."""
+    """Return whether a function can fail by its own assertions: `assert True` cannot."""
     if any(isinstance(node, ast.Assert) and not isinstance(node.test, ast.Constant) for node in ast.walk(function)):
         return True
     return any(
         name in helpers or name.startswith("assert") or name in ("raises", "warns", "fail")
-        for name in _called(function)
+        for name in _called_in(function)
     )
 
 
-def _called(function: Function) -> Iterator[str]:
+def _called_in(function: Function) -> Iterator[str]:
     """Yield the last names of what a function calls."""
-    for node in ast.walk(function):
-        if isinstance(node, ast.Call):
-            yield node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+    return (called(node) for node in ast.walk(function) if isinstance(node, ast.Call))

@@ -1,6 +1,11 @@
-"""Notice who reads the package's source while its tests run. Loaded behind the wall by the worker, in each fork.
+"""Notice tests that read the package's source. Loaded in the sandbox by the worker, in each fork.
 
-A test is to say what the package does. One that reads how it is written can tell a fault from the original by that.
+A test should check what the package does. One that reads how it is written can tell a mutant from the original by that.
+
+Equivalent mutants do not make this hook superfluous, although it needs private parts of CPython and pytest. Without
+it, a test that compares the kinds of statements in the source notices 4 of 30 mutants of the toy package, passes all
+equivalent mutants and is not convicted (seed 0; seed 1 convicts it, seed 2 sets it aside). And a conviction costs the
+package all points for noticed mutants, whereas the hook only sets aside the tests that read the source.
 """
 
 from __future__ import annotations
@@ -23,28 +28,28 @@ from types import FrameType
 import pytest
 from _pytest.assertion import rewrite
 
-# How Python itself comes to open a module: innermost first, each called by the next.
+# How Python itself opens a module: innermost function first, each called by the next.
 _LOADER = importing.SourceFileLoader
 _LOADS = (_LOADER.get_data.__code__, _LOADER.get_code.__code__)
 _LOADS_FOR = (importing._LoaderBasics.exec_module.__code__, runpy._get_module_details.__code__)  # type: ignore[attr-defined]
 _RUNS = (runpy._get_code_from_file.__code__, runpy.run_path.__code__)  # type: ignore[attr-defined]
-_REWRITES = rewrite._rewrite_test.__code__  # of a module of the package whose name says that it is a test
-_LOOKS_FOR_ZIP = zipimport._read_directory.__code__  # type: ignore[attr-defined] # which `run_path` does first
+_REWRITES = rewrite._rewrite_test.__code__  # pytest, where a module of the package is named like a test
+_LOOKS_FOR_ZIP = zipimport._read_directory.__code__  # type: ignore[attr-defined] # the first step of `run_path`
 _FETCHERS = {module.__file__ for module in (linecache, tokenize, inspect)}
-_TELLERS = {module.__file__ for module in (traceback, warnings, threading)}
+_REPORTERS = {module.__file__ for module in (traceback, warnings, threading)}
 _FRAME_INFO = inspect.getframeinfo.__code__
 _PYTEST = str(Path(pytest.__file__).parents[1] / "_pytest")
 
 
 def watch(folders: Sequence[str], students: Sequence[str], note: Callable[[], None]) -> None:
-    """Call `note` from now on whenever a Python file below `folders` is opened, but to import it or for a traceback.
+    """Call `note` from now on whenever a Python file below `folders` is opened, except for imports and tracebacks.
 
-    Files are known by what they are, not by name: neither a link nor a copy of the path helps.
+    Files are known by device and inode, so a link under another name does not hide them.
 
     Args:
-        folders: where the package's modules lie.
-        students: where code of the submission lies; with that on the stack it is not pytest that tells of a failure.
-        note: what to do; it must open nothing itself.
+        folders: the folders of the package's modules.
+        students: the folders of the submission's code; with that on the stack it is not pytest that reports a failure.
+        note: is called without arguments; it must not open a file.
     """
     identity, frame_of, base = os.stat, sys._getframe, os.path.basename
     paths = [path for folder in folders for path in Path(folder).rglob("*.py")]
@@ -53,12 +58,12 @@ def watch(folders: Sequence[str], students: Sequence[str], note: Callable[[], No
 
     def is_source(path: object) -> bool:
         if not isinstance(path, str | bytes | os.PathLike):
-            return False  # a descriptor, which somebody has opened before
+            return False  # a descriptor: the file was noticed when it was opened
         try:
             facts = identity(path)
         except (OSError, ValueError):
             name = os.fsdecode(path)
-            return not name.startswith("/") and base(name) in names  # relative to a folder that only `os.open` knows
+            return not name.startswith("/") and base(name) in names  # relative to a folder known to `os.open` only
         return (facts.st_dev, facts.st_ino) in known
 
     def hook(event: str, arguments: tuple[object, ...]) -> None:
@@ -67,14 +72,14 @@ def watch(folders: Sequence[str], students: Sequence[str], note: Callable[[], No
         try:
             if is_source(arguments[0]) and not _is_honest(frame_of(1), tuple(students)):
                 note()
-        except Exception:  # never a test's failure
+        except Exception:  # must never make a test fail
             return
 
     sys.addaudithook(hook)
 
 
 def _is_honest(frame: FrameType, students: tuple[str, ...]) -> bool:
-    """Return whether a file is opened to import or run a module, or for the lines of a traceback or a warning."""
+    """Return whether a file is being opened to import or run a module, or for a traceback's or a warning's lines."""
     frames = list(_outward(frame))
     codes = tuple(frame.f_code for frame in frames[:3])
     if codes[:2] == _LOADS:
@@ -82,18 +87,18 @@ def _is_honest(frame: FrameType, students: tuple[str, ...]) -> bool:
     if codes[0] is _LOOKS_FOR_ZIP or codes[:2] == _RUNS or any(frame.f_code is _REWRITES for frame in frames[:4]):
         return True
     if frame.f_code.co_filename == threading.__file__:
-        return True  # Python's own words about an exception that nobody caught
+        return True  # Python itself reports an uncaught exception
     rest = list(frames)
     while rest and rest[0].f_code.co_filename in _FETCHERS:
         if rest.pop(0).f_code is _FRAME_INFO:
             return True
     if len(rest) == len(frames) or not rest:
         return False
-    asks = rest[0].f_code.co_filename
-    if asks.startswith(_PYTEST):
+    caller = rest[0].f_code.co_filename
+    if caller.startswith(_PYTEST):
         return not any(frame.f_code.co_filename.startswith(students) for frame in rest)
-    # Who asks `traceback` for the lines of a file tells of no failure unless there is one.
-    return asks in _TELLERS and (asks != traceback.__file__ or sys.exc_info()[0] is not None)
+    # Lines fetched through `traceback` belong to a report of a failure only while an exception is being handled.
+    return caller in _REPORTERS and (caller != traceback.__file__ or sys.exc_info()[0] is not None)
 
 
 def _outward(frame: FrameType | None) -> Iterator[FrameType]:

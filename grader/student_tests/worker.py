@@ -1,10 +1,10 @@
-"""Run test modules behind the wall, each in a fork of one warm process. Imports nothing of the grader.
+"""Run test modules in the sandbox, each in a fork of one warm process. Imports nothing of the grader.
 
 The worker imports once what every run needs (pytest, coverage, rclpy, the usual messages), and nothing of the
-submission. For each request it puts the package back as it was handed in, changes the files that the request names,
-forks, and lets pytest run one module in the fork. When the fork has ended, everything that it started is ended too.
+submission. For each request it restores the package as handed in, changes the files that the request names, forks,
+and lets pytest run one module in the fork. When the fork has ended, everything that it started is killed too.
 
-What is written to `out` comes from a process that the submission shares: data, to be held against what must be so.
+What is written to `out` comes from a process shared with the submission: it is data, and the host checks it.
 """
 
 from __future__ import annotations
@@ -36,13 +36,12 @@ REQUESTS = Path("/ws/requests")
 OUT = Path("/ws/out")
 RC = "/ws/coveragerc"
 POLL_S = 0.005
-# What one file of a submission may hold and still be put back before each run; a map or a bag is left as it is.
-RESTORE_CAP = 2_000_000
-REPORT_CAP = 1_000_000
+RESTORE_CAP = 2_000_000  # bytes; longer files (maps, bags) are not restored before each run
+REPORT_CAP = 1_000_000  # bytes
 TESTS_AT_MOST = 2000
 
-# Hooks that a conftest.py may honestly have. The others can rewrite reports, drop tests or swallow what they raise.
-HONEST_HOOKS = {
+# Hooks that a conftest.py has good reasons to define. The others can rewrite reports, drop tests or swallow exceptions.
+ALLOWED_HOOKS = {
     "pytest_addoption", "pytest_configure", "pytest_unconfigure", "pytest_sessionstart", "pytest_sessionfinish",
     "pytest_generate_tests", "pytest_runtest_setup", "pytest_runtest_teardown", "pytest_make_parametrize_id",
     "pytest_assertrepr_compare", "pytest_report_header", "pytest_fixture_setup", "pytest_fixture_post_finalizer",
@@ -59,15 +58,16 @@ MESSAGES = {
 }  # fmt: skip
 
 Request = Mapping[str, Any]
-Kept = dict[Path, tuple[bytes, tuple[int, int], int]]
-"""Files as they were handed in: path -> bytes, times, mode."""
+"""A ModuleRequest of `warm_worker`, as read from JSON."""
+Files = dict[Path, tuple[bytes, tuple[int, int], int]]
+"""Files as they were handed in: path -> bytes, times (access, change) in nanoseconds, mode."""
 
 
 def main() -> None:
-    """Serve requests until the wall falls."""
+    """Serve requests until the sandbox is killed."""
     settings = json.loads((REQUESTS / "settings.json").read_text())
     modules = Path(settings["modules"])
-    handed_in = remember(PACKAGE) | {path: kept for path, kept in remember(modules).items() if path.suffix == ".py"}
+    handed_in = read_files(PACKAGE) | {path: file for path, file in read_files(modules).items() if path.suffix == ".py"}
     warm_up()
     if settings["warm"]:
         warm_up()
@@ -80,7 +80,7 @@ def main() -> None:
 
 
 def warm_up() -> None:
-    """Import what most nodes and their tests need, and the C code behind the usual messages: half of a node's start."""
+    """Import what most nodes and their tests need, and the C code of the usual messages: half of a node's start-up."""
     for name in WARM:
         with contextlib.suppress(ImportError):
             importlib.import_module(name)
@@ -91,9 +91,9 @@ def warm_up() -> None:
                 check(getattr(importlib.import_module(package), name))
 
 
-def remember(folder: Path) -> Kept:
-    """Return the files below `folder`; links, bytecode and big files are left alone."""
-    found: Kept = {}
+def read_files(folder: Path) -> Files:
+    """Return the files below `folder`, without links and big files."""
+    found: Files = {}
     for here, _, names in os.walk(folder):
         for name in names:
             path = Path(here, name)
@@ -104,7 +104,7 @@ def remember(folder: Path) -> Kept:
 
 
 def await_request(number: int) -> Request:
-    """Return request `number` once it is there, and gone again: a test must not find the request that it serves."""
+    """Return request `number`. Waits until the host has deleted its file, so that no test finds it."""
     path = REQUESTS / f"{number}.json"
     while not path.exists():
         time.sleep(POLL_S)
@@ -115,8 +115,8 @@ def await_request(number: int) -> Request:
     return request
 
 
-def serve(number: int, request: Request, modules: Path, handed_in: Kept) -> None:
-    """Run one request in a fork and say how it ended."""
+def serve(number: int, request: Request, modules: Path, handed_in: Files) -> None:
+    """Run one request in a fork and write how it ended."""
     restore(modules, handed_in, request["files"])
     for left in OUT.glob("coverage*"):
         with contextlib.suppress(OSError):
@@ -128,15 +128,15 @@ def serve(number: int, request: Request, modules: Path, handed_in: Kept) -> None
         os._exit(99)
     end = watch(pid, OUT / f"{number}.report", request)
     with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.kill(-1, signal.SIGKILL)  # all but ourselves and the wall's first process
-    words = {"status": end.status, "late": end.late, "queued": round(end.queued_s, 3)}
+        os.kill(-1, signal.SIGKILL)  # everything but this process and the sandbox's init
+    facts = {"status": end.status, "late": end.timed_out, "queued": round(end.queued_s, 3)}
     done = OUT / f"{number}.done"
-    done.with_suffix(".part").write_text(json.dumps(words))
+    done.with_suffix(".part").write_text(json.dumps(facts))
     done.with_suffix(".part").rename(done)
 
 
-def restore(modules: Path, handed_in: Kept, changed: Mapping[str, str]) -> None:
-    """Put the package back as it was handed in but for the files `changed`, and take away what a run left behind."""
+def restore(modules: Path, handed_in: Files, changed: Mapping[str, str]) -> None:
+    """Restore the package as handed in except for the files `changed`, and delete what the last run left behind."""
     for folder in (Path("/tmp"), Path(os.environ["HOME"]), Path("/dev/shm")):
         empty(folder)
     for root in (PACKAGE, modules):
@@ -153,12 +153,12 @@ def restore(modules: Path, handed_in: Kept, changed: Mapping[str, str]) -> None:
     for name, text in changed.items():
         path = Path(name)
         _, times, mode = handed_in.get(path, (b"", some_times, 0o644))
-        # Times as before: neither a test nor a stale bytecode file shall tell a changed module from the original.
+        # Same times as before: neither a test nor a stale bytecode file can tell a changed module from the original.
         put(path, text.encode("utf-8", "surrogateescape"), times, mode)
 
 
 def put(path: Path, data: bytes, times: tuple[int, int], mode: int) -> None:
-    """Write `data` to `path` unless it is there already."""
+    """Write `data` to `path` unless the file is already as it should be."""
     with contextlib.suppress(OSError):
         facts = path.lstat()
         if path.is_symlink() or not path.is_file() or path.read_bytes() != data:
@@ -172,11 +172,11 @@ def put(path: Path, data: bytes, times: tuple[int, int], mode: int) -> None:
 
 
 def empty(folder: Path) -> None:
-    """Take away everything below `folder`, but for Python itself where that lies there."""
+    """Delete everything below `folder`, except a Python installation."""
     with contextlib.suppress(OSError):
         for path in folder.iterdir():
             if any(Path(prefix).is_relative_to(path) for prefix in (sys.prefix, sys.base_prefix)):
-                # Read-only, so nothing would be lost; but to try and delete 800 MB takes seconds, at every run.
+                # It is mounted read-only; but trying to delete its 800 MB takes seconds, at every run.
                 continue
             if path.is_dir() and not path.is_symlink():
                 shutil.rmtree(path, ignore_errors=True)
@@ -186,18 +186,17 @@ def empty(folder: Path) -> None:
 
 @dataclass(frozen=True)
 class End:
-    """How a fork ended: its status, the test that was stopped for its time, and how long it waited for a core."""
+    """How a fork ended: its status, the test that ran out of time ("" if none), and how long it waited for a core."""
 
     status: int
-    late: str
+    timed_out: str
     queued_s: float
 
 
 def watch(pid: int, report: Path, request: Request) -> End:
-    """Wait for the fork, and end it when a test goes on for too long.
+    """Wait for the fork, and kill it when a test takes too long.
 
-    The time in which it could have run but had no core does not count: a grade must not depend on what else the
-    machine does.
+    Time spent waiting for a core does not count: a grade must not depend on what else the machine does.
     """
     began = seen = time.monotonic()
     size, current = 0, ""
@@ -221,14 +220,14 @@ def watch(pid: int, report: Path, request: Request) -> End:
 
 
 def is_stopped(pid: int) -> bool:
-    """Return whether somebody has stopped a process: it will never end by itself."""
+    """Return whether a process has been stopped by a signal: it will never end by itself."""
     with contextlib.suppress(OSError):
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
     return False
 
 
 def waited_for_core(pid: int) -> float:
-    """Return for how many seconds a process could have run but had no core: its worst thread's; 0 if unknown."""
+    """Return how many seconds a process waited for a core, by its worst thread; 0 if unknown."""
     longest = 0
     with contextlib.suppress(OSError, ValueError, IndexError):
         for thread in Path(f"/proc/{pid}/task").iterdir():
@@ -237,7 +236,7 @@ def waited_for_core(pid: int) -> float:
 
 
 def latest(report: Path) -> str:
-    """Return the test that runs now, going by the report's last lines."""
+    """Return the test that is running, according to the last lines of the report."""
     with report.open("rb") as stream:
         stream.seek(max(0, report.stat().st_size - 4096))
         lines = stream.read().decode("utf-8", "replace").splitlines()
@@ -248,11 +247,11 @@ def latest(report: Path) -> str:
     return ""
 
 
-# What follows happens in the fork.
+# All that follows runs in the fork.
 
 
 def run_module(number: int, request: Request, modules: Path) -> None:
-    """Let pytest run one module, write what it reports, and leave without a chance for anybody to add to it."""
+    """Let pytest run one module, write what it reports, and exit so that no exit handler can add to it."""
     os.setsid()
     resource.setrlimit(resource.RLIMIT_CPU, (int(request["total"]) + 5,) * 2)
     log = os.open(OUT / f"{number}.log", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
@@ -260,12 +259,12 @@ def run_module(number: int, request: Request, modules: Path) -> None:
     for target, source in ((0, null), (1, log), (2, log)):
         os.dup2(source, target)
     os.chdir(PACKAGE)
-    # Only now, so that no sitecustomize of the install tree was loaded; programs that the tests start find it here.
+    # Only now, so that no sitecustomize of the install tree was loaded. Programs that the tests start need it too.
     os.environ["PYTHONPATH"] = str(modules.parent)
     sys.path.insert(0, str(modules.parent))
     sys.argv = ["pytest"]
     importlib.invalidate_caches()
-    # A test that imports __main__ shall not find us there.
+    # A test that imports __main__ must not find this module.
     sys.modules["__main__"] = ModuleType("__main__")
     measure = None
     write = None
@@ -275,9 +274,9 @@ def run_module(number: int, request: Request, modules: Path) -> None:
         measure.start()
     with (OUT / f"{number}.report").open("a") as stream:
         recorder = Recorder(stream, request["order"], measure)
-        reading = runpy.run_path(str(Path(__file__).with_name("source_read_hook.py")))
+        hook = runpy.run_path(str(Path(__file__).with_name("source_read_hook.py")))
         folders = [str(modules), str(PACKAGE / modules.name)]
-        reading["watch"](folders, [str(PACKAGE), str(modules)], reading_noter(stream.fileno(), recorder))
+        hook["watch"](folders, [str(PACKAGE), str(modules)], source_read_noter(stream.fileno(), recorder))
         recorder.write(ended=run_pytest(recorder, request))
     if write is not None:
         write(recorder.tests)
@@ -287,22 +286,22 @@ def run_module(number: int, request: Request, modules: Path) -> None:
 
 
 def run_pytest(recorder: Recorder, request: Request) -> int:
-    """Return pytest's exit status. Of the submission's plugins and conftest files only honest hooks are called."""
-    theirs = plugins_of_pytest()
+    """Return pytest's exit status. Of the submission's plugins and conftest files only ALLOWED_HOOKS are called."""
+    pytests_own = plugins_of_pytest()
     parse = PytestPluginManager.parse_hookimpl_opts
 
-    def only_honest(manager: PytestPluginManager, plugin: object, name: str) -> Any:
+    def only_allowed(manager: PytestPluginManager, plugin: object, name: str) -> Any:
         options = parse(manager, plugin, name)
-        if options is None or plugin is recorder or name in HONEST_HOOKS:
+        if options is None or plugin is recorder or name in ALLOWED_HOOKS:
             return options
-        if id(plugin) in theirs or id(type(plugin)) in theirs:
+        if id(plugin) in pytests_own or id(type(plugin)) in pytests_own:
             return options
         module = plugin if isinstance(plugin, ModuleType) else sys.modules.get(type(plugin).__module__)
         home = getattr(module, "__file__", None) or "a plugin made at run time"
         recorder.write(refused=name, where=home.removeprefix(f"{PACKAGE}/")[:200])
         return None
 
-    PytestPluginManager.parse_hookimpl_opts = only_honest  # type: ignore[method-assign, assignment] # in this fork only
+    PytestPluginManager.parse_hookimpl_opts = only_allowed  # type: ignore[method-assign, assignment] # in this fork only
     arguments = [
         "-c", os.devnull, f"--rootdir={PACKAGE}", "-p", "no:cacheprovider", "-p", "no:junitxml", "-q", "-o", "addopts=",
         "--tb=short", *(["-x"] if request["first"] else []), *request["modules"],
@@ -311,9 +310,9 @@ def run_pytest(recorder: Recorder, request: Request) -> int:
 
 
 def plugins_of_pytest() -> set[int]:
-    """Return the identities of pytest's own modules and of their classes, taken before any other code is read.
+    """Return the ids of pytest's own modules and of their classes, taken before any other code is loaded.
 
-    What a module or a class says of its origin can be written into it.
+    By id, because a module or a class can be given any name and origin.
     """
     for name in default_plugins:
         importlib.import_module(name if name.startswith("_pytest.") else f"_pytest.{name}")
@@ -325,7 +324,7 @@ def plugins_of_pytest() -> set[int]:
 
 
 class Recorder:
-    """Write down what pytest reports, as it reports it, and tell coverage which test runs."""
+    """A pytest plugin that records reports as they come, and tells coverage which test is running."""
 
     def __init__(self, stream: IO[str], order: Sequence[str], measure: coverage.Coverage | None) -> None:
         self.stream = stream
@@ -334,44 +333,44 @@ class Recorder:
         self.tests: list[str] = []
         self.current = ""
         self.context = ""
-        """The test to which counts what happens now, "" for none or for all of them."""
+        """The test to which lines count at the moment, "" for none or for all of them."""
 
     def write(self, **entry: Any) -> None:
-        """Write one line, at once: whatever ends this process, what was seen until then is known."""
+        """Write one line and flush it: whatever ends this process, the host knows what happened until then."""
         if self.stream.tell() < REPORT_CAP:
             self.stream.write(json.dumps(entry) + "\n")
             self.stream.flush()
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Keep the tests that were asked for, in that order."""
+        """Keep the tests that were requested, in that order."""
         if self.order:
             place = {name: number for number, name in enumerate(self.order)}
             items[:] = sorted((item for item in items if item.nodeid in place), key=lambda item: place[item.nodeid])
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
-        """Write down which tests there are."""
+        """Record the collected tests."""
         self.tests = [item.nodeid for item in session.items]
         self.write(collected=self.tests[:TESTS_AT_MOST])
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
-        """Write down a module that cannot be read."""
+        """Record a module that cannot be collected."""
         if report.failed:
             lines = message_of(report).splitlines()
             words = [line.removeprefix("E ").strip() for line in lines if line.startswith("E ")] or lines[-3:]
             self.write(broken=report.nodeid[:300], message=" ".join(words)[-400:])
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
-        """Note that a test begins."""
+        """Record that a test starts."""
         self.current = nodeid
-        self.measured_as(nodeid)
+        self.count_to(nodeid)
         self.write(start=nodeid)
 
     def pytest_runtest_logfinish(self) -> None:
-        """Note that a test has ended."""
-        self.measured_as("")
+        """Count the lines that follow to no test."""
+        self.count_to("")
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Write down how a test's setup, call or teardown went."""
+        """Record how a test's setup, call or teardown went."""
         self.write(
             id=report.nodeid, when=report.when, outcome=report.outcome, seconds=round(report.duration, 4),
             message="" if report.passed else message_of(report)[:400], xfail=hasattr(report, "wasxfail"),
@@ -379,32 +378,32 @@ class Recorder:
 
     @pytest.hookimpl(wrapper=True)
     def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef[Any]) -> Generator[None, object, object]:
-        """Give the lines of a fixture that several tests share to all of them, not to the one that came first."""
+        """Count the lines of a fixture that several tests share to all of them, not to the test that came first."""
         module = sys.modules.get(getattr(fixturedef.func, "__module__", "") or "")
         if fixturedef.scope == "function" or "/_pytest/" in (getattr(module, "__file__", "") or ""):
             return (yield)
         self.write(shared=fixturedef.argname[:100])
-        self.measured_as("")
+        self.count_to("")
         try:
             return (yield)
         finally:
-            self.measured_as(self.current)
+            self.count_to(self.current)
 
-    def measured_as(self, name: str) -> None:
-        """Let coverage count what follows to the test `name`, "" for none."""
+    def count_to(self, name: str) -> None:
+        """Count the lines that follow to the test `name`, "" for none."""
         self.context = name
         if self.measure is not None:
             self.measure.switch_context(name)
 
 
 def message_of(report: pytest.CollectReport | pytest.TestReport) -> str:
-    """Return what went wrong, in a line or two."""
+    """Return the message of a failure."""
     crash = getattr(report.longrepr, "reprcrash", None)
     return str(crash.message if crash else report.longrepr).strip()
 
 
-def reading_noter(report: int, recorder: Recorder) -> Callable[[], None]:
-    """Return what writes down, once for each test, that it reads the package's source."""
+def source_read_noter(report: int, recorder: Recorder) -> Callable[[], None]:
+    """Return a function that records, once for each test, that the test reads the package's source."""
     noted: set[str] = set()
     write, dumps = os.write, json.dumps
 
@@ -417,10 +416,10 @@ def reading_noter(report: int, recorder: Recorder) -> Callable[[], None]:
 
 
 def reach_writer(path: Path, measure: coverage.Coverage) -> Callable[[Sequence[str]], None]:
-    """Return what ends measuring and writes which tests reached which line: {file: {line: [numbers of tests]}}.
+    """Return a function that stops measuring and writes which tests reached which line: {file: {line: [test numbers]}}.
 
-    The number -1 is "not in any test": while importing, or in a program that a test has started. Made before any test
-    runs, of names that nobody can put something else in the place of.
+    The number -1 stands for "in no test": on import, or in a program that a test has started. The function is made
+    before any test runs, and binds all that it calls, so that no test can replace it.
     """
     dumps, write_text = json.dumps, Path.write_text
     stop, save, get_data, fold = measure.stop, measure.save, measure.get_data, fold_in
@@ -444,9 +443,9 @@ def reach_writer(path: Path, measure: coverage.Coverage) -> Callable[[Sequence[s
 
 
 def fold_in(data: coverage.CoverageData) -> None:
-    """Add what programs have measured that the tests started. From now on it is held against the probes like the rest.
+    """Add what was measured in programs that the tests started, so that the probes check it like the rest.
 
-    The host takes one file of each run, this process's own.
+    The host takes only one file of each run, that of this process.
     """
     for path in sorted(OUT.glob("coverage.*")):
         if str(path) != data.data_filename():

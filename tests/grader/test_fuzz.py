@@ -27,7 +27,7 @@ from grader.contract import spec
 from grader.intake.package_xml import read_package_xml
 from grader.quality import junit
 from grader.ros2.launching import command, modules
-from grader.student_tests import warm_worker
+from grader.student_tests import worker_report
 from grader.trials import parameter_files
 from sim.world import WorldError, load_world
 
@@ -172,7 +172,7 @@ def bench_files(data: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for end in ("done", "report", "reach", "log"):
             Path(folder, f"0.{end}").write_text(data, errors="surrogatepass")
-        ran = warm_worker._read_run(Path(folder), 0, 1.0)
+        ran = worker_report.read_run(Path(folder), 0, 1.0)
         assert all(isinstance(test.id, str) for test in ran.tests)
 
 

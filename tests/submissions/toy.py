@@ -1,4 +1,4 @@
-"""A package small enough to be tested in a second: plain Python, "installed" by copying, nothing built."""
+"""A package small enough to test in a second: plain Python, "installed" by copying; nothing is built."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ class RobotController:
 
 
 def stop_distance(speed):
-    """Return how far the robot goes until it stands, in metres."""
+    """Return how far the robot goes until it has stopped, in metres."""
     braking = 2.0
     distance = speed * speed / (2 * braking)
     return max(distance, 0.0)
 '''
 PROCESSOR = '''\
-"""Turn what sensors say into what people read."""
+"""Convert sensor values for display."""
 
 
 def percent(share):
@@ -97,14 +97,14 @@ def test_it_publishes_its_speed_and_zero_before_an_obstacle():
     assert robot.published == [0.0, 0.5, 0.5, 0.0]
 
 
-def test_braking_takes_room():
+def test_braking_takes_distance():
     assert stop_distance(0.0) == 0.0
     assert stop_distance(0.5) == 0.0625
     assert stop_distance(-0.5) == 0.0625
 
 
 @pytest.mark.parametrize(("share", "expected"), [(-0.1, 0.0), (0.0, 0.0), (0.25, 25.0), (1.0, 100.0), (1.1, 100.0)])
-def test_shares_are_told_in_percent(share, expected):
+def test_shares_are_given_in_percent(share, expected):
     assert percent(share) == pytest.approx(expected)
 """
 

@@ -1,4 +1,4 @@
-"""Faults are put into a real package behind a real wall; suites of several kinds notice them, or say they do."""
+"""A real package is mutated in a real sandbox; suites of several kinds notice the mutants, or pretend to."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from submissions import toy
 
 from grader.evidence import Mutation
 from grader.mutation.mutant_run import mutate
-from grader.student_tests.discover import read_modules
-from grader.student_tests.suite_run import Reach, run_modules
+from grader.student_tests.discover import discover_tests
+from grader.student_tests.module_results import ModuleReach
+from grader.student_tests.suite_run import run_suite
 
 pytestmark = [pytest.mark.sandbox]
 
@@ -131,14 +132,14 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> toy.Toy:
 
 
 @pytest.fixture(scope="module")
-def reach(made: toy.Toy) -> dict[str, Reach]:
-    found = run_modules(made.package, made.install, read_modules(made.package))
+def reach(made: toy.Toy) -> dict[str, ModuleReach]:
+    found = run_suite(made.package, made.install, discover_tests(made.package))
     assert [module.failures for module in found.tests.modules] == [[]] * len(SUITES)
     return {reach.module.split("/")[1]: reach for reach in found.reach}
 
 
 @pytest.fixture(scope="module")
-def mutated(made: toy.Toy, reach: dict[str, Reach]) -> Mutate:
+def mutated(made: toy.Toy, reach: dict[str, ModuleReach]) -> Mutate:
     done: dict[tuple[object, ...], Mutation] = {}
 
     def run(suite: str, *, again: int = 0, **options: object) -> Mutation:
@@ -151,39 +152,39 @@ def mutated(made: toy.Toy, reach: dict[str, Reach]) -> Mutate:
 
 
 def outcomes(mutation: Mutation) -> list[str]:
-    return [fault.outcome for fault in mutation.mutants]
+    return [mutant.outcome for mutant in mutation.mutants]
 
 
 def share(mutation: Mutation) -> float:
     return outcomes(mutation).count("noticed") / len(mutation.mutants)
 
 
-def test_thorough_tests_notice_nearly_every_fault_that_they_reach(mutated: Mutate):
+def test_thorough_tests_notice_nearly_every_mutant_that_they_reach(mutated: Mutate):
     mutation = mutated("thorough")
     assert len(mutation.mutants) == 30
-    unnoticed = [f"{f.line} {f.words}" for f in mutation.mutants if f.outcome == "unnoticed"]
+    unnoticed = [f"{m.line} {m.words}" for m in mutation.mutants if m.outcome == "unnoticed"]
     assert len(unnoticed) <= 2, unnoticed
     assert (mutation.convicted, mutation.set_aside, mutation.note) == ([], [], "")
 
 
-def test_faults_where_no_test_goes_are_not_tried_and_not_noticed(mutated: Mutate):
-    unreached = [fault for fault in mutated("thorough").mutants if fault.outcome == "unreached"]
-    assert {fault.function for fault in unreached} == {"never_called"}
+def test_mutants_that_no_test_reaches_are_unreached(mutated: Mutate):
+    unreached = [mutant for mutant in mutated("thorough").mutants if mutant.outcome == "unreached"]
+    assert {mutant.function for mutant in unreached} == {"never_called"}
     assert len(unreached) >= 3
 
 
-def test_decoys_are_among_the_faults_and_pass(mutated: Mutate):
+def test_equivalent_mutants_are_among_the_mutants_and_pass(mutated: Mutate):
     mutation = mutated("thorough")
     assert len(mutation.equivalent_mutants) >= 6
-    assert [decoy.failed for decoy in mutation.equivalent_mutants] == [[]] * len(mutation.equivalent_mutants)
+    assert not any(equivalent.failed for equivalent in mutation.equivalent_mutants)
 
 
-def test_a_noticed_fault_names_its_witness_and_an_unnoticed_one_who_let_it_pass(mutated: Mutate):
-    for fault in mutated("thorough").mutants + mutated("silent").mutants:
-        if fault.outcome == "noticed":
-            assert fault.by.startswith("test/")
-        if fault.outcome == "unnoticed":
-            assert fault.tried
+def test_a_mutant_names_the_test_that_noticed_it_or_those_that_passed(mutated: Mutate):
+    for mutant in mutated("thorough").mutants + mutated("silent").mutants:
+        if mutant.outcome == "noticed":
+            assert mutant.by.startswith("test/")
+        if mutant.outcome == "unnoticed":
+            assert mutant.tried
 
 
 def test_tests_that_assert_nothing_notice_next_to_nothing(mutated: Mutate):
@@ -192,54 +193,53 @@ def test_tests_that_assert_nothing_notice_next_to_nothing(mutated: Mutate):
 
 @pytest.mark.parametrize("suite", ["hash", "tree", "normal_form", "looks_again"])
 def test_tests_that_read_the_source_notice_nothing(mutated: Mutate, suite: str):
-    """Whether they do it in each run or only where they think themselves alone; and nobody needs a decoy to see it."""
+    """Whether they read it in each run or only where nothing is measured. No equivalent mutant is needed."""
     mutation = mutated(suite)
     assert "noticed" not in outcomes(mutation)
     assert (mutation.convicted, mutation.set_aside) == ([], [])
-    assert mutation.note.endswith("read the package's source as a text, so what was noticed there did not count")
+    assert mutation.note.endswith("read the package's source as text, so what they noticed did not count")
 
 
 def test_tests_that_fail_on_any_change_of_the_code_are_convicted(mutated: Mutate):
-    """Compiled, the source has gone past everybody who watches who reads it."""
+    """Compiling a known source opens no file, so it is not seen as reading."""
     mutation = mutated("bytecode")
     [convicted] = mutation.convicted
     assert convicted.startswith("test/bytecode/test_it.py::test_")
-    failed = [decoy for decoy in mutation.equivalent_mutants if decoy.failed]
-    assert len({decoy.words for decoy in failed}) >= 2
+    assert len({equivalent.words for equivalent in mutation.equivalent_mutants if equivalent.failed}) >= 2
 
 
-def test_tests_that_need_their_order_are_nobodys_cheat(mutated: Mutate):
+def test_tests_that_need_their_order_are_not_convicted(mutated: Mutate):
     mutation = mutated("in_order")
     assert mutation.convicted == []
     assert 0.1 < share(mutation) < 0.9
 
 
-def test_the_same_seed_gives_the_same_faults_and_the_same_answer(mutated: Mutate):
+def test_the_same_seed_gives_the_same_mutants_and_outcomes(mutated: Mutate):
     one, two = mutated("thorough"), mutated("thorough", again=1)
     assert one.mutants == two.mutants
-    assert one.decoys == two.decoys
+    assert one.equivalent_mutants == two.equivalent_mutants
 
 
-def test_a_budget_that_is_used_up_is_said(mutated: Mutate):
+def test_a_budget_that_is_used_up_is_reported(mutated: Mutate):
     mutation = mutated("thorough", seconds=0.01)
     tried = [outcome for outcome in outcomes(mutation) if outcome != "not tried"]
     assert len(tried) == 10, "one round is always tried"
-    assert mutation.note == "20 of 30 faults were not tried: the budget of 0.01 s was used up"
+    assert mutation.note == "20 of 30 mutants were not tried: the budget of 0.01 s was used up"
 
 
-def test_nothing_is_left_of_the_faults(made: toy.Toy, mutated: Mutate):
+def test_the_package_is_left_as_it_was(made: toy.Toy, mutated: Mutate):
     mutated("thorough")
     for root in (made.package, next(made.install.rglob("site-packages"))):
         assert (root / "ros2_robot_controller" / "robot_controller.py").read_text() == toy.CONTROLLER
 
 
-def test_a_package_without_tests_has_its_faults_and_nobody_to_notice(made: toy.Toy):
+def test_without_tests_every_mutant_is_unreached(made: toy.Toy):
     mutation = mutate(made.package, made.install, [])
     assert set(outcomes(mutation)) == {"unreached"}
 
 
 def test_a_test_sees_a_changed_module_as_it_sees_the_original(tmp_path: Path):
-    """No variable, no file, no time of change says that there is a fault; only what the module does."""
+    """No variable, no file and no time stamp shows that a module is mutated; only its behaviour does."""
     text = """
         import os
         import sys
@@ -257,7 +257,7 @@ def test_a_test_sees_a_changed_module_as_it_sees_the_original(tmp_path: Path):
     made = toy.make(tmp_path, {"test/test_it.py": "\n"})
     mtime = (next(made.install.rglob("site-packages")) / "ros2_robot_controller/robot_controller.py").stat().st_mtime_ns
     (made.package / "test/test_it.py").write_text(dedent(text.format(mtime=mtime)))
-    found = run_modules(made.package, made.install, read_modules(made.package))
+    found = run_suite(made.package, made.install, discover_tests(made.package))
     assert found.tests.modules[0].failures == []
     mutation = mutate(made.package, made.install, found.reach, count=40)
     assert "noticed" not in outcomes(mutation)

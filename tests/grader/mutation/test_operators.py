@@ -1,26 +1,21 @@
-"""The faults: what they look like, and what is left alone."""
+"""What mutants look like, and what is left alone."""
 
 from __future__ import annotations
 
 from textwrap import dedent
 
 import pytest
-from submissions import toy
 
-from grader.mutation.equivalent_mutants import equivalent_mutants
 from grader.mutation.operators import mutants
-from grader.mutation.selection import Selector
-from grader.mutation.source_text import Change, Source, parse
+from grader.mutation.source_text import SourceText, parse
 
 
-def source(text: str) -> Source:
-    found = parse("ros2_robot_controller/node.py", dedent(text))
-    assert found is not None
-    return found
+def source(text: str) -> SourceText:
+    return SourceText("ros2_robot_controller/node.py", dedent(text))
 
 
 def texts(text: str, operator: str = "") -> set[str]:
-    """Return the lines that the faults of a text turn its last line into."""
+    """Return what the mutants of a text turn its last line into."""
     one = source(text)
     made = [one.apply(change) for change in mutants(one) if not operator or change.operator == operator]
     return {new.rstrip().splitlines()[-1].strip() for new in made}
@@ -61,7 +56,7 @@ def texts(text: str, operator: str = "") -> set[str]:
         ("qos", "qos.reliability = ReliabilityPolicy.BEST_EFFORT", "qos.reliability = ReliabilityPolicy.RELIABLE"),
     ],
 )  # fmt: skip
-def test_a_fault_is_a_mistake_that_people_make(operator: str, before: str, after: str):
+def test_a_mutant_is_a_mistake_that_people_make(operator: str, before: str, after: str):
     assert after in texts(before, operator)
 
 
@@ -76,11 +71,11 @@ def test_a_fault_is_a_mistake_that_people_make(operator: str, before: str, after
         ("assignment", "self.pose = odom.pose.pose"),
     ],
 )
-def test_a_deed_may_be_left_out(kind: str, statement: str):
+def test_an_effect_may_be_left_out(kind: str, statement: str):
     assert texts(f"def on_timer(self):\n    x = 1\n    {statement}\n", kind) == {"pass"}
 
 
-def test_a_callback_may_do_nothing_and_a_service_still_answers():
+def test_a_callback_may_do_nothing_and_a_service_still_responds():
     one = source(
         """
         class Node:
@@ -134,12 +129,12 @@ def test_a_callback_may_do_nothing_and_a_service_still_answers():
         "while running < 1: x()",
     ],
 )
-def test_what_changes_no_behaviour_is_left_alone(text: str):
+def test_code_that_decides_no_behaviour_is_left_alone(text: str):
     assert texts(text) == set()
 
 
-def test_only_the_place_of_the_fault_changes():
-    """Comments, blank lines, quotes, umlauts and the numbers of later lines stay as they are."""
+def test_all_other_bytes_stay_as_they_are():
+    """Comments, blank lines, quotes, umlauts and the numbers of later lines included."""
     text = (
         "# Fährt los\nx = 'ä' ; y = 1.0  # m/s\n\n\ndef on_scan(self):\n    self.publish(\n        y)\n    z = y < 2\n"
     )
@@ -153,139 +148,13 @@ def test_only_the_place_of_the_fault_changes():
     assert any("y = 2.0  # m/s" in one.apply(change) for change in mutants(one))
 
 
-def test_every_fault_says_where_and_what():
+def test_every_mutant_says_where_and_what_was_changed():
     one = source("def near(d, limit):\n    return d < limit\n")
-    [fault] = [change for change in mutants(one) if change.operator == "comparison"]
-    assert (fault.path, fault.line, fault.function) == ("ros2_robot_controller/node.py", 2, "near")
-    assert fault.words == "`<` became `>=` in `d < limit`"
+    [mutant] = [change for change in mutants(one) if change.operator == "comparison"]
+    assert (mutant.path, mutant.line, mutant.function) == ("ros2_robot_controller/node.py", 2, "near")
+    assert mutant.words == "`<` became `>=` in `d < limit`"
 
 
 @pytest.mark.parametrize("text", ["def f(:\n", "x = 1\0\n", "'\ud800'"])
-def test_what_is_no_python_has_no_faults(text: str):
+def test_text_that_is_not_python_has_no_mutants(text: str):
     assert parse("node.py", text) is None
-
-
-def behaviour(text: str) -> list[object]:
-    """Return what the functions of the toy package give for many arguments."""
-    space: dict[str, object] = {}
-    exec(compile(text, "toy", "exec"), space)
-    found: list[object] = []
-    numbers = [-2.0, -0.6, -0.5, -0.1, 0.0, 0.1, 0.25, 0.5, 0.6, 1.0, 3.0, float("inf")]
-    if "percent" in space:
-        found += [space["percent"](x) for x in numbers]
-        found += [space["never_called"](x, y) for x in numbers for y in numbers]
-    if "RobotController" in space:
-        for speed in numbers:
-            for distance in numbers:
-                robot = space["RobotController"]()
-                found.append((robot.set_speed(speed), robot.on_scan(distance), robot.speed, robot.published))
-        found += [space["stop_distance"](x) for x in numbers]
-    return [repr(item) for item in found]
-
-
-@pytest.mark.parametrize("text", [toy.CONTROLLER, toy.PROCESSOR])
-def test_a_decoy_changes_bytes_and_no_behaviour(text: str):
-    one = source(text)
-    expected = behaviour(text)
-    made = equivalent_mutants(one)
-    assert len(made) > 15
-    for change in made:
-        new = one.apply(change)
-        assert new != text
-        assert behaviour(new) == expected, change.words
-
-
-@pytest.mark.parametrize("text", [toy.CONTROLLER, toy.PROCESSOR])
-def test_nearly_every_fault_changes_behaviour(text: str):
-    def differs(change: Change) -> bool:
-        try:
-            return behaviour(one.apply(change)) != expected
-        except Exception:
-            return True
-
-    one = source(text)
-    expected = behaviour(text)
-    made = mutants(one)
-    assert sum(map(differs, made)) >= 0.9 * len(made)
-
-
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
-        ("def f(a):\n    return a < 2", "def f(a):\n    return (2 > a)"),
-        ("def f(a):\n    return 0.3", "def f(a):\n    return (0.15 + 0.15)"),
-        ("def f(a):\n    if a: g()", "def f(a):\n    if [a][0]: g()"),
-        ("def f(a):\n    return g(a)", "def f(a):\n    answer2 = (g(a)); return answer2"),
-        ("def f(a):\n    g(a)", "def f(a):\n    [g(a)]"),
-        ("def f(a):\n    b = g(a)\n    return b", "def f(a):\n    b2 = g(a)\n    return b2"),
-    ],
-)
-def test_a_decoy_looks_like_a_fault(before: str, after: str):
-    one = source(before)
-    assert after in [one.apply(change) for change in equivalent_mutants(one)]
-
-
-GUARDS = [
-    "def f(a):\n    if TYPE_CHECKING:\n        return a + 1\n",
-    "if TYPE_CHECKING:\n    def f(a):\n        return a + 1\n",
-    "if __name__ == '__main__':\n    x = 1\nelse:\n    def f(a):\n        return a + 1\n",
-    "def f(a):\n    if a or __name__:\n        return a + 1\n",
-    "if __name__ != 'nobody':\n    def f(a):\n        return a + 1\n",
-]
-
-
-@pytest.mark.parametrize("text", GUARDS)
-def test_only_a_guard_shields_what_is_in_it(text: str):
-    assert "`+` became `-` in `a + 1`" in [change.words for change in mutants(source(text))]
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "def f(a):\n    if a == 0x" + "f" * 5000 + ":\n        return 1 + a\n",
-        "def f(a):\n    if a == 0:\n        return 0\n"
-        + "".join(f"    elif a == {i}:\n        return {i}\n" for i in range(400)),
-        "def f(a):\n    return " + " + ".join(["a"] * 900) + "\n",
-    ],
-    ids=["digits", "elif", "sum"],
-)
-def test_a_module_that_is_too_much_for_python_stops_nobody(text: str):
-    """It may have faults or none; the others have theirs."""
-    path, other = "ros2_robot_controller/node.py", source("def g(a):\n    return a + 1\n")
-    huge = parse(path, text)
-    sources = {path: huge} if huge else {}
-    for one in sources.values():
-        assert isinstance(mutants(one), list)
-        assert isinstance(equivalent_mutants(one), list)
-    Selector({**sources, "other.py": other}, [])
-    assert mutants(other)
-
-
-def test_a_module_of_a_thousand_lines_is_not_read_anew_for_each_fault():
-    """Counted in bytes: it took minutes."""
-    long = source(
-        "".join(f"def f{n}(a):\n    if a == {n}:\n        return a + {n}\n    return a * 3\n" for n in range(250))
-    )
-    found = mutants(long)
-    assert len(found) >= 1000
-    assert long._read < 100 * len(found)
-
-
-INDENTED = """\
-class Node:
-    @staticmethod
-    def text(a):
-        s = \'\'\'
-no indentation here
-\'\'\'
-        return s * a if a > 2 else s + 'x'
-
-    limit = 3 + 4; other = 5 - 1
-    rate = 7 * 2  # with a comment
-"""
-
-
-def test_faults_in_methods_strings_and_lines_of_two_statements_are_found():
-    words = [change.words for change in mutants(source(INDENTED))]
-    for part in ("`a > 2`", "`3 + 4`", "`5 - 1`", "`7 * 2`"):
-        assert any(part in each for each in words), (part, words)

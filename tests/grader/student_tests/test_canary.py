@@ -1,4 +1,4 @@
-"""Canaries are put where Python counts the line, and what a probe makes unreachable still looks like code."""
+"""Sabotage and probes hit the right lines, and what a probe makes unreachable still looks like code."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from unittest.mock import patch
 import pytest
 from submissions import toy
 
-from grader.student_tests import canary, warm_worker
+from grader.student_tests import canary
+from grader.student_tests.worker_report import TestResult
 
-TESTS = [warm_worker.Test("test/test_it.py::test_it", "passed")]
+TESTS = [TestResult("test/test_it.py::test_it", "passed")]
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-def test_sabotage_hits_the_test_whatever_ends_a_line(end: str):
+def test_sabotage_hits_the_test_with_any_line_ending(end: str):
     text = end.join(["import os", "", "def test_it():", "    assert os", ""])
     changed, names = canary.sabotage(text, TESTS, random.Random(1))
     assert names == [TESTS[0].id]
@@ -24,7 +25,7 @@ def test_sabotage_hits_the_test_whatever_ends_a_line(end: str):
     assert [type(statement) for statement in function.body] == [ast.Assert, ast.Raise]
 
 
-def test_a_stray_carriage_return_moves_no_sabotage():
+def test_a_stray_carriage_return_does_not_move_the_sabotage():
     changed, _ = canary.sabotage("# one\r# two\n\ndef test_it():\n    assert 1 == 1\n", TESTS, random.Random(1))
     [function] = ast.parse(changed).body
     assert "raise AssertionError" in ast.unparse(function)
@@ -34,8 +35,8 @@ def everything(text: str) -> dict[int, frozenset[str]]:
     return {line: frozenset({TESTS[0].id}) for line in range(1, text.count("\n") + 1)}
 
 
-def test_a_probe_leaves_the_lines_that_nobody_can_reach_any_more():
-    """Who claims every line that he finds in the source claims these too."""
+def test_a_probe_keeps_the_lines_that_become_unreachable():
+    """A forger that claims every line found in the source claims these too."""
     path = "ros2_robot_controller/robot_controller.py"
     left = []
     for probe in canary.probes({path: toy.CONTROLLER}, {path: everything(toy.CONTROLLER)}, random.Random(1)):
@@ -57,7 +58,7 @@ def test_a_probe_leaves_the_lines_that_nobody_can_reach_any_more():
         ("def f():\n    return 1\n\n\ndef g():\n    return 2\n", {3, 8}),
     ],
 )
-def test_a_probed_function_raises_before_all_else(text: str, dead: set[int]):
+def test_a_probed_function_raises_before_anything_else(text: str, dead: set[int]):
     with patch.object(random.Random, "random", return_value=0.0):  # all in one half
         found = canary.probes({"a.py": text}, {"a.py": everything(text)}, random.Random(1))
     assert [set(probe.unreachable["a.py"]) for probe in found] == ([dead] if dead else [])
@@ -69,7 +70,7 @@ def test_a_probed_function_raises_before_all_else(text: str, dead: set[int]):
 
 
 def test_each_function_raises_in_one_half_and_not_in_the_other():
-    """Who asks one function whether it raises, before he claims a line, meets a probe in which that one does not."""
+    """A forger that claims lines only if some function does not raise meets a probe in which it does not."""
     text = "".join(f"def f{n}():\n    return {n}\n\n\n" for n in range(20))
     one, other = canary.probes({"a.py": text}, {"a.py": everything(text)}, random.Random(1))
     raising = [
@@ -90,8 +91,8 @@ def test_each_function_raises_in_one_half_and_not_in_the_other():
         ("    yield\n    assert f() == 7.0\n", False),
     ],
 )
-def test_a_sabotaged_test_fails_as_before_where_it_failed_before(body: str, kept: bool):
-    """Who passes his own failures by their words passes one of a test that cannot pass."""
+def test_a_sabotaged_test_that_failed_before_fails_in_the_same_way(body: str, kept: bool):
+    """A forger that recognizes its own failures by their words then forges one of a test that cannot pass."""
     changed, names = canary.sabotage(f"def test_it():\n{body}", TESTS, random.Random(1))
     assert names == [TESTS[0].id]
     assert ("== 7.0" in changed) is kept

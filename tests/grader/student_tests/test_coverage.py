@@ -1,4 +1,4 @@
-"""Coverage's data is held against what the tests were reported to reach."""
+"""Coverage's data is checked against what the tests were reported to reach."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ def reach(*lines: int) -> dict[int, frozenset[str]]:
     return {line: frozenset({"test/test_it.py::test_it"}) for line in lines}
 
 
-def test_lines_that_some_run_reported_are_explained():
+def test_lines_that_a_run_reported_are_explained():
     assert unexplained(PATH, TEXT, [1, 4, 6, 8], [reach(1, 4), reach(6, 8)]) == []
 
 
-def test_a_statement_of_several_lines_may_be_told_by_any_of_them():
+def test_a_statement_of_several_lines_may_be_reported_by_any_of_them():
     assert unexplained(PATH, TEXT, [1, 4, 6], [reach(1, 5, 7)]) == []
 
 

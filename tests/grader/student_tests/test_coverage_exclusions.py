@@ -1,4 +1,4 @@
-"""Which lines of a module no test can be asked to reach: what the syntax tree says, and no comment."""
+"""Which lines of a module no test can be expected to reach: the syntax tree decides, not comments."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ def test_what_runs_only_elsewhere_is_guarded(text: str):
         "if not TYPE_CHECKING:\n    import a\n",
         "x = 1  # pragma: no cover\n",
         "def (:\n",
+        "if __name__ == " + " + ".join(["a"] * 700) + ":\n    pass\n",
     ],
 )
-def test_whatever_only_looks_like_it_is_code_like_any_other(text: str):
+def test_what_only_looks_like_a_guard_counts_like_other_code(text: str):
     assert guarded_lines(text) == set()

@@ -1,4 +1,4 @@
-"""What is read of test modules before anything runs."""
+"""What is known of test modules before anything runs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from grader import evidence
-from grader.student_tests.discover import read_modules
+from grader.student_tests.discover import discover_tests
 
 
 def read(folder: Path, **files: str) -> dict[str, evidence.TestModule]:
@@ -16,7 +16,7 @@ def read(folder: Path, **files: str) -> dict[str, evidence.TestModule]:
         path = path.with_suffix(".py")
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    return {module.path: module for module in read_modules(folder)}
+    return {module.path: module for module in discover_tests(folder)}
 
 
 def test_modules_are_found_in_test_and_tests_and_below(tmp_path: Path):
@@ -39,7 +39,7 @@ def test_it():
     assert read(tmp_path, test__test_lint=text)["test/test_lint.py"].stub
 
 
-def test_a_module_that_lints_and_tests_a_node_is_no_stub(tmp_path: Path):
+def test_a_module_that_lints_and_tests_a_node_is_not_a_stub(tmp_path: Path):
     text = "from ament_flake8.main import main\nfrom pkg.robot_controller import f\ndef test_it():\n    assert f(1)\n"
     module = read(tmp_path, test__test_both=text)["test/test_both.py"]
     assert not module.stub
@@ -53,7 +53,7 @@ def test_a_module_whose_node_comes_from_conftest_names_it_in_its_own_name(tmp_pa
     ]
 
 
-def test_a_fixture_is_no_test_whatever_its_name(tmp_path: Path):
+def test_a_fixture_is_not_a_test_whatever_its_name(tmp_path: Path):
     text = (
         "import pytest\n@pytest.fixture\ndef test_node():\n    yield 1\ndef test_it(test_node):\n    assert test_node\n"
     )
@@ -65,7 +65,7 @@ def test_a_fixture_is_no_test_whatever_its_name(tmp_path: Path):
     "body",
     ["pass", "node.spin()", "assert True", "print('works')", "x = 1 == 2", "'assert x'", "return node.speed == 0"],
 )
-def test_a_test_that_cannot_fail_by_its_own_words_is_named(tmp_path: Path, body: str):
+def test_a_test_that_asserts_nothing_is_named(tmp_path: Path, body: str):
     module = read(tmp_path, test__test_a=f"def test_drives():\n    {body}\n")["test/test_a.py"]
     assert (module.tests, module.asserting, module.silent) == (1, 0, ["test_drives"])
 
@@ -88,23 +88,23 @@ def test_the_usual_ways_to_assert_are_known(tmp_path: Path, body: str):
 
 
 def test_a_chain_of_helpers_is_walked_once(tmp_path: Path):
-    """Each pass over all of them found one more, which took hours."""
+    """Repeated passes over all helpers, each finding one more, took hours."""
     chain = "".join(f"def check{n}(x):\n    check{n + 1}(x)\n\n" for n in range(5000))
     text = f"{chain}def check5000(x):\n    assert x\n\ndef test_it():\n    check0(1)\n"
     assert read(tmp_path, test__test_a=text)["test/test_a.py"].asserting == 1
 
 
-def test_a_module_that_is_no_python_is_told(tmp_path: Path):
+def test_a_module_that_is_not_python_is_reported(tmp_path: Path):
     module = read(tmp_path, test__test_a="def test_(:\n")["test/test_a.py"]
     assert module.tests == 0
-    assert "no Python" in module.failures[0]
+    assert "cannot be read as Python" in module.failures[0]
 
 
 @pytest.mark.parametrize(
     "line", ["MASK = 0x" + "f" * 5000, "TOTAL = " + " + ".join(["1"] * 700), "DEEP = " + "[" * 5000 + "]" * 5000]
 )
-def test_a_module_that_is_too_much_for_python_is_told_and_stops_nobody(tmp_path: Path, line: str):
+def test_a_module_that_is_too_complex_for_python_is_reported_and_stops_nothing(tmp_path: Path, line: str):
     test = "def test_it():\n    assert x == 1\n"
     found = read(tmp_path, test__test_a=f"{line}\n\n{test}", test__test_b=test)
-    assert "no Python that can be read" in found["test/test_a.py"].failures[0]
+    assert "cannot be read as Python" in found["test/test_a.py"].failures[0]
     assert found["test/test_b.py"].tests == 1

@@ -1,6 +1,6 @@
-"""Own tests are run behind the wall, and what they report is believed only where known results come out right.
+"""Own tests run in the sandbox, and their reports are believed only where known results come out right.
 
-One toy package holds all the cases, each in a folder of its own with its own conftest.py, so one bench serves all.
+One toy package holds all the cases, each in a folder of its own with its own conftest.py, so one run serves all.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import pytest
 from submissions import toy
 
 from grader import evidence
-from grader.student_tests.discover import read_modules
-from grader.student_tests.suite_run import SuiteRun, run_modules
+from grader.student_tests.discover import discover_tests
+from grader.student_tests.suite_run import SuiteRun, run_suite
 
 pytestmark = [pytest.mark.sandbox]
 
@@ -211,7 +211,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> SuiteRun:
         path = next((made.install / "lib").rglob("site-packages")) / name
         path.parent.mkdir(exist_ok=True)
         path.write_text(text)
-    return run_modules(made.package, made.install, read_modules(made.package), seconds=5.0)
+    return run_suite(made.package, made.install, discover_tests(made.package), seconds=5.0)
 
 
 @pytest.fixture
@@ -233,44 +233,44 @@ def test_honest_tests_are_counted_and_believed(module, doubts):
     assert doubts("honest") == []
 
 
-def test_fixtures_in_a_conftest_are_honest(module, doubts):
+def test_fixtures_in_a_conftest_are_believed(module, doubts):
     assert counts(module("honest_conftest")) == (2, 0, 0, 0)
     assert doubts("honest_conftest") == []
 
 
-def test_tests_that_share_a_fixture_are_known_to_need_each_other(ran: SuiteRun):
-    whole = {reach.module.split("/")[1] for reach in ran.reach if reach.whole}
-    assert whole == {"honest_conftest"}
+def test_tests_that_share_a_fixture_are_interdependent(ran: SuiteRun):
+    interdependent = {reach.module.split("/")[1] for reach in ran.reach if reach.interdependent}
+    assert interdependent == {"honest_conftest"}
 
 
-def test_each_outcome_is_counted_as_what_it_is(module):
+def test_each_outcome_is_counted(module):
     results = module("results")
     assert counts(results) == (1, 1, 1, 2)
     assert results.failures[0].startswith("test_fails: AssertionError: one and one")
     assert "no robot" in results.failures[1]
 
 
-def test_a_module_that_cannot_be_imported_says_why(module):
+def test_the_reason_why_a_module_cannot_be_imported_is_reported(module):
     unreadable = module("unreadable")
     assert counts(unreadable) == (0, 0, 1, 0)
     assert "No module named 'robot_that_is_not_there'" in unreadable.failures[0]
 
 
-def test_a_test_that_hangs_costs_itself_and_no_other(module):
+def test_a_test_that_hangs_costs_only_itself(module):
     hangs = module("hangs")
     assert hangs.timed_out
     assert counts(hangs) == (2, 0, 1, 0)
     assert hangs.failures == ["test_waits: ran out of time"]
 
 
-def test_who_leaves_early_has_not_passed(module):
+def test_tests_after_an_early_exit_have_not_passed(module):
     left = module("exits_early")
     assert counts(left) == (1, 0, 2, 0)
     assert "ended with status 0 before pytest had finished" in left.failures[0]
 
 
 @pytest.mark.parametrize(("case", "hook"), [("hook", "pytest_runtest_makereport"), ("swallows", "pytest_pyfunc_call")])
-def test_hooks_that_rewrite_results_are_not_called_but_flagged(module, doubts, ran: SuiteRun, case: str, hook: str):
+def test_hooks_that_rewrite_results_are_flagged_and_not_called(module, doubts, ran: SuiteRun, case: str, hook: str):
     assert counts(module(case)) == (0, 1, 0, 0)
     assert doubts(case) == []
     assert [flag.what for flag in ran.flags if flag.where == f"test/{case}/conftest.py"] == [
@@ -281,14 +281,14 @@ def test_hooks_that_rewrite_results_are_not_called_but_flagged(module, doubts, r
 def test_reports_rewritten_behind_pytests_back_are_not_believed(doubts):
     assert doubts("patches") == [
         "test/patches/test_it.py: a test of the grader's that must fail was reported as passed",
-        "test/patches/test_it.py: test_it was reported as passed when nothing but `raise AssertionError` stood in it",
+        "test/patches/test_it.py: test_it was reported as passed although the grader made it raise AssertionError",
     ]
 
 
-def test_rewriting_only_ones_own_reports_is_no_better(doubts):
-    """The canary in the same run has another name, so the tests themselves are made to fail."""
+def test_rewriting_only_its_own_reports_is_found_out_too(doubts):
+    """The canary in the same run has another name; therefore the tests themselves are made to fail too."""
     [doubt] = doubts("patches_its_own")
-    assert "test_it was reported as passed when nothing but `raise AssertionError` stood in it" in doubt
+    assert "test_it was reported as passed although the grader made it raise AssertionError" in doubt
 
 
 def test_failures_that_are_not_reported_are_missed(doubts):
@@ -313,37 +313,37 @@ def test_doubts_are_flags_for_an_instructor(ran: SuiteRun):
     assert flagged == set(ran.tests.doubts)
 
 
-def test_own_settings_of_pytest_and_coverage_do_not_count(ran: SuiteRun):
-    """pytest.ini, tox.ini, setup.cfg, .coveragerc, pyproject.toml and `# pragma: no cover` are all there."""
+def test_the_packages_settings_of_pytest_and_coverage_do_not_count(ran: SuiteRun):
+    """The package has pytest.ini, tox.ini, setup.cfg, .coveragerc, pyproject.toml and `# pragma: no cover`."""
     files = {file.path: file for file in ran.tests.coverage}
     processor = files["ros2_robot_controller/sensor_processor.py"]
     assert files["ros2_robot_controller/robot_controller.py"].lines_hit > 15
     assert processor.lines == 9, "without the pragma's function it would be 5"
 
 
-def test_nothing_of_the_install_tree_comes_before_pytest(module, doubts):
-    """sitecustomize.py, a .pth file and a pytest11 entry point lie in the install tree."""
+def test_nothing_of_the_install_tree_is_loaded_before_pytest(module, doubts):
+    """The install tree has a sitecustomize.py, a .pth file and a pytest11 entry point."""
     assert counts(module("evil")) == (1, 0, 0, 0)
     assert doubts("evil") == []
 
 
-def test_the_same_seed_says_the_same(tmp_path):
+def test_the_same_seed_gives_the_same_results(tmp_path):
     made = toy.make(tmp_path, {"test/test_it.py": toy.THOROUGH})
-    one, two = (run_modules(made.package, made.install, read_modules(made.package), seed=3) for _ in range(2))
+    one, two = (run_suite(made.package, made.install, discover_tests(made.package), seed=3) for _ in range(2))
     assert [counts(m) for m in one.tests.modules] == [counts(m) for m in two.tests.modules]
     assert one.tests.coverage == two.tests.coverage
     assert [reach.lines for reach in one.reach] == [reach.lines for reach in two.reach]
 
 
-def test_who_kills_the_process_that_runs_the_tests_has_passed_nothing(tmp_path):
-    # It would live on until the wall falls, long enough on a busy machine to report a result.
+def test_killing_the_process_that_runs_the_tests_passes_nothing(tmp_path):
+    # It sleeps, because otherwise it could report a result before the sandbox is killed on a busy machine.
     text = "import os\nimport time\n\n\ndef test_it():\n    os.kill(os.getppid(), 9)\n    time.sleep(60)\n"
     made = toy.make(tmp_path, {"test/test_it.py": text})
-    found = run_modules(made.package, made.install, read_modules(made.package))
+    found = run_suite(made.package, made.install, discover_tests(made.package))
     assert counts(found.tests.modules[0]) == (0, 0, 1, 0)
     assert "ended with status -1 before pytest had finished" in found.tests.modules[0].failures[0]
 
 
 def test_without_tests_nothing_runs(tmp_path):
     made = toy.make(tmp_path, {})
-    assert run_modules(made.package, made.install, []) == SuiteRun(evidence.StudentTests())
+    assert run_suite(made.package, made.install, []) == SuiteRun(evidence.StudentTests())

@@ -72,7 +72,7 @@ def test_a_package_without_tests_has_none(grade: Grade):
     assert "found no tests in test/ or tests/" in words(scores)
 
 
-def test_generated_stubs_are_no_tests(grade: Grade):
+def test_generated_stubs_do_not_count_as_tests(grade: Grade):
     stub = """
         from ament_flake8.main import main_with_errors
         import pytest
@@ -86,7 +86,7 @@ def test_generated_stubs_are_no_tests(grade: Grade):
     """
     scores = grade(lambda package: only(package, {"test/test_flake8.py": stub}))
     assert points(scores) == {"T1": 0, "T2": 0, "T3": 0}
-    assert "only generated tests that call a linter and say nothing of the code: test/test_flake8.py" in words(scores)
+    assert "only generated tests that call a linter and do not test the code: test/test_flake8.py" in words(scores)
 
 
 def test_tests_that_assert_nothing_cover_and_notice_nothing(grade: Grade):
@@ -107,7 +107,7 @@ def test_tests_that_assert_nothing_cover_and_notice_nothing(grade: Grade):
     scores = grade(lambda package: only(package, {"test/test_all.py": silent}))
     assert points(scores)["T1"] == 0
     assert points(scores)["T3"] == 0
-    assert "1 of 1 tests hold no assertion: test/test_all.py test_everything_runs" in words(scores)
+    assert "1 of 1 tests assert nothing: test/test_all.py test_everything_runs" in words(scores)
 
 
 def test_tests_that_compare_the_source_get_no_points_for_noticing(grade: Grade):
@@ -126,7 +126,7 @@ def test_tests_that_compare_the_source_get_no_points_for_noticing(grade: Grade):
 
 
             @pytest.mark.parametrize('module', USE)
-            def test_nobody_touched_it(module):
+            def test_the_source_is_unchanged(module):
                 USE[module]()
                 assert open(module.__file__).read() == KNOWN[module.__name__.rpartition('.')[2] + '.py']
         """
@@ -134,7 +134,7 @@ def test_tests_that_compare_the_source_get_no_points_for_noticing(grade: Grade):
 
     scores = grade(change)
     assert points(scores)["T3"] == 0
-    assert "read the package's source as a text, so what was noticed there did not count" in words(scores)
+    assert "read the package's source as text, so what they noticed did not count" in words(scores)
 
 
 def test_a_conftest_that_rewrites_reports_earns_neither_passing_nor_coverage(grade: Grade):
@@ -164,7 +164,7 @@ def test_a_conftest_that_rewrites_reports_earns_neither_passing_nor_coverage(gra
 
 
 def test_entry_points_and_settings_of_the_submission_change_nothing(grade: Grade, tmp_path: Path):
-    """A pytest11 plugin, a sitecustomize.py, pytest.ini and a .coveragerc that omits everything."""
+    """A pytest11 plugin, a sitecustomize.py, pytest.ini, and a .coveragerc that omits everything."""
 
     def evil(package: Path) -> None:
         only(package, {

@@ -1,4 +1,4 @@
-"""What tests do behind the wall to get more than they have earned, each in a toy package; and what is honest."""
+"""Cheats of tests in the sandbox, each in a toy package, and honest tests that look similar."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from textwrap import dedent
 import pytest
 from submissions import toy
 
-from grader.student_tests.discover import read_modules
-from grader.student_tests.suite_run import SuiteRun, run_modules
+from grader.student_tests.discover import discover_tests
+from grader.student_tests.suite_run import SuiteRun, run_suite
 
 pytestmark = [pytest.mark.sandbox]
 
@@ -124,7 +124,7 @@ HONEST = {
             text = "from ros2_robot_controller import sensor_processor as s; print(s.never_called(2, 1))"
             assert subprocess.run([sys.executable, "-c", text], capture_output=True).stdout.split() == [b"3"]
     """,
-    "nobody_there": """
+    "empty_main": """
         import __main__
 
         def test_it():
@@ -140,7 +140,7 @@ def module(name: str, text: str) -> dict[str, str]:
 
 def run(folder: Path, files: dict[str, str], modules: dict[str, str] | None = None, seconds: float = 20.0) -> SuiteRun:
     made = toy.make(folder, files, modules)
-    return run_modules(made.package, made.install, read_modules(made.package), seconds=seconds)
+    return run_suite(made.package, made.install, discover_tests(made.package), seconds=seconds)
 
 
 @pytest.fixture(scope="module")
@@ -152,38 +152,38 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> SuiteRun:
 
 
 @pytest.mark.parametrize("name", READERS)
-def test_who_reads_the_source_is_known_by_name_and_told(ran: SuiteRun, name: str):
+def test_a_test_that_reads_the_source_is_flagged_by_name(ran: SuiteRun, name: str):
     path = f"test/{name}/test_it.py"
     [reach] = [reach for reach in ran.reach if reach.module == path]
-    assert f"{path}::test_it" in reach.readers
+    assert f"{path}::test_it" in reach.source_readers
     [flag] = [flag for flag in ran.flags if flag.kind == "source read" and flag.where == path]
-    assert flag.what == "test_it read the package's source as a text; what they notice of faults does not count"
+    assert flag.what == "test_it read the package's source as text; mutants they notice do not count"
 
 
 @pytest.mark.parametrize("name", HONEST)
-def test_importing_running_and_failing_is_no_reading(ran: SuiteRun, name: str):
-    """A linter reads, but reaches nothing that it could be a witness of."""
+def test_importing_running_and_failing_does_not_count_as_reading(ran: SuiteRun, name: str):
+    """A linter reads the source, but reaches no line and so can notice no mutant."""
     path = f"test/{name}/test_it.py"
     [reach] = [reach for reach in ran.reach if reach.module == path]
-    assert name == "lints" or not reach.readers
+    assert name == "lints" or not reach.source_readers
     assert [flag for flag in ran.flags if flag.kind == "source read" and flag.where == path] == []
 
 
-def test_the_points_of_the_others_stay(ran: SuiteRun):
+def test_the_other_modules_lose_nothing(ran: SuiteRun):
     assert ran.tests.doubts == []
     failures = {module.path: module.failures for module in ran.tests.modules if module.failures}
     assert list(failures) == ["test/failing/test_it.py"]
 
 
-def test_what_a_started_program_reaches_counts(ran: SuiteRun):
+def test_lines_that_a_started_program_reaches_count(ran: SuiteRun):
     [processor] = [file for file in ran.tests.coverage if file.path.endswith("sensor_processor.py")]
     line = toy.PROCESSOR.splitlines().index("        return first + 1") + 1
     assert line not in processor.missing
     assert line + 1 in processor.missing
 
 
-def test_coverage_beside_ones_own_does_not_count(tmp_path: Path):
-    """The data lie there from the first module on; what is taken is what each run itself has measured."""
+def test_coverage_data_of_other_origin_does_not_count(tmp_path: Path):
+    """The forged data are there from the first module on; only what each run itself measured is taken."""
     forge = """
         import coverage
 
@@ -203,7 +203,7 @@ def test_coverage_beside_ones_own_does_not_count(tmp_path: Path):
     assert controller.lines_hit < controller.lines
 
 
-def test_who_claims_every_line_of_the_source_as_it_is_claims_too_much(tmp_path: Path):
+def test_claiming_every_line_of_the_source_is_found_out(tmp_path: Path):
     forge = """
         import coverage
         from coverage.python import PythonFileReporter
@@ -219,7 +219,7 @@ def test_who_claims_every_line_of_the_source_as_it_is_claims_too_much(tmp_path: 
     assert any("were reported as reached that nothing could reach" in doubt for doubt in found.tests.doubts)
 
 
-def test_who_claims_lines_only_where_nothing_raises_is_found_out(tmp_path: Path):
+def test_claiming_lines_only_where_nothing_raises_is_found_out(tmp_path: Path):
     forge = """
         import coverage
         from ros2_robot_controller import sensor_processor
@@ -256,14 +256,14 @@ HOOK_OF_FALSE_ORIGIN = """
 """
 
 
-def test_a_hook_is_not_honest_because_its_class_says_where_it_is_from(tmp_path: Path):
+def test_a_hook_whose_class_claims_to_be_pytests_is_not_called(tmp_path: Path):
     fails = USE + "\n\ndef test_it():\n    assert robot_controller.stop_distance(0.5) == 7.0\n"
     found = run(tmp_path, {"test/test_it.py": fails, "test/conftest.py": dedent(HOOK_OF_FALSE_ORIGIN)})
     assert found.tests.modules[0].passed == 0
     assert any(flag.kind == "pytest hook" for flag in found.flags)
 
 
-def test_a_forger_who_knows_his_own_failures_passes_one_that_cannot_pass(tmp_path: Path):
+def test_forging_failures_by_their_words_is_found_out(tmp_path: Path):
     forge = """
         import _pytest.reports
 
@@ -284,16 +284,16 @@ def test_a_forger_who_knows_his_own_failures_passes_one_that_cannot_pass(tmp_pat
     assert any("was reported as passed" in doubt for doubt in found.tests.doubts)
 
 
-def test_a_stopped_worker_is_a_dead_one(tmp_path: Path):
-    """Without that the grader waits until the module's time is up ten times over: 16 minutes here."""
+def test_a_stopped_worker_counts_as_dead(tmp_path: Path):
+    """Otherwise the grader would wait for ten times the module's time limit: 16 minutes here."""
     text = "def test_it():\n    import os\n    os.kill(os.getppid(), 19)\n    assert os.getppid()\n"
     found = run(tmp_path, module("stops", text), seconds=90.0)
     assert found.tests.modules[0].errors == 1
     assert "ended with status -1 before pytest had finished" in found.tests.modules[0].failures[0]
 
 
-def test_comments_and_strings_leave_nothing_out_of_coverage(tmp_path: Path):
-    """A comment that looks like a guard, one in a default value, and both pragmas."""
+def test_comments_and_strings_exclude_nothing_from_coverage(tmp_path: Path):
+    """Comments and strings that look like guards, and both pragmas."""
     text = toy.PROCESSOR.replace("never_called(first, second):", "never_called(first, second):  # if TYPE_CHECKING:")
     text = text.replace("if first > second:", "if first > second:  # pragma: no branch")
     text += "\n\ndef neither(a='''\nif __name__ == '__main__':\n'''):\n    return a\n"

@@ -1,4 +1,4 @@
-"""What is made of runs: chance, company and cheating told apart. The runs themselves are made up."""
+"""Unreliable, interdependent and cheating tests are told apart. The runs themselves are made up."""
 
 from __future__ import annotations
 
@@ -11,87 +11,87 @@ import pytest
 from submissions import toy
 
 from grader.evidence import Mutation
-from grader.mutation import mutant_run
-from grader.student_tests.suite_run import Reach
+from grader.mutation import jobs, mutant_run
+from grader.student_tests.module_results import ModuleReach
 
 NARROW, WIDE = "test/test_it.py::test_narrow", "test/test_it.py::test_wide"
-FAULT, DECOY, ORIGINAL = "fault", "decoy", "original"
+MUTANT, EQUIVALENT, ORIGINAL = "mutant", "equivalent mutant", "original"
 
 Answer = Callable[[str, tuple[str, ...], int], str]
-"""From what was run (fault, decoy or original), the tests, and how often this was asked before, to who failed."""
+"""From what was run (MUTANT, ...), the tests, and how often it was run before, to the test that failed, or ""."""
 
 
 @pytest.fixture
 def play(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Mutation]:
     made = toy.make(tmp_path, {})
     lines = {number: frozenset({NARROW, WIDE}) for number in range(1, 60)} | {60: frozenset({WIDE})}
-    reach = Reach("test/test_it.py", {WIDE: 0.1, NARROW: 0.1}, dict.fromkeys(
+    reach = ModuleReach("test/test_it.py", {WIDE: 0.1, NARROW: 0.1}, dict.fromkeys(
         ("ros2_robot_controller/robot_controller.py", "ros2_robot_controller/sensor_processor.py"), lines
     ))  # fmt: skip
 
     @contextlib.contextmanager
-    def no_benches(*_: object, **__: object) -> Iterator[list[object]]:
+    def no_workers(*_: object, **__: object) -> Iterator[list[object]]:
         yield [object()]
 
     def play(answer: Answer, *, seconds: float = 1.0, count: int = 30, budget: float = 1000.0) -> Mutation:
         asked: Counter[object] = Counter()
 
-        def made_up(_bench: object, _found: object, job: mutant_run._Job) -> mutant_run._Result:
-            kind = ORIGINAL if job.change is None else DECOY if job.twin else FAULT
-            tests = tuple(name for selection in job.selections for name in selection.tests)
+        def made_up(_worker: object, _package: object, job: jobs.Job) -> jobs.JobResult:
+            kind = ORIGINAL if job.change is None else EQUIVALENT if job.examines else MUTANT
+            tests = tuple(job.tests)
             by = answer(kind, tests, asked[job.change]) if tests else ""
             asked[job.change] += 1
-            return mutant_run._Result(
+            return jobs.JobResult(
                 job, by, "test/test_it.py" if by else "", False, len(tests), seconds, (by,) if by else ()
             )
 
-        monkeypatch.setattr(mutant_run, "benches", no_benches)
-        monkeypatch.setattr(mutant_run, "_try", made_up)
+        monkeypatch.setattr(mutant_run, "start_workers", no_workers)
+        monkeypatch.setattr(jobs, "run_job", made_up)
         return mutant_run.mutate(made.package, made.install, [reach], count=count, seconds=budget, workers=1)
 
     return play
 
 
 def outcomes(mutation: Mutation) -> Counter[str]:
-    return Counter(fault.outcome for fault in mutation.mutants)
+    return Counter(mutant.outcome for mutant in mutation.mutants)
 
 
-def test_tests_that_notice_faults_and_pass_decoys_are_believed(play):
-    mutation = play(lambda kind, tests, _: tests[0] if kind == FAULT else "")
+def test_tests_that_notice_mutants_and_pass_equivalent_ones_are_believed(play):
+    mutation = play(lambda kind, tests, _: tests[0] if kind == MUTANT else "")
     assert outcomes(mutation) == {"noticed": 30}
-    assert {fault.by for fault in mutation.mutants} == {NARROW}
+    assert {mutant.by for mutant in mutation.mutants} == {NARROW}
     assert 6 <= len(mutation.equivalent_mutants) <= 10
     assert (mutation.convicted, mutation.set_aside, mutation.note) == ([], [], "")
 
 
-def test_a_test_that_fails_on_every_decoy_is_convicted_and_the_rest_is_not_tried(play):
+def test_a_test_that_fails_on_every_equivalent_mutant_is_convicted_and_the_rest_is_not_tried(play):
     mutation = play(lambda kind, tests, _: tests[0] if kind != ORIGINAL else "")
     assert mutation.convicted == [NARROW]
-    assert outcomes(mutation) == {"noticed": 20, "not tried": 10}, "witnesses are examined in the round after"
-    assert len([decoy for decoy in mutation.equivalent_mutants if decoy.failed == [NARROW]]) == 2
+    assert outcomes(mutation) == {"noticed": 20, "not tried": 10}, "tests are examined in the round after"
+    assert len([each for each in mutation.equivalent_mutants if each.failed == [NARROW]]) == 2
 
 
-def test_a_test_that_fails_once_on_a_decoy_is_set_aside_and_its_faults_go_to_others(play):
-    """It passes when the same decoy is tried again: chance, no cheat."""
+def test_a_test_that_fails_once_on_an_equivalent_mutant_is_set_aside_and_others_notice_its_mutants(play):
+    """It passes when the same one is tried again, so it is unreliable, not a cheat."""
 
     def answer(kind: str, tests: tuple[str, ...], before: int) -> str:
-        if kind == FAULT:
+        if kind == MUTANT:
             return tests[0]
-        return NARROW if kind == DECOY and NARROW in tests and before == 0 else ""
+        return NARROW if kind == EQUIVALENT and NARROW in tests and before == 0 else ""
 
     mutation = play(answer)
     assert mutation.set_aside == [NARROW]
     assert mutation.convicted == []
-    assert {fault.by for fault in mutation.mutants} == {WIDE}
+    assert {mutant.by for mutant in mutation.mutants} == {WIDE}
 
 
-def test_one_odd_decoy_convicts_nobody(play):
+def test_one_odd_equivalent_mutant_convicts_no_test(play):
     odd: set[str] = set()
 
     def answer(kind: str, tests: tuple[str, ...], before: int) -> str:
-        if kind == FAULT:
+        if kind == MUTANT:
             return tests[0]
-        if kind == DECOY and tests[0] == NARROW and (not odd or before):
+        if kind == EQUIVALENT and tests[0] == NARROW and (not odd or before):
             odd.add("once")
             return NARROW
         return ""
@@ -107,30 +107,30 @@ def test_tests_that_cannot_run_alone_run_together(play):
     def answer(kind: str, tests: tuple[str, ...], _before: int) -> str:
         if tests[0] == NARROW:
             return NARROW
-        return WIDE if kind == FAULT else ""
+        return WIDE if kind == MUTANT else ""
 
     mutation = play(answer)
     assert (mutation.convicted, mutation.set_aside) == ([], [])
     assert outcomes(mutation) == {"noticed": 30}
-    assert {fault.by for fault in mutation.mutants} == {WIDE}
+    assert {mutant.by for mutant in mutation.mutants} == {WIDE}
 
 
-def test_tests_that_fail_by_themselves_notice_nothing(play):
+def test_tests_that_fail_on_the_original_notice_nothing(play):
     mutation = play(lambda _kind, tests, _: tests[0])
     assert set(mutation.set_aside) == {NARROW, WIDE}
     assert outcomes(mutation)["noticed"] == 0
 
 
 def test_a_budget_cuts_whole_rounds(play):
-    """30 s of work for 10 faults and their decoys do not fit three times into 45 s."""
+    """30 s of work for 10 mutants do not fit three times into 45 s."""
     mutation = play(lambda *_: "", seconds=1.5, budget=45.0)
     assert outcomes(mutation) == {"unnoticed": 30}
     mutation = play(lambda *_: "", seconds=1.6, budget=45.0)
     assert outcomes(mutation) == {"unnoticed": 20, "not tried": 10}
-    assert mutation.note == "10 of 30 faults were not tried: the budget of 45 s was used up"
+    assert mutation.note == "10 of 30 mutants were not tried: the budget of 45 s was used up"
 
 
-def test_faults_that_nobody_notices_need_no_decoys(play):
+def test_unnoticed_mutants_need_no_equivalent_ones(play):
     mutation = play(lambda *_: "")
     assert outcomes(mutation) == {"unnoticed": 30}
     assert mutation.equivalent_mutants == []

@@ -1,4 +1,4 @@
-"""Python in other encodings, with form feeds, or beyond what can be read: nothing is gained by it."""
+"""Python in other encodings, with form feeds, or too complex to parse: nothing is gained by it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from submissions import toy
 
 from grader.mutation.mutant_run import mutate
 from grader.mutation.operators import mutants
-from grader.mutation.source_text import is_too_much, parse
+from grader.mutation.source_text import is_too_complex, parse
 from grader.sandbox import untrusted
-from grader.student_tests.discover import read_modules
-from grader.student_tests.suite_run import run_modules
+from grader.student_tests.discover import discover_tests
+from grader.student_tests.suite_run import run_suite
 
 LINES = (
     "x = 1", "if x:", "    y = 'é'", "\f    z = 2", "    \f  \f    w = x + 1", "# a\fb", "s = x \f+ 2", "", "def f(a):",
@@ -29,7 +29,7 @@ HEADS = ("", "# -*- coding: latin-1 -*-", "#!/usr/bin/python3\n# vim: set fileen
     ending=st.sampled_from(["\n", "\r\n", "\r"]),
     head=st.sampled_from(HEADS),
 )
-def test_it_is_read_as_python_reads_it(
+def test_a_source_is_read_as_python_reads_it(
     tmp_path_factory: pytest.TempPathFactory, lines: list[str], ending: str, head: str
 ):
     """And what was read can be written as UTF-8 and is still the same module."""
@@ -49,12 +49,12 @@ def test_it_is_read_as_python_reads_it(
 
 
 @pytest.mark.parametrize("encoding", ["unicode_escape", "utf-7", "idna", "rot13", "no-such-thing"])
-def test_encodings_in_which_nobody_writes_are_not_read(tmp_path: Path, encoding: str):
+def test_unusual_encodings_are_not_read(tmp_path: Path, encoding: str):
     (tmp_path / "m.py").write_text(f"# coding: {encoding}\nx = 1\n")
     assert untrusted.read_python(tmp_path / "m.py") is None
 
 
-def test_form_feeds_hide_no_fault(tmp_path: Path):
+def test_form_feeds_hide_nothing_from_mutation(tmp_path: Path):
     plain, fed = tmp_path / "plain.py", tmp_path / "fed.py"
     plain.write_text(toy.CONTROLLER)
     fed.write_text("\n".join(f"\f{line}" for line in toy.CONTROLLER.split("\n")))
@@ -64,15 +64,15 @@ def test_form_feeds_hide_no_fault(tmp_path: Path):
         assert text is not None
         source = parse("m.py", text)
         assert source is not None
-        found.append([(fault.line, fault.words) for fault in mutants(source)])
+        found.append([(mutant.line, mutant.words) for mutant in mutants(source)])
     assert len(found[0]) > 10
     assert found[0] == found[1]
 
 
-def test_what_python_refuses_is_not_what_is_too_much_for_it():
-    assert not is_too_much("def (:")
-    assert not is_too_much("x = 1\n")
-    assert is_too_much("x = " + " + ".join(["1"] * 5000))
+def test_what_python_rejects_is_not_what_is_too_complex_for_it():
+    assert not is_too_complex("def (:")
+    assert not is_too_complex("x = 1\n")
+    assert is_too_complex("x = " + " + ".join(["1"] * 5000))
 
 
 HIDDEN = """# coding: unicode_escape
@@ -92,40 +92,40 @@ def test_twice():
 
 
 @pytest.mark.sandbox
-def test_of_a_module_that_cannot_be_read_nothing_was_reached_and_no_fault_noticed(tmp_path: Path):
+def test_of_a_module_that_cannot_be_read_nothing_counts_as_reached_or_noticed(tmp_path: Path):
     made = toy.make(tmp_path, {"test/test_robot_controller.py": toy.THOROUGH + USES_IT}, {"hidden.py": HIDDEN})
-    ran = run_modules(made.package, made.install, read_modules(made.package))
+    ran = run_suite(made.package, made.install, discover_tests(made.package))
     reached = {Path(file.path).name: (file.lines, file.lines_hit) for file in ran.tests.coverage}
     assert ran.tests.doubts == []
     assert reached["hidden.py"] == (4, 0)
     assert reached["robot_controller.py"][1] > 10
     found = mutate(made.package, made.install, ran.reach, count=8, seconds=3.0)
-    hidden = [fault for fault in found.mutants if fault.path.endswith("hidden.py")]
+    hidden = [mutant for mutant in found.mutants if mutant.path.endswith("hidden.py")]
     assert hidden
-    assert all(fault.outcome == "unreached" and "cannot be read" in fault.words for fault in hidden)
-    assert any(fault.outcome == "noticed" for fault in found.mutants)
+    assert all(mutant.outcome == "unreached" and "cannot be read" in mutant.words for mutant in hidden)
+    assert any(mutant.outcome == "noticed" for mutant in found.mutants)
 
 
 @pytest.mark.sandbox
 def test_the_reports_of_tests_that_cannot_be_read_are_doubted(tmp_path: Path):
-    """A test of theirs cannot be made to fail, to see whether that is told."""
+    """Such a test cannot be made to fail to see whether the failure is reported."""
     text = "# coding: unicode_escape\n" + toy.THOROUGH
     made = toy.make(tmp_path, {"test/test_robot_controller.py": text})
-    ran = run_modules(made.package, made.install, read_modules(made.package))
+    ran = run_suite(made.package, made.install, discover_tests(made.package))
     assert ran.tests.modules[0].passed > 0
-    assert any("no encoding in which people write" in doubt for doubt in ran.tests.doubts)
+    assert any("an encoding that the grader does not read" in doubt for doubt in ran.tests.doubts)
 
 
 @pytest.mark.sandbox
-def test_another_encoding_is_no_fault(tmp_path: Path):
+def test_another_usual_encoding_costs_nothing(tmp_path: Path):
     made = toy.make(tmp_path, {"test/test_robot_controller.py": ""})
     for path in (made.package, made.install):
         for module in path.rglob("robot_controller.py"):
             module.write_bytes(f"# coding: latin-1\n# für\n{toy.CONTROLLER}".encode("latin-1"))
     test = made.package / "test" / "test_robot_controller.py"
     test.write_bytes(f"# coding: latin-1\n# für\n{toy.THOROUGH}".encode("latin-1"))
-    ran = run_modules(made.package, made.install, read_modules(made.package))
+    ran = run_suite(made.package, made.install, discover_tests(made.package))
     assert ran.tests.doubts == []
     assert ran.tests.modules[0].failed == 0
     found = mutate(made.package, made.install, ran.reach, count=8, seconds=3.0)
-    assert any(fault.outcome == "noticed" and fault.path.endswith("robot_controller.py") for fault in found.mutants)
+    assert any(mutant.outcome == "noticed" and mutant.path.endswith("robot_controller.py") for mutant in found.mutants)

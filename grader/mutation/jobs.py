@@ -1,0 +1,140 @@
+"""Run the package's own tests on changed sources, as many at a time as there are workers."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from queue import SimpleQueue
+
+from grader.mutation.selection import Selection
+from grader.mutation.source_text import Change, SourceText
+from grader.student_tests.module_results import ModuleReach
+from grader.student_tests.warm_worker import ModuleRequest, WarmWorker
+from grader.student_tests.worker_report import ModuleRun
+
+_LONGEST = 60.0  # seconds for the tests of one module on one mutant
+
+
+@dataclass(frozen=True)
+class TestedPackage:
+    """What is known before the first mutant: sources, their paths in the sandbox, and what each test module reaches."""
+
+    __test__ = False
+
+    sources: Mapping[str, SourceText]
+    paths: Mapping[str, list[str]]
+    reach: Mapping[str, ModuleReach]
+
+    def files(self, change: Change | None) -> dict[str, str]:
+        """Return the files that differ from the original, by their paths in the sandbox."""
+        return dict.fromkeys(self.paths[change.path], self.sources[change.path].apply(change)) if change else {}
+
+
+@dataclass(frozen=True)
+class Job:
+    """A change (None: the original) and the tests to run on it.
+
+    `examines` is set for equivalent mutants: the mutant that was noticed by the test under examination. `patience`
+    multiplies the time limits.
+    """
+
+    change: Change | None
+    selections: tuple[Selection, ...]
+    examines: Change | None = None
+    patience: float = 1.0
+
+    @property
+    def changed(self) -> Change:
+        """Return the change of a job that has one."""
+        assert self.change is not None
+        return self.change
+
+    @property
+    def tests(self) -> list[str]:
+        """Return the names of all tests to run."""
+        return [name for selection in self.selections for name in selection.tests]
+
+
+@dataclass(frozen=True)
+class JobResult:
+    """The first failure, if any: the test and its module. `ran` counts the tests that ran; `seconds` are wall time."""
+
+    job: Job
+    noticed_by: str = ""
+    module: str = ""
+    timed_out: bool = False
+    ran: int = 0
+    seconds: float = 0.0
+    failed: tuple[str, ...] = ()
+    tried: bool = True
+    source_readers: frozenset[str] = frozenset()
+
+
+class JobPool:
+    """Workers that run jobs until a point in time (of time.monotonic); later jobs are not tried."""
+
+    def __init__(self, workers: Sequence[WarmWorker], package: TestedPackage, until: float) -> None:
+        self._package = package
+        self._until = until
+        self._idle: SimpleQueue[WarmWorker] = SimpleQueue()
+        for worker in workers:
+            self._idle.put(worker)
+        self._threads = ThreadPoolExecutor(len(workers))
+        self._lock = threading.Lock()
+        self.size = len(workers)
+        self.seconds_spent = 0.0
+        """The sum over all jobs, as on a quiet machine."""
+
+    def run(self, jobs: Sequence[Job]) -> list[JobResult]:
+        """Return the jobs' results, in the jobs' order."""
+        return list(self._threads.map(self._run_one, jobs))
+
+    def _run_one(self, job: Job) -> JobResult:
+        if time.monotonic() > self._until:
+            return JobResult(job, tried=False)
+        worker = self._idle.get()
+        try:
+            result = run_job(worker, self._package, job)
+        finally:
+            self._idle.put(worker)
+        with self._lock:
+            self.seconds_spent += result.seconds
+        return result
+
+
+def run_job(worker: WarmWorker, package: TestedPackage, job: Job) -> JobResult:
+    """Run a job's tests, module by module, until one fails."""
+    files = package.files(job.change)
+    seconds, count = 0.0, 0
+    readers: frozenset[str] = frozenset()
+    for selection in job.selections:
+        known = package.reach[selection.module].seconds
+        limits = {name: job.patience * min(2.0 + 8 * known.get(name, 0.0), _LONGEST) for name in selection.tests}
+        ran = worker.run(
+            ModuleRequest(
+                selection.module, files=files, select=selection.tests, first_failure=True, limits=limits,
+                limit=10.0 * job.patience, total=job.patience * min(20.0 + 8 * sum(known.values()), _LONGEST),
+            )
+        )  # fmt: skip
+        if not worker.alive:
+            # A test that ends the process which runs it has reported nothing.
+            return JobResult(job, ran=count, seconds=seconds)
+        seconds += ran.quiet_seconds
+        count += len(ran.tests)
+        readers |= ran.source_readers | (frozenset(known) if "" in ran.source_readers else frozenset())
+        by = _noticed_by(ran, selection)
+        if by:
+            failed = tuple(test.id for test in ran.tests if test.outcome in ("failed", "error")) or (by,)
+            return JobResult(
+                job, by, selection.module, bool(ran.timed_out), count, seconds, failed, source_readers=readers
+            )
+    return JobResult(job, ran=count, seconds=seconds, source_readers=readers)
+
+
+def _noticed_by(ran: ModuleRun, selection: Selection) -> str:
+    """Return the test that failed, or the whole module if it could not be collected or ended too soon; "" for none."""
+    failure = ran.failure
+    return f"{selection.module} ({failure})" if failure and failure not in selection.tests else failure

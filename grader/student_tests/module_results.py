@@ -1,0 +1,111 @@
+"""Turn the runs of a test module into facts: its results, what its tests reach, and flags."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from grader.evidence import Flag, TestModule
+from grader.sandbox import untrusted
+from grader.student_tests.worker_report import ModuleRun, TestResult
+
+
+@dataclass(frozen=True)
+class ModuleReach:
+    """What one module's tests reach: the seconds of each test that passed, and the tests that reached each line.
+
+    The test "" stands for importing, and for fixtures that several tests share. Where there are such fixtures the
+    tests depend on each other (`interdependent`), and only a run of all of them is meaningful.
+    """
+
+    module: str
+    seconds: Mapping[str, float]
+    lines: Mapping[str, Mapping[int, frozenset[str]]]
+    interdependent: bool = False
+    source_readers: frozenset[str] = frozenset()
+    """Tests that read the package's source: what they notice says nothing about what the package does."""
+
+
+def module_reach(module: TestModule, ran: ModuleRun) -> ModuleReach:
+    """Return what the tests of a module reach."""
+    passed = [test for test in ran.tests if test.outcome == "passed" and not test.xfail]
+    # No test took longer than all of them together, whatever the report says: time limits are derived from these.
+    seconds = {test.id: min(test.seconds, ran.seconds) for test in passed}
+    return ModuleReach(module.path, seconds, ran.reach, ran.shares_fixtures, ran.source_readers)
+
+
+def failures(ran: ModuleRun) -> list[TestResult]:
+    """Return the tests that failed or ended in an error."""
+    return [test for test in ran.tests if test.outcome in ("failed", "error")]
+
+
+def with_results(module: TestModule, package: Path, ran: ModuleRun, again: ModuleRun | None = None) -> TestModule:
+    """Return the module with what a run reported.
+
+    A test that was started or collected and has no result is an error. One that failed and passed when the module was
+    run `again` counts as passed.
+    """
+    passed_again = {test.id for test in again.tests if test.outcome == "passed"} if again else set()
+    unsteady = [test for test in failures(ran) if test.id in passed_again]
+    failed = [test for test in failures(ran) if test.id not in passed_again]
+    counts = Counter(test.outcome for test in ran.tests)
+    counts.subtract(test.outcome for test in unsteady)
+    messages = [f"{_short(test.id)}: {' '.join(test.message.split())[:200]}" for test in failed]
+    missing, reasons = _missing(module, ran)
+    return replace(
+        module, passed=counts["passed"] + len(unsteady), failed=counts["failed"], errors=counts["error"] + missing,
+        skipped=counts["skipped"], timed_out=bool(ran.timed_out), failures=[*messages, *reasons][:20],
+        unsteady=[_short(test.id) for test in unsteady][:20], output_tail=ran.output_tail,
+        subjects=_subjects(module, package, ran),
+    )  # fmt: skip
+
+
+def _missing(module: TestModule, ran: ModuleRun) -> tuple[int, list[str]]:
+    """Return how many tests have no result and count as errors, and why."""
+    missing = max(0, (len(ran.collected) or module.tests) - len(ran.tests))
+    if ran.timed_out:
+        # Only the test that ran out of time is to blame; those after it had no chance to run.
+        reported = any(test.id == ran.timed_out for test in ran.tests)
+        return (0, []) if reported else (1, [f"{_short(ran.timed_out)}: ran out of time"])
+    if ran.collection_error:
+        return max(1, missing), [f"{module.path} could not be read by pytest: {ran.collection_error}"]
+    if not ran.finished:
+        words = f"{module.path}: the process ended with status {ran.status} before pytest had finished"
+        return max(1, missing), [words]
+    return 0, []
+
+
+def _subjects(module: TestModule, package: Path, ran: ModuleRun) -> list[str]:
+    """Return the module's nodes without those that only its own name mentions: neither its text nor its tests use them.
+
+    Where conftest.py makes the node, the tests reach its lines.
+    """
+    text = untrusted.read_python(package / module.path) or ""
+    reached = {Path(path).stem for path, lines in ran.reach.items() if lines}
+    return [node for node in module.subjects if node in reached or re.search(rf"\b{node}\b", text)]
+
+
+def flags(doubts: Sequence[str], runs: Mapping[str, ModuleRun]) -> list[Flag]:
+    """Return the flags for reports in doubt, hooks that were not called, and tests that read the package's source."""
+    found = [Flag("test reports", problem, where=problem.partition(":")[0]) for problem in doubts]
+    for hook, where in sorted({hook for ran in runs.values() for hook in ran.refused_hooks}):
+        words = f"{where} has the hook {hook}, which can rewrite results; the grader's pytest does not call it"
+        found.append(Flag("pytest hook", words, where=where))
+    return found + [flag for path, ran in runs.items() for flag in _source_readers(path, ran)]
+
+
+def _source_readers(path: str, ran: ModuleRun) -> list[Flag]:
+    """Return a flag if tests of a module both use the package and read its source; a linter only reads it."""
+    users = {name for lines in ran.reach.values() for names in lines.values() for name in names}
+    both = sorted(test.id for test in ran.tests if test.id in users & ran.source_readers)
+    if not both:
+        return []
+    names = ", ".join(_short(name) for name in both[:5])
+    return [Flag("source read", f"{names} read the package's source as text; mutants they notice do not count", path)]
+
+
+def _short(test: str) -> str:
+    return test.rpartition("::")[2][:100]
