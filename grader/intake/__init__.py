@@ -1,1 +1,1 @@
-"""Take in what was handed in: list it, decide what to keep, copy that, find the package. Nothing of it is run."""
+"""Take in a submission: list it, decide what to keep, copy that, find the package. Runs nothing of it."""

@@ -1,7 +1,7 @@
-"""Folders, zips and tars, seen as lists of entries with contents. What is kept of them is for plan.py to say.
+"""Read folders, zips and tars as lists of entries with contents. copy_plan.py decides which of them are kept.
 
-Nothing here follows a link or trusts a size that an archive declares. Whatever a library raises on a crafted
-archive becomes a SubmissionError.
+This module follows no link and trusts no size that an archive declares. Any exception that a library raises on a
+crafted archive becomes a SubmissionError.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ from pathlib import Path
 from typing import IO, NoReturn, Protocol
 
 from grader.errors import GraderError, KitError, SubmissionError
-from grader.intake.names import DEEPEST, never_kept
+from grader.intake.names import MAX_DEPTH, tool_folder
 from grader.sanitize import printable
 
-# A listing longer than this is not read to its end: 20 times the files that may be kept leaves room for what is pruned.
-MOST_ENTRIES = 100_000
-# What a tar may unpack to, pruned build trees and the headers included.
-MOST_TAR_BYTES = 250 * 1024**2
-# xz names its own dictionary size, up to 4 GiB; `xz -9` needs 65 MiB.
-MOST_LZMA_MEMORY = 256 * 1024**2
-LONGEST_LINK = 4096
+# Longer listings are not read to the end. 20 times the files that may be kept: enough for those that are pruned.
+MAX_ENTRIES = 100_000
+# The size that a tar may unpack to, including pruned build trees and the headers.
+MAX_TAR_BYTES = 250 * 1024**2
+# An xz file declares its dictionary size, up to 4 GiB; `xz -9` needs 65 MiB.
+MAX_LZMA_MEMORY = 256 * 1024**2
+MAX_LINK_BYTES = 4096
 
 ARCHIVE_SUFFIXES = (".zip", ".tar", ".tar.gz", ".tgz", ".tar.bz2", ".tbz2", ".tbz", ".tar.xz", ".txz")
 
 
 class Kind(Enum):
-    """What an entry is."""
+    """The type of an entry."""
 
     FILE = "file"
     FOLDER = "folder"
@@ -47,7 +47,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Entry:
-    """One entry as the container states it; nothing of it is to be trusted. `packed` is its size in the archive."""
+    """One entry as the container declares it; do not trust any of it. `packed` is its size in the archive."""
 
     index: int
     name: str
@@ -62,7 +62,7 @@ class Readable(Protocol):
     """A stream of bytes."""
 
     def read(self, size: int = -1, /) -> bytes:
-        """Return at most `size` bytes, none at the end."""
+        """Return at most `size` bytes; b"" at the end."""
 
 
 class Container(Protocol):
@@ -74,14 +74,14 @@ class Container(Protocol):
         """Return all entries in the container's own order."""
 
     def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, Readable]]:
-        """Yield index and stream of each wanted regular file; a stream holds until the next one is asked for."""
+        """Yield the index and a stream of each wanted regular file; a stream is valid until the next one is read."""
 
 
 def open_container(path: Path) -> Container:
-    """Return the container at `path`, recognised by its bytes, not by its name.
+    """Return the container at `path`, recognised by its content, not by its name.
 
     Raises:
-        SubmissionError: there is nothing at `path`, or it is neither a folder nor an archive that can be opened.
+        SubmissionError: `path` does not exist, or is neither a folder nor an archive that can be opened.
         GraderError: `path` cannot be read.
     """
     shown = printable(path.name or str(path))
@@ -104,12 +104,12 @@ def open_container(path: Path) -> Container:
     if head.startswith(b"PK") and zipfile.is_zipfile(path):
         return Zip(path)
     if head.startswith((b"PK", b"Rar!", b"7z\xbc\xaf")):
-        raise SubmissionError(f"{shown} is damaged or of a kind that cannot be opened. Zip the package folder again.")
-    raise SubmissionError(f"{shown} is no folder, zip or tar. Zip the package folder and submit that.")
+        raise SubmissionError(f"{shown} is damaged, or of a type that cannot be opened. Zip the package folder again.")
+    raise SubmissionError(f"{shown} is not a folder, zip or tar. Zip the package folder and submit that.")
 
 
 class Folder:
-    """A folder on disk. It may change while it is read, so each file is reached without following a link."""
+    """A folder on disk. It may change while it is read, so each file is opened without following a link."""
 
     def __init__(self, path: Path, leave_out: Path | None = None) -> None:
         self.name = path.resolve().name
@@ -118,7 +118,7 @@ class Folder:
         self._names: list[str] = []
 
     def without(self, path: Path) -> Folder:
-        """Return this folder without what lies at `path`: the grader's own output may be inside."""
+        """Return this folder without the folder `path` in it, such as the grader's own output."""
         return Folder(self._path, path)
 
     def entries(self) -> list[Entry]:
@@ -135,18 +135,18 @@ class Folder:
         for folder, folders, files, handle in os.fwalk(self._path, onerror=_raise, follow_symlinks=False):
             inside = os.path.relpath(folder, self._path)
             prefix = "" if inside == "." else inside + "/"
-            if len(found) + len(files) + len(folders) > MOST_ENTRIES:
+            if len(found) + len(files) + len(folders) > MAX_ENTRIES:
                 raise SubmissionError(_too_many(self.name))
             found += [self._entry(len(found) + i, prefix, name, handle) for i, name in enumerate(sorted(files))]
             links = [name for name in sorted(folders) if stat.S_ISLNK(os.lstat(name, dir_fd=handle).st_mode)]
             found += [self._entry(len(found) + i, prefix, name, handle) for i, name in enumerate(links)]
-            # What is one level too deep is still listed, so that it is noted; more could exhaust the stack of fwalk.
-            deep = prefix.count("/") > DEEPEST
+            # Entries one level too deep are still listed, to be noted; deeper ones could exhaust the stack of fwalk.
+            deep = prefix.count("/") > MAX_DEPTH
             folders[:] = [] if deep else sorted(n for n in folders if self._entered(Path(folder, n), links))
         return found
 
     def _entered(self, folder: Path, links: list[str]) -> bool:
-        return folder.name not in links and not never_kept(folder.name) and folder.resolve() != self._leave_out
+        return folder.name not in links and not tool_folder(folder.name) and folder.resolve() != self._leave_out
 
     def _entry(self, index: int, prefix: str, name: str, handle: int) -> Entry:
         status = os.lstat(name, dir_fd=handle)
@@ -173,7 +173,7 @@ class Folder:
         except OSError as error:
             raise GraderError(
                 f"Cannot read {printable(name)} of {printable(self.name)}: {error.strerror}. "
-                "Make the submission readable and do not change it while it is graded."
+                "Make the submission readable, and do not change it while it is graded."
             ) from error
         finally:
             os.close(handle)
@@ -189,7 +189,7 @@ class Zip:
 
     def entries(self) -> list[Entry]:
         """Return the entries of the central directory."""
-        if _count(self._path, b"PK\x01\x02") > MOST_ENTRIES:
+        if _count(self._path, b"PK\x01\x02") > MAX_ENTRIES:
             raise SubmissionError(_too_many(self.name))
         with self._open() as archive, _damage(self.name):
             return [self._entry(archive, index, info) for index, info in enumerate(archive.infolist())]
@@ -199,12 +199,12 @@ class Zip:
         if info.is_dir():
             return Entry(index, info.filename, Kind.FOLDER)
         if info.flag_bits & 1:
-            raise SubmissionError(f"{printable(self.name)} is protected by a password. Submit it without one.")
+            raise SubmissionError(f"{printable(self.name)} is protected by a password. Submit it without a password.")
         if stat.S_ISLNK(mode):
             target = b""
-            if info.file_size <= LONGEST_LINK:
+            if info.file_size <= MAX_LINK_BYTES:
                 with archive.open(info) as file:
-                    target = file.read(LONGEST_LINK)
+                    target = file.read(MAX_LINK_BYTES)
             return Entry(index, info.filename, Kind.LINK, target=os.fsdecode(target))
         plain = stat.S_IFMT(mode) in (0, stat.S_IFREG)
         kind = Kind.FILE if plain else Kind.SPECIAL
@@ -218,7 +218,7 @@ class Zip:
                 with _damage(self.name):
                     file = archive.open(infos[index])
                 with file:
-                    yield index, _Guarded(file, self.name)
+                    yield index, _MemberStream(file, self.name)
 
     def _open(self) -> zipfile.ZipFile:
         with _damage(self.name):
@@ -226,7 +226,7 @@ class Zip:
 
 
 class Tar:
-    """A tar archive, plain or packed; read from front to back only, so a crafted offset cannot make it loop."""
+    """A tar archive, compressed or not. Read only from front to back, so a crafted offset cannot make it loop."""
 
     def __init__(self, path: Path, unpacker: Callable[[IO[bytes]], Readable]) -> None:
         self.name = path.name
@@ -237,7 +237,7 @@ class Tar:
         """Return the entries in the order of the archive."""
         found = []
         for index, member, _ in self._members():
-            if index >= MOST_ENTRIES:
+            if index >= MAX_ENTRIES:
                 raise SubmissionError(_too_many(self.name))
             found.append(_tar_entry(index, member))
         return found
@@ -249,14 +249,14 @@ class Tar:
                 with _damage(self.name):
                     file = archive.extractfile(member)
                 if file is not None:
-                    yield index, _Guarded(file, self.name)
+                    yield index, _MemberStream(file, self.name)
 
     def _members(self) -> Iterator[tuple[int, tarfile.TarInfo, tarfile.TarFile]]:
         with self._path.open("rb") as file:
             with _damage(self.name):
-                stream = _Capped(self._unpacker(file), MOST_TAR_BYTES, self.name)
+                stream = _CappedStream(self._unpacker(file), MAX_TAR_BYTES, self.name)
                 archive = tarfile.open(fileobj=stream, mode="r|", errorlevel=2)  # type: ignore[call-overload]  # noqa: SIM115
-            # The stub asks for more than the read() that a stream needs.
+            # Typeshed asks for more than read(), which is all that a stream needs.
             with archive:
                 index = 0
                 while True:
@@ -264,7 +264,7 @@ class Tar:
                         member = archive.next()
                     if member is None:
                         return
-                    # A stream keeps every member it has met; this one is not asked for them again.
+                    # TarFile remembers every member; this one is never asked for them again.
                     archive.members = []
                     yield index, member, archive
                     index += 1
@@ -281,8 +281,8 @@ def _tar_entry(index: int, member: tarfile.TarInfo) -> Entry:
     return Entry(index, member.name, Kind.FILE if plain else Kind.SPECIAL, member.size, stat.S_IMODE(member.mode))
 
 
-class _Guarded:
-    """A stream of an archive member; what its library raises while reading becomes a SubmissionError."""
+class _MemberStream:
+    """The stream of an archive member; exceptions while reading become a SubmissionError."""
 
     def __init__(self, stream: IO[bytes], name: str) -> None:
         self._stream = stream
@@ -293,18 +293,18 @@ class _Guarded:
             return self._stream.read(size)
 
 
-class _Capped:
-    """A stream that ends in a SubmissionError after `most` bytes, before they are in memory."""
+class _CappedStream:
+    """A stream that raises a SubmissionError instead of reading more than `max_bytes`."""
 
-    def __init__(self, stream: Readable, most: int, name: str) -> None:
+    def __init__(self, stream: Readable, max_bytes: int, name: str) -> None:
         self._stream = stream
-        self._left = most
+        self._left = max_bytes
         self._name = name
 
     def read(self, size: int = -1) -> bytes:
         if size < 0 or size > self._left:
             raise SubmissionError(
-                f"{printable(self._name)} unpacks to more than {MOST_TAR_BYTES // 1024**2} MB. "
+                f"{printable(self._name)} unpacks to more than {MAX_TAR_BYTES // 1024**2} MB. "
                 "Submit the package folder only, without build trees, recordings and virtual environments."
             )
         data = self._stream.read(size)
@@ -312,12 +312,12 @@ class _Capped:
         return data
 
 
-class _Xz:
-    """An xz or lzma stream with a limit on the memory that its header may ask for."""
+class _XzStream:
+    """An xz stream with a limit on the memory that its header may demand."""
 
     def __init__(self, stream: IO[bytes]) -> None:
         self._stream = stream
-        self._decompressor = lzma.LZMADecompressor(memlimit=MOST_LZMA_MEMORY)
+        self._decompressor = lzma.LZMADecompressor(memlimit=MAX_LZMA_MEMORY)
 
     def read(self, size: int = -1) -> bytes:
         while not self._decompressor.eof:
@@ -331,13 +331,13 @@ class _Xz:
 
 
 def _unpacker(head: bytes) -> Callable[[IO[bytes]], Readable] | None:
-    """Return what unpacks a tar that begins with `head`; None if it is no tar."""
+    """Return the function that decompresses a tar that starts with `head`; None if it is not a tar."""
     if head.startswith(b"\x1f\x8b"):
         return lambda file: gzip.GzipFile(fileobj=file)
     if head.startswith(b"BZh"):
         return bz2.BZ2File
     if head.startswith(b"\xfd7zXZ\x00"):
-        return _Xz
+        return _XzStream
     if head[257:262] == b"ustar":
         return lambda file: file
     return None
@@ -345,25 +345,25 @@ def _unpacker(head: bytes) -> Callable[[IO[bytes]], Readable] | None:
 
 @contextmanager
 def _damage(name: str) -> Iterator[None]:
-    """Say that the archive `name` is damaged when a library stumbles over it."""
+    """Turn any exception of a library into a SubmissionError that says that the archive `name` is damaged."""
     try:
         yield
     except KitError:
         raise
     except NotImplementedError as error:
         raise SubmissionError(
-            f"{printable(name)} is packed in a way that cannot be opened here ({error}). "
+            f"{printable(name)} is compressed in a way that cannot be opened here ({error}). "
             "Zip it again with the usual method."
         ) from error
     except Exception as error:
-        # Parsers of archives raise whatever a crafted byte leads them to; all of it means the same to the reader.
+        # On crafted bytes, archive parsers raise all sorts of exceptions; to the reader they all mean the same.
         raise SubmissionError(
             f"{printable(name)} is damaged ({printable(str(error)) or 'unreadable'}). Pack it again."
         ) from error
 
 
 def _count(path: Path, signature: bytes) -> int:
-    """Return how often `signature` stands in the file; an upper bound of its entries, without reading them."""
+    """Return how often `signature` occurs in the file: an upper bound of its entries, found without parsing it."""
     count, tail = 0, b""
     with path.open("rb") as file:
         while block := file.read(1024**2):
@@ -375,7 +375,7 @@ def _count(path: Path, signature: bytes) -> int:
 
 def _too_many(name: str) -> str:
     return (
-        f"{printable(name)} holds more than {MOST_ENTRIES} files. "
+        f"{printable(name)} holds more than {MAX_ENTRIES} files. "
         "Submit the package folder only, without build trees and virtual environments."
     )
 

@@ -1,6 +1,6 @@
-"""Tell which files of a package the course has laid out, unchanged since. Reads the marker; trusts nothing in it.
+"""Recognise the files of a package that the course laid out and that are unchanged. Trusts nothing in the marker.
 
-`start_at` in a notebook writes the marker. A student may take it away, so its absence says nothing.
+`start_at` in a notebook writes the marker. A student can delete it, so its absence proves nothing.
 """
 
 from __future__ import annotations
@@ -10,34 +10,34 @@ import json
 from pathlib import Path, PurePosixPath
 
 MARKER = ".course.json"
-MOST_BYTES = 64 * 1024
-MOST_FILES = 500
-_SHOWN = 12
+MAX_BYTES = 64 * 1024
+MAX_FILES = 500
+_MAX_SHOWN = 12
 
 
 def note(package: Path) -> str:
-    """Return a sentence that names the files laid out by the course, "" if there are none or no marker."""
+    """Return a sentence that names the files laid out by the course; "" if there are none, or no marker."""
     found = unchanged(package)
     if not found:
         return ""
-    shown = ", ".join(found[:_SHOWN]) + (f" and {len(found) - _SHOWN} more" if len(found) > _SHOWN else "")
+    shown = ", ".join(found[:_MAX_SHOWN]) + (f" and {len(found) - _MAX_SHOWN} more" if len(found) > _MAX_SHOWN else "")
     count = "1 file was" if len(found) == 1 else f"{len(found)} files were"
     return f"{count} laid out by the course (start_at) and not changed since, so not the student's own work: {shown}."
 
 
 def unchanged(package: Path) -> list[str]:
-    """Return the paths of the files whose content is still what the marker says was laid out."""
+    """Return the paths of the files whose content still matches the marker's checksum."""
     return [name for name, digest in _sums(package / MARKER).items() if _digest(package, name) == digest]
 
 
 def _sums(marker: Path) -> dict[str, str]:
     try:
-        if marker.is_symlink() or marker.stat().st_size > MOST_BYTES:
+        if marker.is_symlink() or marker.stat().st_size > MAX_BYTES:
             return {}
         sums = json.loads(marker.read_text(encoding="utf-8"))["sha256"]
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return {}
-    if not isinstance(sums, dict) or len(sums) > MOST_FILES:
+    if not isinstance(sums, dict) or len(sums) > MAX_FILES:
         return {}
     return {name: digest for name, digest in sums.items() if isinstance(digest, str)}
 
@@ -47,7 +47,7 @@ def _digest(package: Path, name: str) -> str:
     if path.is_absolute() or ".." in path.parts:
         return ""
     try:
-        # What was taken in holds regular files only.
+        # A submission that was taken in has only regular files.
         return hashlib.sha256((package / path).read_bytes()).hexdigest()
     except (OSError, ValueError):
         return ""

@@ -1,4 +1,4 @@
-"""Find the package in an unpacked submission, or say in one sentence why there is none. Reads, never runs."""
+"""Find the package in an unpacked submission, or explain in one sentence why there is none. Runs nothing."""
 
 from __future__ import annotations
 
@@ -8,40 +8,24 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
-from grader.contract.spec import INTERFACES_PACKAGE, PACKAGE
+from grader.contract import spec
 from grader.errors import SubmissionError
 from grader.intake.containers import ARCHIVE_SUFFIXES
+from grader.intake.copy_plan import BUILD_NAMES
 from grader.intake.package_xml import PackageXml, read_package_xml
-from grader.intake.plan import BUILD_NAMES
 from grader.sanitize import printable
 
-MODULES = frozenset({"robot_controller.py", "sensor_processor.py", "conversions.py"})
-INTERFACES = frozenset({"SetSpeed.srv", "GetRobotStatus.srv", "NavigateToPosition.action", "SensorFusionData.msg"})
-IGNORE_MARKERS = frozenset({"COLCON_IGNORE", "AMENT_IGNORE"})
+# File names of the contract, without their folders: a student may have put them elsewhere.
+_MODULES = frozenset(PurePosixPath(path).name for path in (*spec.NODE_MODULES, spec.CONVERSIONS_MODULE))
+_INTERFACES = frozenset(f"{name}.{kind}" for kind, name in (interface.split("/") for interface in spec.INTERFACES))
+_IGNORE_MARKERS = frozenset({"COLCON_IGNORE", "AMENT_IGNORE"})
 
-CPP = frozenset({".cpp", ".cc", ".cxx", ".hpp"})
-DOCUMENTS = frozenset(
-    {
-        "",
-        ".md",
-        ".txt",
-        ".rst",
-        ".pdf",
-        ".doc",
-        ".docx",
-        ".odt",
-        ".rtf",
-        ".tex",
-        ".pptx",
-        ".html",
-        ".png",
-        ".jpg",
-        ".jpeg",
-        ".gif",
-        ".svg",
-    }
+_CPP = frozenset({".cpp", ".cc", ".cxx", ".hpp"})
+_DOCUMENTS = frozenset(
+    {"", ".md", ".txt", ".rst", ".pdf", ".doc", ".docx", ".odt", ".rtf", ".tex", ".pptx", ".html"}
+    | {".png", ".jpg", ".jpeg", ".gif", ".svg"}
 )
-CLOSED_ARCHIVES = frozenset(
+_CLOSED_ARCHIVES = frozenset(
     {".rar", ".7z", ".zst", ".gz", ".iso", *(suffix for suffix in ARCHIVE_SUFFIXES if suffix.count(".") == 1)}
 )
 
@@ -50,7 +34,7 @@ _ROS1 = re.compile(
     rb"^[ \t]*(?:import|from)[ \t]+rospy\b|find_package\(\s*catkin\b|#include\s*<ros/ros\.h>", re.MULTILINE
 )
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,99}")
-MOST_SOURCE_BYTES = 1024**2
+_MAX_SOURCE_BYTES = 1024**2
 
 
 @dataclass(frozen=True)
@@ -66,7 +50,7 @@ class Candidate:
 
     @property
     def name(self) -> str:
-        """The name in package.xml where that can serve as one, else the folder's."""
+        """Return the name in package.xml if it is valid, else the folder's name, made valid."""
         named = self.xml.name if self.xml else ""
         if _NAME.fullmatch(named):
             return named
@@ -75,15 +59,15 @@ class Candidate:
 
     @property
     def rank(self) -> tuple[bool, int, int, int, int, str]:
-        """What candidates are sorted by; the smallest is the package."""
-        exact = self.xml is not None and self.xml.name == PACKAGE
+        """Return the sort key of candidates; the smallest is the package."""
+        exact = self.xml is not None and self.xml.name == spec.PACKAGE
         depth = 0 if self.path == "." else self.path.count("/") + 1
         return (not exact, -len(self.modules), -len(self.interfaces), -self.nodes, depth, self.path)
 
 
 @dataclass(frozen=True)
 class Tree:
-    """An unpacked submission: its files, and its candidates, best first."""
+    """An unpacked submission: its files, those of them that are searched, and its candidates, best first."""
 
     root: Path
     files: tuple[str, ...]
@@ -91,15 +75,15 @@ class Tree:
     candidates: tuple[Candidate, ...] = field(default=())
 
     def source(self, path: str) -> bytes:
-        """Return the first bytes of a file, enough to recognise what it is."""
+        """Return the first megabyte of a file, enough to recognise it."""
         with (self.root / path).open("rb") as file:
-            return file.read(MOST_SOURCE_BYTES)
+            return file.read(_MAX_SOURCE_BYTES)
 
 
 def survey(root: Path) -> Tree:
     """Return the files below `root` and the candidates among its folders."""
     files = tuple(sorted(_files(root)))
-    ignored = {_parent(path) for path in files if PurePosixPath(path).name in IGNORE_MARKERS}
+    ignored = {_parent(path) for path in files if PurePosixPath(path).name in _IGNORE_MARKERS}
     ignored |= _build_trees(files)
     searched = tuple(path for path in files if not _ignored(path, ignored) and not _installed(path))
     tree = Tree(root, files, searched)
@@ -110,17 +94,19 @@ def choose(tree: Tree, name: str) -> Candidate:
     """Return the package among the candidates.
 
     Raises:
-        SubmissionError: there is none; the message says what the submission called `name` is instead.
+        SubmissionError: there is none; the message says what the submission `name` has instead.
     """
-    able = [candidate for candidate in tree.candidates if not _wrong_kind(tree, candidate)]
-    if able:
-        return able[0]
-    raise SubmissionError(f"{printable(name)} {_what_it_is(tree)}")
+    usable = [candidate for candidate in tree.candidates if not _wrong_kind(tree, candidate)]
+    if usable:
+        return usable[0]
+    raise SubmissionError(f"{printable(name)} {_describe_instead(tree)}")
 
 
 def interfaces_beside(tree: Tree, package: Candidate) -> Candidate | None:
-    """Return the package of the interfaces, where the submission has split them off; the nearest if there are two."""
-    found = [c for c in tree.candidates if c.xml is not None and c.xml.name == INTERFACES_PACKAGE and c is not package]
+    """Return the package of the interfaces if the submission has split them off; the nearest if there are several."""
+    found = [
+        c for c in tree.candidates if c.xml is not None and c.xml.name == spec.INTERFACES_PACKAGE and c is not package
+    ]
     return min(found, key=lambda c: (_parent(c.path) != _parent(package.path), c.rank), default=None)
 
 
@@ -137,7 +123,7 @@ def _ignored(path: str, ignored: set[str]) -> bool:
 
 
 def _build_trees(files: tuple[str, ...]) -> set[str]:
-    """Return the build folders: those of a workspace stand beside its src."""
+    """Return the build folders: those of a workspace are beside its src."""
     folders = {parent.as_posix() for path in files for parent in PurePosixPath(path).parents}
     return {f for f in folders if PurePosixPath(f).name in BUILD_NAMES and _sibling(f, "src") in folders}
 
@@ -147,7 +133,7 @@ def _sibling(path: str, name: str) -> str:
 
 
 def _installed(path: str) -> bool:
-    """Say whether `path` lies in an install tree: share/NAME/package.xml."""
+    """Return whether `path` is in an install tree: share/NAME/package.xml."""
     folders = PurePosixPath(path).parts[:-1]
     return len(folders) >= 2 and folders[-2] == "share"
 
@@ -156,11 +142,11 @@ def _candidates(tree: Tree) -> list[Candidate]:
     by_folder: dict[str, set[str]] = {}
     for path in tree.searched:
         by_folder.setdefault(_parent(path), set()).add(PurePosixPath(path).name)
-    modules = {_parent(path) for path in tree.searched if PurePosixPath(path).name in MODULES}
+    modules = {_parent(path) for path in tree.searched if PurePosixPath(path).name in _MODULES}
     roots = {folder for folder, names in by_folder.items() if "package.xml" in names}
     for folder, names in by_folder.items():
         has_modules = any(folder in (".", m) or m.startswith(folder + "/") for m in modules)
-        # A folder inside a package is no package of its own.
+        # A folder inside a package is not a package of its own.
         inside = any(p.as_posix() in roots for p in (PurePosixPath(folder), *PurePosixPath(folder).parents))
         if names & {"setup.py", "CMakeLists.txt"} and has_modules and not inside:
             roots.add(folder)
@@ -179,14 +165,14 @@ def _candidate(tree: Tree, root: str, files: list[str]) -> Candidate:
         path=root,
         xml=read_package_xml(tree.root / xml) if xml in files else None,
         files=tuple(files),
-        modules=frozenset(names & MODULES),
-        interfaces=frozenset(names & INTERFACES),
+        modules=frozenset(names & _MODULES),
+        interfaces=frozenset(names & _INTERFACES),
         nodes=sum(1 for path in files if path.endswith(".py") and _NODE.search(tree.source(path))),
     )
 
 
 def _wrong_kind(tree: Tree, candidate: Candidate) -> str:
-    """Return "ROS 1" or "C++" for a package of another kind, else nothing."""
+    """Return "ROS 1" or "C++" for a package of the wrong kind, else ""."""
     suffixes = {PurePosixPath(path).suffix for path in candidate.files}
     if candidate.xml is not None and candidate.xml.ros1:
         return "ROS 1"
@@ -194,15 +180,15 @@ def _wrong_kind(tree: Tree, candidate: Candidate) -> str:
         _ROS1.search(tree.source(p)) for p in candidate.files if p.endswith((".py", "CMakeLists.txt"))
     ):
         return "ROS 1"
-    if suffixes & CPP and not any(
+    if suffixes & _CPP and not any(
         p.endswith(".py") and not p.endswith((".launch.py", "_launch.py", "setup.py")) for p in candidate.files
     ):
         return "C++"
     return ""
 
 
-def _what_it_is(tree: Tree) -> str:
-    """Return the second half of a sentence on a submission without a package, and what to do."""
+def _describe_instead(tree: Tree) -> str:
+    """Return the predicate of a sentence about a submission without a package, and advice."""
     suffixes = Counter(PurePosixPath(path).suffix.lower() for path in tree.files)
     if not tree.files:
         return "is empty. Put the package folder in (the one with package.xml and setup.py) and submit again."
@@ -228,19 +214,19 @@ def _what_it_is(tree: Tree) -> str:
         _ROS1.search(tree.source(path)) for path in tree.searched if path.endswith((".py", "CMakeLists.txt", ".cpp"))
     ):
         return "holds code for ROS 1. The assignment asks for a ROS 2 Jazzy package with nodes in Python."
-    if set(suffixes) & CPP and not suffixes[".py"]:
+    if set(suffixes) & _CPP and not suffixes[".py"]:
         return "holds C++ only. The assignment asks for nodes in Python: robot_controller.py and sensor_processor.py."
     if suffixes[".ipynb"] and not suffixes[".py"]:
         return (
             "holds notebooks only. "
             "Submit the package that they write, the folder ros2_robot_controller with package.xml."
         )
-    if closed := [path for path in tree.files if PurePosixPath(path).suffix.lower() in CLOSED_ARCHIVES]:
+    if closed := [path for path in tree.files if PurePosixPath(path).suffix.lower() in _CLOSED_ARCHIVES]:
         return (
             f"holds an archive that was not opened ({printable(closed[0])}). "
             "Submit the package folder in one plain zip."
         )
-    if set(suffixes) <= DOCUMENTS:
+    if set(suffixes) <= _DOCUMENTS:
         return (
             f"holds documents only ({printable(tree.files[0])}). "
             "Submit the package folder, the one with package.xml and setup.py."

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from grader.intake.xml_reader import read_xml
 
-MOST_BYTES = 256 * 1024  # rclcpp's, a long one, has 4 KB
+MAX_BYTES = 256 * 1024  # that of rclcpp, a long one, has 4 KB
 
 
 @dataclass(frozen=True)
 class PackageXml:
-    """A package.xml. `problem` says why it could not be read (with the line); then the rest is empty."""
+    """The content of a package.xml. If it could not be read, `problem` says why (with the line); the rest is empty."""
 
     name: str = ""
     format: str = ""
@@ -26,15 +26,15 @@ class PackageXml:
 
     @property
     def ros1(self) -> bool:
-        """Whether the package is built by catkin, the build tool of ROS 1."""
+        """Return whether the package is built by catkin, the build tool of ROS 1."""
         tools = self.texts("buildtool_depend")
         return "catkin" in (*tools, self.build_type) and not any(tool.startswith("ament") for tool in tools)
 
 
 def read_package_xml(path: Path) -> PackageXml:
-    """Return the content of `path`. A file that is not XML gives a PackageXml with nothing but its problem."""
+    """Return the content of `path`; for a file that is not XML, a PackageXml with only a `problem`."""
     reader = _Reader()
-    problem = read_xml(path, MOST_BYTES, reader.start, reader.end, reader.text.append)
+    problem = read_xml(path, MAX_BYTES, reader.start, reader.end, reader.text.append)
     return PackageXml(problem=problem) if problem else reader.result()
 
 

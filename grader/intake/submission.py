@@ -1,4 +1,4 @@
-"""From a folder or an archive to a Submission: unpacked safely, its package found. Nothing of it is run or imported."""
+"""Turn a folder or an archive into a Submission: unpack it safely, find its package. Runs and imports nothing of it."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag, Intake
 from grader.intake import course_marker
 from grader.intake.containers import ARCHIVE_SUFFIXES
+from grader.intake.copy_plan import SizeLimits
 from grader.intake.locate import Candidate, Tree, choose, interfaces_beside, survey
-from grader.intake.plan import Limits
 from grader.intake.unpack import Unpacked, content_hash, unpack
 from grader.sanitize import printable
 
-DEFAULT_LIMITS = Limits()
-MOST_NESTED = 2  # archives inside one another
-MOST_SIDE_BY_SIDE = 5
-MOST_OTHERS = 20
+DEFAULT_LIMITS = SizeLimits()
+MAX_NESTED = 2  # archives inside one another
+MAX_SIDE_BY_SIDE = 5
+MAX_OTHERS = 20
 
 
 @dataclass(frozen=True)
 class Submission:
-    """A submission on our own disk: regular files only, all below `root`."""
+    """A submission, copied to the grader's disk: regular files only, all below `root`."""
 
     intake: Intake
     root: Path
@@ -35,21 +35,21 @@ class Submission:
     flags: tuple[Flag, ...]
 
 
-def open_submission(source: Path, into: Path, limits: Limits = DEFAULT_LIMITS) -> Submission:
+def open_submission(source: Path, into: Path, limits: SizeLimits = DEFAULT_LIMITS) -> Submission:
     """Copy the submission `source` (a folder, zip or tar) into the new or empty folder `into` and find its package.
 
-    Where no package is found, archives inside are opened too, up to two levels deep. `into` is left empty on failure.
+    If no package is found, archives inside are opened too, up to two levels deep. On failure `into` is left empty.
 
     Raises:
-        SubmissionError: it is not there, cannot be opened, is too large, or holds no package that can be graded.
-        GraderError: our disk or the permissions on this host are in the way.
+        SubmissionError: it does not exist, cannot be opened, is too large, or has no package that can be graded.
+        GraderError: a problem with this host's disk or permissions.
     """
     name = source.resolve().name
-    with _own_folder(into):
+    with _emptied_on_failure(into):
         opened = unpack(source, into, limits)
         tree = survey(into)
         refused: list[SubmissionError] = []
-        for _ in range(MOST_NESTED if source.is_dir() else MOST_NESTED - 1):
+        for _ in range(MAX_NESTED if source.is_dir() else MAX_NESTED - 1):
             if not tree.candidates:
                 opened = _open_archives(tree, opened, refused)
                 tree = survey(into)
@@ -60,12 +60,12 @@ def open_submission(source: Path, into: Path, limits: Limits = DEFAULT_LIMITS) -
 
 
 def _open_archives(tree: Tree, so_far: Unpacked, refused: list[SubmissionError]) -> Unpacked:
-    """Open the archives in `tree`, the shallowest first, each into a folder beside it; add to what was met `so_far`.
+    """Unpack the archives in `tree`, the shallowest first, each into a folder beside it; return the remarks on all.
 
-    One that cannot be opened stays, is noted, and its error added to `refused`.
+    An archive that cannot be opened stays and is noted, and its error is added to `refused`.
     """
     archives = [path for path in tree.searched if path.lower().endswith(ARCHIVE_SUFFIXES)]
-    for path in sorted(archives, key=lambda path: (path.count("/"), path))[:MOST_SIDE_BY_SIDE]:
+    for path in sorted(archives, key=lambda path: (path.count("/"), path))[:MAX_SIDE_BY_SIDE]:
         folder = _free_folder(tree.root / path)
         try:
             inner = unpack(tree.root / path, folder, so_far.left)
@@ -89,7 +89,7 @@ def _describe(name: str, tree: Tree, package: Candidate, opened: Unpacked) -> Su
         package=package.name,
         package_path=package.path,
         files=list(tree.files),
-        others=[f"{other.path} ({other.name})" for other in others[:MOST_OTHERS]],
+        others=[f"{other.path} ({other.name})" for other in others[:MAX_OTHERS]],
         notes=[*_notes_on(tree, package, others), *opened.notes],
         interfaces_package=interfaces.path if interfaces else "",
     )
@@ -104,20 +104,20 @@ def _describe(name: str, tree: Tree, package: Candidate, opened: Unpacked) -> Su
 
 def _notes_on(tree: Tree, package: Candidate, others: list[Candidate]) -> Iterator[str]:
     if package.xml is None:
-        yield f"{package.path} has no package.xml; it was taken for the package because of its modules."
+        yield f"{package.path} has no package.xml; its modules show that it is the package."
     elif package.xml.problem:
         yield f"{package.path}/package.xml {package.xml.problem}.".removeprefix("./")
     elif package.xml.name != PACKAGE:
         yield f"The package is named {printable(package.xml.name) or 'nothing'}, not {PACKAGE}."
-    if laid := course_marker.note(tree.root / package.path):
-        yield laid
+    if note := course_marker.note(tree.root / package.path):
+        yield note
     twins = [other.path for other in others if other.name == package.name]
     if twins:
-        yield f"The name {package.name} occurs more than once; {package.path} was taken, not {', '.join(twins[:5])}."
+        yield f"The name {package.name} occurs more than once; {package.path} is graded, not {', '.join(twins[:5])}."
 
 
 def _free_folder(archive: Path) -> Path:
-    """Return a free folder next to `archive`, named after it."""
+    """Return an unused path for a folder beside `archive`, named after it."""
     name = PurePosixPath(archive.name).stem.removesuffix(".tar")
     folder = archive.with_name(name)
     while folder.exists():
@@ -126,8 +126,8 @@ def _free_folder(archive: Path) -> Path:
 
 
 @contextmanager
-def _own_folder(into: Path) -> Iterator[None]:
-    """Hold `into`, which must be free, and empty it again when the submission cannot be opened."""
+def _emptied_on_failure(into: Path) -> Iterator[None]:
+    """Check that `into` is free, and empty it again if an exception is raised."""
     if into.exists() and (not into.is_dir() or any(into.iterdir())):
         raise GraderError(f"{into} is not an empty folder. Choose another --out or remove it.")
     existed = into.exists()
@@ -139,6 +139,3 @@ def _own_folder(into: Path) -> Iterator[None]:
         if into.is_dir() and not existed:
             into.rmdir()
         raise
-
-
-__all__ = ["Submission", "SubmissionError", "open_submission"]

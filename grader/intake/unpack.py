@@ -1,4 +1,4 @@
-"""Copy what a plan keeps into a fresh folder: regular files only, and never outside it."""
+"""Copy the files of a plan into a new folder: regular files only, and never outside it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pathlib import Path
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag
 from grader.intake.containers import Folder, Kind, Readable, open_container
-from grader.intake.plan import Limits, plan
+from grader.intake.copy_plan import SizeLimits, plan_copy
 from grader.sanitize import printable
 
 BLOCK = 256 * 1024
@@ -22,18 +22,18 @@ BLOCK = 256 * 1024
 
 @dataclass(frozen=True)
 class Unpacked:
-    """What came of one container: remarks, and what is left of the limits for archives inside."""
+    """The result of unpacking one container: remarks, and what is left of the limits for archives inside."""
 
     flags: tuple[Flag, ...]
     notes: tuple[str, ...]
-    left: Limits
+    left: SizeLimits
 
 
-def unpack(source: Path, into: Path, limits: Limits) -> Unpacked:
-    """Copy the files of the folder or archive `source` into the empty folder `into`; return what was met.
+def unpack(source: Path, into: Path, limits: SizeLimits) -> Unpacked:
+    """Copy the files of the folder or archive `source` into the empty folder `into`.
 
     Raises:
-        SubmissionError: it cannot be opened, is damaged, or is more than `limits` allow.
+        SubmissionError: it cannot be opened, is damaged, or exceeds `limits`.
         GraderError: `into` cannot be written, or `source` cannot be read.
     """
     container = open_container(source)
@@ -41,47 +41,47 @@ def unpack(source: Path, into: Path, limits: Limits) -> Unpacked:
     if isinstance(container, Folder):
         container = container.without(into)
     entries = container.entries()
-    decided = plan(container.name, entries, limits, packed_bytes)
-    with _our_disk(into):
+    plan = plan_copy(container.name, entries, limits, packed_bytes)
+    with _disk_errors(into):
         into.mkdir(parents=True, exist_ok=True)
-    stated = {entry.index: entry.size for entry in entries if entry.kind is Kind.FILE}
-    for index, stream in container.contents(decided.files.keys()):
-        path = decided.files[index]
-        written = _write(into / path, stream, stated[index], path in decided.executable)
-        if written != stated[index]:
+    declared = {entry.index: entry.size for entry in entries if entry.kind is Kind.FILE}
+    for index, stream in container.contents(plan.files.keys()):
+        path = plan.files[index]
+        written = _write(into / path, stream, declared[index], path in plan.executable)
+        if written != declared[index]:
             raise SubmissionError(
-                f"{printable(path)} in {printable(container.name)} is not as long as stated: the archive is damaged, "
-                "or the folder changed meanwhile. Pack it again."
+                f"{printable(path)} in {printable(container.name)} does not have its declared size: the archive is "
+                "damaged, or the folder changed in the meantime. Pack it again."
             )
-    with _our_disk(into):
-        for path, original in decided.copies.items():
+    with _disk_errors(into):
+        for path, original in plan.copies.items():
             (into / path).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(into / original, into / path, follow_symlinks=False)
     left = replace(
         limits,
-        total_bytes=limits.total_bytes - decided.bytes,
-        files=limits.files - len(decided.files) - len(decided.copies),
+        total_bytes=limits.total_bytes - plan.bytes,
+        files=limits.files - len(plan.files) - len(plan.copies),
     )
-    return Unpacked(decided.flags, decided.notes, left)
+    return Unpacked(plan.flags, plan.notes, left)
 
 
-def _write(path: Path, stream: Readable, most: int, executable: bool) -> int:
-    """Write `stream` to the new file `path`; stop one byte after `most`. Return the bytes read."""
-    with _our_disk(path):
+def _write(path: Path, stream: Readable, max_bytes: int, executable: bool) -> int:
+    """Write `stream` to the new file `path`; stop one byte after `max_bytes`. Return the number of bytes read."""
+    with _disk_errors(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o755 if executable else 0o644)
     done = 0
     with os.fdopen(handle, "wb") as file:
-        while done <= most and (block := stream.read(min(BLOCK, most + 1 - done) or 1)):
+        while done <= max_bytes and (block := stream.read(min(BLOCK, max_bytes + 1 - done) or 1)):
             done += len(block)
-            with _our_disk(path):
+            with _disk_errors(path):
                 file.write(block)
     return done
 
 
 @contextmanager
-def _our_disk(path: Path) -> Iterator[None]:
-    """Turn what goes wrong with our own disk into a GraderError."""
+def _disk_errors(path: Path) -> Iterator[None]:
+    """Turn an OSError on the grader's own disk into a GraderError."""
     try:
         yield
     except OSError as error:
@@ -90,7 +90,7 @@ def _our_disk(path: Path) -> Iterator[None]:
 
 
 def content_hash(folder: Path, files: list[str]) -> str:
-    """Return the sha256 over the sorted paths and bytes of `files`: the same for every way of packing them."""
+    """Return the SHA-256 over the sorted paths and bytes of `files`: the same however they were packed."""
     total = hashlib.sha256()
     for path in sorted(files):
         data = (folder / path).read_bytes()

@@ -1,4 +1,4 @@
-"""Read XML of a submission as a stream: a size limit, no DOCTYPE (and so no entities), no tree in memory."""
+"""Read a submission's XML as a stream: with a size limit, and no DOCTYPE (so no entities), and no tree in memory."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from grader.sanitize import printable
 
 
 class _DoctypeFound(Exception):
-    """A document type, the way to entity expansion."""
+    """A document type was declared, which allows entity expansion."""
 
 
 def read_xml(
     path: Path,
-    most_bytes: int,
+    max_bytes: int,
     start: Callable[[str, dict[str, str]], None],
     end: Callable[[str], None] | None = None,
     text: Callable[[str], object] | None = None,
 ) -> str:
-    """Feed the tags, attributes and text of a file to the callbacks; return why it cannot be read, "" if it can."""
+    """Feed the tags, attributes and text of a file to the callbacks; return why it cannot be read, or ""."""
     try:
         with path.open("rb") as stream:
-            data = stream.read(most_bytes + 1)
+            data = stream.read(max_bytes + 1)
     except OSError as error:
         return f"cannot be read: {error.strerror}"
-    if len(data) > most_bytes:
-        kilobytes = most_bytes // 1024
+    if len(data) > max_bytes:
+        kilobytes = max_bytes // 1024
         return f"is larger than {f'{kilobytes // 1024} MB' if kilobytes >= 1024 else f'{kilobytes} KB'}"
     parser = expat.ParserCreate()
     parser.StartDoctypeDeclHandler = _refuse

@@ -15,7 +15,7 @@ from grader.contract import spec
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag
 from grader.intake import course_marker
-from grader.intake.plan import BUILD_MARKERS, BUILD_NAMES, VENV_MARKER, Limits
+from grader.intake.copy_plan import BUILD_MARKERS, BUILD_NAMES, VENV_MARKER, SizeLimits
 from grader.intake.submission import open_submission
 from grader.notebook import workspace
 from grader.scoring import rubric
@@ -179,7 +179,7 @@ def _made_by_a_tool(folder: Path) -> bool:
 
 
 def _refuse_large(files: dict[str, Path]) -> None:
-    limits = Limits()
+    limits = SizeLimits()
     sizes = {name: path.stat().st_size for name, path in files.items()}
     if sum(sizes.values()) > limits.total_bytes or len(sizes) > limits.files:
         largest = max(sizes, key=lambda name: sizes[name])

@@ -1,4 +1,4 @@
-"""What may be handed in, what is made of it, and what must never come of it."""
+"""Taking in a submission: what is accepted, which package is found, what is refused, and what is never written."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from hypothesis import strategies as st
 
 from grader.errors import GraderError, SubmissionError
 from grader.intake import containers
+from grader.intake.copy_plan import SizeLimits
 from grader.intake.package_xml import read_package_xml
-from grader.intake.plan import Limits
 from grader.intake.submission import Submission, open_submission
 
 XML = "<package format='3'><name>{}</name><version>1.0.0</version></package>"
@@ -90,7 +90,7 @@ def refusal(source: Path, into: Path) -> str:
     return str(refused.value)
 
 
-# What is accepted
+# -- accepted submissions -----------------------------------------------------------------------------------------
 
 
 def test_a_package_folder_is_found_at_its_root(handed_in: Path, into: Path):
@@ -137,15 +137,15 @@ def test_a_zip_in_a_zip_is_opened_but_not_a_third(tmp_path: Path, into: Path):
     assert "archive that was not opened (second/inner.zip)" in refusal(third, tmp_path / "other")
 
 
-def test_a_damaged_zip_beside_a_sound_one_is_noted(handed_in: Path, into: Path):
+def test_a_damaged_zip_beside_an_intact_one_is_noted(handed_in: Path, into: Path):
     zipped(write(handed_in, {"a.zip": "no zip"}) / "b.zip", PACKAGE)
     opened = open_submission(handed_in, into)
     assert opened.package == into / "b"
-    assert opened.intake.notes[0].startswith("a.zip was not opened: a.zip is no folder, zip or tar.")
+    assert opened.intake.notes[0].startswith("a.zip was not opened: a.zip is not a folder, zip or tar.")
 
 
-def test_a_damaged_zip_alone_is_why_there_is_no_submission(handed_in: Path, into: Path):
-    assert refusal(write(handed_in, {"a.zip": "no zip"}), into).startswith("a.zip is no folder, zip or tar.")
+def test_a_damaged_zip_alone_is_the_reason_of_the_refusal(handed_in: Path, into: Path):
+    assert refusal(write(handed_in, {"a.zip": "no zip"}), into).startswith("a.zip is not a folder, zip or tar.")
 
 
 def test_a_zip_beside_a_package_stays_closed(handed_in: Path, into: Path):
@@ -163,7 +163,7 @@ def test_the_same_content_has_the_same_hash_however_it_is_packed(tmp_path: Path,
     assert hashes[0] == hashes[1] != changed
 
 
-def test_executable_scripts_stay_executable_and_nothing_else_of_the_mode_does(tmp_path: Path, into: Path):
+def test_of_a_files_mode_only_the_executable_bit_is_kept(tmp_path: Path, into: Path):
     files = [(member(n), t.encode()) for n, t in PACKAGE.items()]
     source = tarred(tmp_path / "t.tar", [*files, (member("scripts/demo.py", mode=0o6777), b"x")])
     opened = open_submission(source, into)
@@ -173,7 +173,7 @@ def test_executable_scripts_stay_executable_and_nothing_else_of_the_mode_does(tm
     assert [flag.kind for flag in opened.flags] == ["setuid"]
 
 
-# Which package is taken
+# -- which package is found ---------------------------------------------------------------------------------------
 
 
 def test_the_exact_name_wins_over_a_shallower_package(handed_in: Path, into: Path):
@@ -192,7 +192,7 @@ def test_among_other_names_the_contract_modules_win(handed_in: Path, into: Path)
     assert opened.intake.notes == ["The package is named my_robot, not ros2_robot_controller."]
 
 
-def test_of_two_copies_the_shallower_is_taken_and_the_other_named(handed_in: Path, into: Path):
+def test_of_two_copies_the_shallower_is_graded_and_the_other_named(handed_in: Path, into: Path):
     write(write(handed_in, below("pkg/")), below("backup/old/pkg/"))
     opened = open_submission(handed_in, into)
     assert opened.intake.package_path == "pkg"
@@ -240,11 +240,11 @@ def test_a_package_xml_that_is_not_xml_is_noted_and_the_package_is_still_found(h
     assert opened.intake.notes == ["ctl/package.xml is not XML: mismatched tag: line 2, column 11."]
 
 
-def test_without_package_xml_the_contract_modules_tell_the_package(handed_in: Path, into: Path):
+def test_without_package_xml_the_contract_modules_identify_the_package(handed_in: Path, into: Path):
     write(handed_in, below("ctl/", {n: t for n, t in PACKAGE.items() if n != "package.xml"}))
     opened = open_submission(handed_in, into)
     assert opened.intake.package_path == "ctl"
-    assert opened.intake.notes == ["ctl has no package.xml; it was taken for the package because of its modules."]
+    assert opened.intake.notes == ["ctl has no package.xml; its modules show that it is the package."]
 
 
 def test_a_name_in_package_xml_that_is_a_path_is_not_used(handed_in: Path, into: Path):
@@ -252,7 +252,7 @@ def test_a_name_in_package_xml_that_is_a_path_is_not_used(handed_in: Path, into:
     assert open_submission(handed_in, into).intake.package == "ctl"
 
 
-# What is no submission
+# -- not a submission ---------------------------------------------------------------------------------------------
 
 
 CATKIN = "<package><name>ros2_robot_controller</name><buildtool_depend>catkin</buildtool_depend></package>"
@@ -277,11 +277,11 @@ CATKIN = "<package><name>ros2_robot_controller</name><buildtool_depend>catkin</b
 )
 def test_a_non_submission_gets_one_sentence(handed_in: Path, into: Path, files: dict[str, str], words: str):
     handed_in.mkdir()
-    said = refusal(write(handed_in, files), into)
-    assert said.startswith("handed_in ")
-    assert words in said
-    assert said.endswith(".")
-    assert len(said) < 250
+    message = refusal(write(handed_in, files), into)
+    assert message.startswith("handed_in ")
+    assert words in message
+    assert message.endswith(".")
+    assert len(message) < 250
 
 
 @pytest.mark.parametrize(
@@ -290,19 +290,19 @@ def test_a_non_submission_gets_one_sentence(handed_in: Path, into: Path, files: 
         (b"", "is an empty file"),
         (b"Rar!\x1a\x07\x00", "cannot be opened"),
         (b"PK\x03\x04 but no more", "cannot be opened"),
-        (b"print(1)\n", "no folder, zip or tar"),
+        (b"print(1)\n", "not a folder, zip or tar"),
         (b"\x1f\x8b\x08 no gzip", "is damaged"),
         (b"\xfd7zXZ\x00 no xz", "is damaged"),
     ],
 )
-def test_a_file_that_is_no_archive_is_refused_with_what_to_do(tmp_path: Path, into: Path, data: bytes, words: str):
+def test_a_file_that_is_not_an_archive_is_refused_with_advice(tmp_path: Path, into: Path, data: bytes, words: str):
     (tmp_path / "team07.zip").write_bytes(data)
-    said = refusal(tmp_path / "team07.zip", into)
-    assert words in said
-    assert "again" in said or "submit" in said.lower()
+    message = refusal(tmp_path / "team07.zip", into)
+    assert words in message
+    assert "again" in message or "submit" in message.lower()
 
 
-def test_a_source_that_is_not_there_is_named(tmp_path: Path, into: Path):
+def test_a_source_that_does_not_exist_is_named(tmp_path: Path, into: Path):
     assert "There is no file or folder" in refusal(tmp_path / "nobody.zip", into)
 
 
@@ -322,7 +322,7 @@ def test_a_zip_with_a_password_is_refused(tmp_path: Path, into: Path):
     assert "password" in refusal(source, into)
 
 
-# Hostile ones
+# -- hostile submissions ------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -338,11 +338,11 @@ def test_a_zip_with_a_password_is_refused(tmp_path: Path, into: Path):
         ("SRV/x", "collision"),
     ],
 )
-def test_a_name_that_leads_astray_is_left_out_and_flagged(tmp_path: Path, into: Path, name: str, kind: str):
+def test_an_unsafe_name_is_left_out_and_flagged(tmp_path: Path, into: Path, name: str, kind: str):
     opened = open_submission(zipped(tmp_path / "a.zip", {**PACKAGE, name: "evil"}), into)
     assert [flag.kind for flag in opened.flags] == [kind]
     assert opened.flags[0].where
-    # The capital sorts first, so of two names that collide one is kept, the same for every order in the archive.
+    # Capitals sort first, so of two colliding names the same one is kept for every order in the archive.
     assert len(opened.intake.files) in (len(PACKAGE), len(PACKAGE) - 1)
     assert written_outside(tmp_path, into) == ["a.zip"]
 
@@ -372,7 +372,7 @@ def test_a_link_out_of_a_tar_is_flagged_and_nothing_is_written_through_it(tmp_pa
     assert not any(p.is_symlink() for p in into.rglob("*"))
 
 
-def test_a_link_inside_is_no_tampering_but_is_noted(handed_in: Path, into: Path):
+def test_a_link_within_the_submission_is_noted_but_not_flagged(handed_in: Path, into: Path):
     write(handed_in, PACKAGE)
     (handed_in / "again.py").symlink_to("ros2_robot_controller/robot_controller.py")
     opened = open_submission(handed_in, into)
@@ -382,7 +382,7 @@ def test_a_link_inside_is_no_tampering_but_is_noted(handed_in: Path, into: Path)
     ]
 
 
-def test_links_in_a_colcon_build_tree_are_nobodys_fault(handed_in: Path, into: Path):
+def test_links_in_a_colcon_build_tree_are_not_flagged(handed_in: Path, into: Path):
     write(handed_in, {**below("src/ctl/"), "install/COLCON_IGNORE": ""})
     (handed_in / "install/setup.py").symlink_to("/home/kim/ws/src/ctl/setup.py")
     assert open_submission(handed_in, into).flags == ()
@@ -417,7 +417,7 @@ def test_names_with_control_characters_are_kept_readable(tmp_path: Path, into: P
 def test_a_folder_deeper_than_any_stack_is_left_out(handed_in: Path, into: Path):
     write(handed_in, PACKAGE)
     handle = os.open(handed_in, os.O_RDONLY)
-    for _ in range(1500):  # no path is that long, so go down step by step
+    for _ in range(1500):  # no path can be that long, so go down step by step
         os.mkdir("d", dir_fd=handle)
         inner = os.open("d", os.O_RDONLY, dir_fd=handle)
         os.close(os.open("f", os.O_CREAT, dir_fd=inner))
@@ -425,7 +425,7 @@ def test_a_folder_deeper_than_any_stack_is_left_out(handed_in: Path, into: Path)
         handle = inner
     os.close(handle)
     opened = open_submission(handed_in, into)
-    subprocess.run(["rm", "-rf", handed_in], check=True)  # rmtree would run out of stack over it
+    subprocess.run(["rm", "-rf", handed_in], check=True)  # rmtree would run out of stack
     assert any("too deep" in note for note in opened.intake.notes)
     assert max(name.count("/") for name in opened.intake.files) < 20
 
@@ -446,7 +446,7 @@ def test_one_huge_file_packed_small_is_flagged(tmp_path: Path, into: Path):
 
 def test_many_files_packed_small_are_refused(tmp_path: Path, into: Path):
     source = zipped(tmp_path / "a.zip", {**PACKAGE, **{f"z{i}": bytes(4 * 1024**2) for i in range(5)}})
-    assert "as only bombs do" in refusal(source, into)
+    assert "like a decompression bomb" in refusal(source, into)
 
 
 def test_a_packed_tar_bomb_is_refused_before_it_is_unpacked(tmp_path: Path, into: Path):
@@ -461,9 +461,9 @@ def test_a_packed_tar_bomb_is_refused_before_it_is_unpacked(tmp_path: Path, into
 
 @pytest.mark.parametrize(
     ("limits", "words"),
-    [(Limits(files=5), "holds 6 files, more than 5"), (Limits(total_bytes=100), "more than 0 MB")],
+    [(SizeLimits(files=5), "holds 6 files, more than 5"), (SizeLimits(total_bytes=100), "more than 0 MB")],
 )
-def test_more_than_the_limits_allow_is_refused(handed_in: Path, into: Path, limits: Limits, words: str):
+def test_a_submission_over_the_limits_is_refused(handed_in: Path, into: Path, limits: SizeLimits, words: str):
     with pytest.raises(SubmissionError, match=words):
         open_submission(write(handed_in, PACKAGE), into, limits)
 
@@ -471,19 +471,19 @@ def test_more_than_the_limits_allow_is_refused(handed_in: Path, into: Path, limi
 def test_an_archive_inside_counts_against_the_same_limits(tmp_path: Path, into: Path):
     inner = zipped(tmp_path / "inner.zip", PACKAGE).read_bytes()
     source = zipped(tmp_path / "a.zip", {"i.zip": inner, "j.zip": inner})
-    opened = open_submission(source, into, Limits(files=10))
+    opened = open_submission(source, into, SizeLimits(files=10))
     assert opened.intake.package_path == "i"
     assert any("j.zip was not opened" in note and "more than 2" in note for note in opened.intake.notes)
 
 
-def test_a_zip_that_lists_a_million_files_is_not_read(tmp_path: Path, into: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(containers, "MOST_ENTRIES", 50)
+def test_a_zip_with_too_many_entries_is_not_read(tmp_path: Path, into: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(containers, "MAX_ENTRIES", 50)
     source = zipped(tmp_path / "a.zip", {f"f{i}": "" for i in range(51)})
-    monkeypatch.setattr(zipfile.ZipFile, "infolist", lambda _: pytest.fail("it was read"))
+    monkeypatch.setattr(zipfile.ZipFile, "infolist", lambda _: pytest.fail("the entries were read"))
     assert "more than 50 files" in refusal(source, into)
 
 
-def test_a_file_longer_in_the_archive_than_stated_is_cut_off(tmp_path: Path, into: Path):
+def test_a_file_longer_than_declared_is_refused(tmp_path: Path, into: Path):
     source = zipped(tmp_path / "a.zip", {"package.xml": "x" * 1000})
     data = source.read_bytes()
     position = data.index(b"PK\x01\x02")
@@ -491,17 +491,17 @@ def test_a_file_longer_in_the_archive_than_stated_is_cut_off(tmp_path: Path, int
     assert "is damaged" in refusal(source, into)
 
 
-# Ours, not theirs
+# -- errors of the grader -----------------------------------------------------------------------------------------
 
 
-def test_a_folder_in_use_is_our_fault_and_stays_as_it_is(handed_in: Path, into: Path):
+def test_a_target_folder_in_use_is_an_error_of_the_grader_and_unchanged(handed_in: Path, into: Path):
     write(into, {"precious": "x"})
     with pytest.raises(GraderError, match="not an empty folder"):
         open_submission(write(handed_in, PACKAGE), into)
     assert (into / "precious").exists()
 
 
-def test_a_full_disk_is_our_fault(handed_in: Path, into: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_full_disk_is_an_error_of_the_grader(handed_in: Path, into: Path, monkeypatch: pytest.MonkeyPatch):
     really = os.open
 
     def full(path: str, flags: int, *rest: int, **more: int) -> int:
@@ -515,8 +515,10 @@ def test_a_full_disk_is_our_fault(handed_in: Path, into: Path, monkeypatch: pyte
         open_submission(handed_in, into)
 
 
-def test_a_folder_that_may_not_be_read_is_our_fault(handed_in: Path, into: Path, monkeypatch: pytest.MonkeyPatch):
-    """As root everything may be read, so the refusal is made up."""
+def test_a_folder_without_read_permission_is_an_error_of_the_grader(
+    handed_in: Path, into: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """Root can read everything, so the test raises the error itself."""
 
     def refuse(*_: object, **__: object) -> None:
         raise PermissionError(13, "Permission denied", str(handed_in))
@@ -527,13 +529,13 @@ def test_a_folder_that_may_not_be_read_is_our_fault(handed_in: Path, into: Path,
         open_submission(handed_in, into)
 
 
-def test_our_own_output_inside_the_submission_is_not_taken_in(handed_in: Path):
+def test_the_graders_own_output_inside_the_submission_is_left_out(handed_in: Path):
     write(handed_in, PACKAGE)
     opened = open_submission(handed_in, handed_in / "out" / "src")
     assert opened.intake.files == sorted(PACKAGE)
 
 
-# package.xml
+# -- package.xml --------------------------------------------------------------------------------------------------
 
 
 def test_entities_are_refused_rather_than_expanded(tmp_path: Path):
@@ -547,7 +549,7 @@ def test_an_entity_in_utf16_is_refused_too(tmp_path: Path):
     assert "DOCTYPE" in read_package_xml(tmp_path / "package.xml").problem
 
 
-def test_what_stands_in_package_xml_is_read(tmp_path: Path):
+def test_the_fields_of_package_xml_are_read(tmp_path: Path):
     text = (
         "<?xml version='1.0'?><?xml-model href='x'?><package format='3'><name> a_b </name><depend>rclpy</depend>"
         "<export><build_type>ament_cmake</build_type></export></package>"
@@ -567,7 +569,7 @@ def test_any_bytes_as_package_xml_give_an_answer(data: bytes):
             read_package_xml(path)
 
 
-# Any input at all: a Submission or a SubmissionError, and nothing outside `into`
+# -- any input: a Submission or a SubmissionError, and nothing outside `into` -------------------------------------
 
 
 NAMES = st.lists(
@@ -617,20 +619,20 @@ def as_tar(path: Path, entries: list[tuple[str, bytes, str, bytes]]) -> None:
 
 
 def check_any(make: Callable[[Path], object]) -> Submission | None:
-    """Open what `make` writes: only the two permitted outcomes, and nothing outside `into`."""
+    """Open what `make` writes; check that only the two permitted outcomes occur, and nothing outside `into`."""
     with tempfile.TemporaryDirectory() as folder:
         tmp = Path(folder)
         source, into = tmp / "source", tmp / "deep" / "er" / "into"
         into.parent.mkdir(parents=True)
         make(source)
         before = sorted(tmp.rglob("*"))
-        opened, said = None, ""
+        opened, message = None, ""
         try:
             opened = open_submission(source, into)
         except SubmissionError as refused:
-            said = str(refused)
+            message = str(refused)
         if opened is None:
-            assert said.isprintable()
+            assert message.isprintable()
             assert sorted(tmp.rglob("*")) == before
             return None
         assert [path for path in sorted(tmp.rglob("*")) if not path.is_relative_to(into)] == before
@@ -653,7 +655,7 @@ ANY = settings(
 @ANY
 def test_any_zip_gives_a_submission_or_a_sentence(entries: list[tuple[str, bytes, str, bytes]]):
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # zipfile, while it writes names that occur twice
+        warnings.simplefilter("ignore")  # by zipfile, for duplicate names
         check_any(lambda path: as_zip(path, entries))
 
 
@@ -666,14 +668,14 @@ def test_any_tar_gives_a_submission_or_a_sentence(entries: list[tuple[str, bytes
 @given(st.integers(0, 10_000), st.sampled_from(["zip", "tar", "tar.gz", "tar.bz2", "tar.xz"]))
 @ANY
 def test_a_damaged_archive_gives_a_submission_or_a_sentence(seed: int, form: str):
-    """Flip bytes of a sound archive, the headers above all."""
-    chance = random.Random(seed)
+    """Change bytes of an intact archive, and sometimes truncate it."""
+    rng = random.Random(seed)
 
     def make(path: Path) -> None:
-        whole = bytearray(SOUND[form])
-        for _ in range(chance.randint(1, 8)):
-            whole[chance.randrange(len(whole))] = chance.choice((0, 255, 0x80, chance.randrange(256)))
-        path.write_bytes(whole[: chance.choice((len(whole), chance.randrange(1, len(whole))))])
+        whole = bytearray(INTACT[form])
+        for _ in range(rng.randint(1, 8)):
+            whole[rng.randrange(len(whole))] = rng.choice((0, 255, 0x80, rng.randrange(256)))
+        path.write_bytes(whole[: rng.choice((len(whole), rng.randrange(1, len(whole))))])
 
     check_any(make)
 
@@ -703,7 +705,7 @@ def test_any_folder_gives_a_submission_or_a_sentence(entries: list[tuple[list[st
         path.mkdir()
         for parts, kind in entries:
             place = path.joinpath(*parts)
-            with contextlib.suppress(OSError):  # a file of that name stands in the way
+            with contextlib.suppress(OSError):  # there is a file of that name
                 place.parent.mkdir(parents=True, exist_ok=True)
                 if kind == "file":
                     place.touch()
@@ -715,7 +717,7 @@ def test_any_folder_gives_a_submission_or_a_sentence(entries: list[tuple[list[st
     check_any(make)
 
 
-def _sound() -> dict[str, bytes]:
+def _intact() -> dict[str, bytes]:
     plain = io.BytesIO()
     with tarfile.open(fileobj=plain, mode="w") as archive:
         for name, text in PACKAGE.items():
@@ -736,4 +738,4 @@ def _sound() -> dict[str, bytes]:
     }
 
 
-SOUND = _sound()
+INTACT = _intact()

@@ -1,0 +1,270 @@
+"""Decide which entries of a container are copied, and under which names. Pure: it touches no files."""
+
+from __future__ import annotations
+
+import posixpath
+import stat
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from grader.errors import SubmissionError
+from grader.evidence import Flag
+from grader.intake.containers import Entry, Kind
+from grader.intake.names import (
+    MAX_DEPTH,
+    MAX_NAME_BYTES,
+    MAX_PATH_BYTES,
+    collision_key,
+    safe_name,
+    tool_file,
+    tool_folder,
+)
+from grader.sanitize import printable
+
+MB = 1024**2
+# A build tree contains one of these. By its name alone, a student's own folder `log` would be left out too.
+BUILD_NAMES = frozenset({"build", "install", "log", "devel"})
+BUILD_MARKERS = frozenset(
+    {"COLCON_IGNORE", ".built_by", ".colcon_install_layout", ".catkin", "CMakeCache.txt", "local_setup.sh"}
+)
+VENV_MARKER = "pyvenv.cfg"
+MAX_REMARKS = 30
+
+
+@dataclass(frozen=True)
+class SizeLimits:
+    """The size that a submission may have. The reference package has 60 files and 0.2 MB."""
+
+    total_bytes: int = 50 * MB
+    file_bytes: int = 10 * MB
+    files: int = 5000
+    # Text is packed 3 to 10 times smaller; a map or a log of one value 200 times, but those are small.
+    ratio: int = 100
+    ratio_applies_above_bytes: int = 5 * MB
+
+
+@dataclass(frozen=True)
+class CopyPlan:
+    """What to copy: `files` maps an entry's index to its path, `copies` a path to the file that it is a copy of."""
+
+    files: dict[int, str] = field(default_factory=dict)
+    executable: frozenset[str] = frozenset()
+    copies: dict[str, str] = field(default_factory=dict)
+    bytes: int = 0
+    flags: tuple[Flag, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class _Refused(Exception):
+    """An entry is left out, with a flag of `kind`, or with a note if `kind` is "" (an innocent entry)."""
+
+    def __init__(self, kind: str, reason: str) -> None:
+        super().__init__(reason)
+        self.kind = kind
+
+
+def plan_copy(name: str, entries: Sequence[Entry], limits: SizeLimits, packed_bytes: int | None = None) -> CopyPlan:
+    """Return which of `entries` to copy, and where. The order of the entries makes no difference.
+
+    `name` is that of the container; `packed_bytes` the size of the archive, None for a folder.
+
+    Raises:
+        SubmissionError: together they are more than `limits` allow.
+    """
+    planner = _Planner(limits)
+    planner.add(entries)
+    total = sum(planner.sizes.values())
+    _check_limits(name, len(planner.sizes), total, limits, packed_bytes)
+    remarks = planner.remarks
+    return CopyPlan(
+        planner.files, frozenset(planner.executable), planner.copies, total, tuple(remarks.flags), tuple(remarks.notes)
+    )
+
+
+class _Planner:
+    """Collects the files and copies of a CopyPlan, and a remark on each entry that is left out."""
+
+    def __init__(self, limits: SizeLimits) -> None:
+        self.remarks = _Remarks()
+        self.files: dict[int, str] = {}
+        self.copies: dict[str, str] = {}
+        self.executable: set[str] = set()
+        self.sizes: dict[str, int] = {}
+        self._limits = limits
+        self._taken = _TakenPaths()
+
+    def add(self, entries: Sequence[Entry]) -> None:
+        paths: dict[int, str] = {}
+        for entry in entries:
+            with self._remarking(entry):
+                paths[entry.index] = _clean(entry)
+        pruned = _pruned_folders(list(paths.values()))
+        kept = sorted(
+            (e for e in entries if e.index in paths and not _is_pruned(paths[e.index], pruned)),
+            key=lambda e: paths[e.index],
+        )
+        for entry in kept:
+            if entry.kind not in (Kind.FOLDER, Kind.HARD_LINK):
+                with self._remarking(entry):
+                    self._add_file(entry, paths[entry.index])
+        for entry in kept:
+            if entry.kind is Kind.HARD_LINK:
+                with self._remarking(entry):
+                    self._add_copy(entry, paths[entry.index])
+        if pruned:
+            names = ", ".join(printable(path, 80) for path in sorted(pruned)[:8])
+            self.remarks.note(f"Left out because tools made it: {names}.")
+
+    @contextmanager
+    def _remarking(self, entry: Entry) -> Iterator[None]:
+        try:
+            yield
+        except _Refused as refusal:
+            self.remarks.add(refusal, entry)
+
+    def _add_file(self, entry: Entry, path: str) -> None:
+        _accept(entry, path, self._limits)
+        self._taken.add(path)
+        self.files[entry.index] = path
+        self.sizes[path] = entry.size
+        if entry.mode & (stat.S_ISUID | stat.S_ISGID):
+            self.remarks.add(_Refused("setuid", "the set-user-id bit was removed"), entry)
+        if entry.mode & stat.S_IXUSR:
+            self.executable.add(path)
+
+    def _add_copy(self, entry: Entry, path: str) -> None:
+        original = _clean(Entry(0, entry.target, Kind.FILE))
+        if original not in self.sizes:
+            raise _Refused("link", f"hard link to {printable(entry.target)}, which is not in the submission")
+        self._taken.add(path)
+        self.copies[path] = original
+        self.sizes[path] = self.sizes[original]
+
+
+def _clean(entry: Entry) -> str:
+    """Return the entry's path made of safe names."""
+    # Old Windows tools write backslashes; read as separators, they cannot smuggle a `..` past the check below.
+    raw = entry.name.replace("\\", "/")
+    if raw.startswith("/") or (len(raw) > 1 and raw[1] == ":" and raw[0].isalpha()):
+        raise _Refused("absolute path", "its path is absolute; it was left out")
+    parts = [part for part in raw.split("/") if part not in ("", ".")]
+    if ".." in parts:
+        raise _Refused("traversal", "its path leads out of the submission with '..'; it was left out")
+    parts = [safe_name(part) for part in parts]
+    path = "/".join(parts)
+    if (
+        len(parts) > MAX_DEPTH
+        or len(path.encode()) > MAX_PATH_BYTES
+        or any(len(part.encode()) > MAX_NAME_BYTES for part in parts)
+    ):
+        raise _Refused("", "its name is too long or too deep; it was left out")
+    if not parts and entry.kind is not Kind.FOLDER:
+        raise _Refused("name", "it has no name; it was left out")
+    return path
+
+
+def _accept(entry: Entry, path: str, limits: SizeLimits) -> None:
+    """Refuse an entry that is not a regular file of a reasonable size."""
+    if entry.kind is Kind.LINK:
+        target = entry.target.replace("\\", "/")
+        reached = posixpath.normpath(posixpath.join(posixpath.dirname(path), target))
+        if target.startswith("/") or reached == ".." or reached.startswith("../"):
+            raise _Refused("link", f"link out of the submission, to {printable(entry.target)}; it was left out")
+        raise _Refused("", f"it is a link to {printable(entry.target)} and was left out; submit the file itself")
+    if entry.kind is Kind.SPECIAL:
+        raise _Refused("special file", "it is not a regular file (but a device, pipe or sparse file); it was left out")
+    if entry.size > limits.file_bytes:
+        if entry.packed is not None and entry.size > limits.ratio * max(entry.packed, 1):
+            raise _Refused("bomb", f"{entry.size} bytes packed into {entry.packed}; it was left out")
+        raise _Refused("", f"it has {entry.size // MB} MB, more than {limits.file_bytes // MB} MB, and was left out")
+
+
+def _pruned_folders(paths: Collection[str]) -> set[str]:
+    """Return the topmost folders among `paths` that tools made."""
+    found: set[str] = set()
+    venvs: set[str] = set()
+    for path in paths:
+        *folders, last = path.split("/")
+        named = next((depth for depth, folder in enumerate(folders, 1) if tool_folder(folder)), None)
+        if named is not None:
+            found.add("/".join(folders[:named]))
+        elif folders and last == VENV_MARKER:
+            venvs.add("/".join(folders))
+        elif folders and folders[-1] in BUILD_NAMES and last in BUILD_MARKERS:
+            found.add("/".join(folders))
+    # If the workspace itself is the virtual environment, the package is in it too.
+    found |= venvs - {venv for venv in venvs for path in paths if _is_source(path, venv)}
+    return {path for path in found if not _below(path, found)}
+
+
+def _is_source(path: str, venv: str) -> bool:
+    """Return whether `path` is the package.xml of a package that was written, not installed, below `venv`."""
+    return (
+        path.startswith(venv + "/")
+        and path.endswith("/package.xml")
+        and not {"share", "site-packages"} & set(path.split("/"))
+    )
+
+
+def _below(path: str, folders: set[str]) -> bool:
+    parts = path.split("/")
+    return any("/".join(parts[:depth]) in folders for depth in range(1, len(parts)))
+
+
+def _is_pruned(path: str, pruned: set[str]) -> bool:
+    parts = path.split("/")
+    return path in pruned or _below(path, pruned) or tool_folder(parts[-1]) or tool_file(parts[-1])
+
+
+class _TakenPaths:
+    """The paths in use. No two may be equal on a file system that ignores letter case; no file may be a folder too."""
+
+    def __init__(self) -> None:
+        self._spelling: dict[str, str] = {}
+        self._files: set[str] = set()
+
+    def add(self, path: str) -> None:
+        parts = path.split("/")
+        prefixes = ["/".join(parts[: depth + 1]) for depth in range(len(parts))]
+        for prefix in prefixes:
+            key = collision_key(prefix)
+            taken = self._spelling.get(key)
+            if taken is not None and (prefix == path or taken != prefix or key in self._files):
+                raise _Refused("collision", f"its name collides with {printable(taken)}; it was left out")
+        for prefix in prefixes:
+            self._spelling.setdefault(collision_key(prefix), prefix)
+        self._files.add(collision_key(path))
+
+
+class _Remarks:
+    """Flags for the instructor and notes for everyone, in limited number: an archive must not fill a report."""
+
+    def __init__(self) -> None:
+        self.flags: list[Flag] = []
+        self.notes: list[str] = []
+
+    def add(self, refusal: _Refused, entry: Entry) -> None:
+        if refusal.kind and len(self.flags) < MAX_REMARKS:
+            self.flags.append(Flag(refusal.kind, str(refusal), printable(entry.name)))
+        elif not refusal.kind:
+            self.note(f"{printable(entry.name)}: {refusal}.")
+
+    def note(self, text: str) -> None:
+        if len(self.notes) < MAX_REMARKS:
+            self.notes.append(text)
+
+
+def _check_limits(name: str, count: int, total: int, limits: SizeLimits, packed_bytes: int | None) -> None:
+    advice = "Submit the package folder only, without recordings, build trees and virtual environments."
+    if count > limits.files:
+        raise SubmissionError(f"{printable(name)} holds {count} files, more than {limits.files}. {advice}")
+    if total > limits.total_bytes:
+        raise SubmissionError(
+            f"{printable(name)} holds {total // MB} MB, more than {limits.total_bytes // MB} MB. {advice}"
+        )
+    if packed_bytes is not None and total > limits.ratio_applies_above_bytes and total > limits.ratio * packed_bytes:
+        raise SubmissionError(
+            f"{printable(name)} unpacks to {total // max(packed_bytes, 1)} times its size, like a decompression bomb. "
+            + advice
+        )
