@@ -13,8 +13,6 @@ import pytest
 from grader import KIT
 from sim import Box, Circle, Recorder, Recording, RecordingError, Simulator, Tourist, Wall, World, drive, load_world
 
-ROOT = KIT
-
 
 @pytest.fixture(scope="module")
 def crossing() -> Recording:
@@ -217,7 +215,7 @@ for profile in ({}, {"profile": TB4}):
 def digests(seed: int, hash_seed: str) -> list[str]:
     environment = {**os.environ, "PYTHONHASHSEED": hash_seed}
     command = [sys.executable, "-c", RUN % seed]
-    return subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=True).stdout.split()
+    return subprocess.run(command, cwd=KIT, env=environment, capture_output=True, text=True, check=True).stdout.split()
 
 
 def test_recordings_are_bit_equal_in_different_processes() -> None:

@@ -21,8 +21,6 @@ from sim.obstacles import Path as Way
 from sim.replay import Replay
 from sim.views import COLORS, compare_view, map_view, run_view
 
-ROOT = KIT
-
 
 @pytest.fixture(scope="module")
 def crash() -> Recording:
@@ -239,5 +237,5 @@ def test_without_a_world_the_worlds_are_listed(capsys: pytest.CaptureFixture[str
 
 def test_the_simulator_needs_neither_ros_nor_matplotlib_nor_the_grader() -> None:
     code = "import sim, sys; print([m for m in ('rclpy', 'matplotlib', 'grader', 'rosbags') if m in sys.modules])"
-    run = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    run = subprocess.run([sys.executable, "-c", code], cwd=KIT, capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"
