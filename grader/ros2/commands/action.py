@@ -8,8 +8,8 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from . import arguments, messages
-from .graph import Graph, NamesAndTypes, full_name, graph, show_names, show_types, split_name, wait
+from . import arguments, listing, messages
+from .graph import Graph, NamesAndTypes, full_name, graph, split_name, wait
 from .refusals import Refusal
 from .spinning import interrupt_later, spin
 
@@ -19,14 +19,15 @@ ANSWER_S = 5.0  # how long to wait for an answer after Ctrl-C
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
     add_verb = arguments.verbs(parser, "action")
-    arguments.list_arguments(add_verb("list", "Output a list of action names", show_list), "action")
+    list_ = add_verb("list", "Output a list of action names", listing.show_list)
+    listing.list_arguments(list_, "action", hidden=False)
     info = add_verb("info", "Print information about an action", show_info)
-    arguments.action_argument(info)
+    arguments.name_argument(info, "action")
     info.add_argument("-t", "--show-types", action="store_true", help="Additionally show the action types")
     info.add_argument("-c", "--count", action="store_true", help="Only show the number of servers and clients")
-    arguments.action_argument(add_verb("type", "Print a action's type", show_type))
+    listing.type_arguments(add_verb("type", "Print a action's type", listing.show_type), "action")
     send = add_verb("send_goal", "Send an action goal", run_send_goal)
-    arguments.action_argument(send)
+    arguments.name_argument(send, "action")
     text = "Type of the ROS action (e.g. 'example_interfaces/action/Fibonacci')"
     arguments.type_argument(send, "action_type", "action", text)
     text = "Goal request values in YAML format (e.g. '{order: 10}')"
@@ -42,27 +43,13 @@ def served(seen: Graph) -> NamesAndTypes:
     return [found for one in seen.others() for found in served_by(seen.node, *one)]
 
 
-def show_list(args: argparse.Namespace) -> int:
-    """Print the actions."""
-    with graph() as seen:
-        seen.settle()
-        found = seen.actions()
-    return show_names(found, args.show_types, args.count)
-
-
-def show_type(args: argparse.Namespace) -> int:
-    """Print the types of an action."""
-    with graph() as seen:
-        return show_types(seen.action_types(args.action_name))
-
-
 def show_info(args: argparse.Namespace) -> int:
     """Print who serves an action and who uses it."""
     from rclpy.action import graph as ends
 
     name = full_name(args.action_name)
     with graph() as seen:
-        seen.action_types(name)  # waits for it
+        seen.types("action", name)  # waits for it
         seen.settle()
         print(f"Action: {name}")
         for title, ask in (

@@ -13,12 +13,9 @@ from .graph import Graph, graph
 Completer = Callable[..., list[str]]
 AddVerb = Callable[..., argparse.ArgumentParser]
 
-# By kind of interface: the word of the command line that names the topic, service or action, and its types.
-NAMED: dict[str, tuple[str, Callable[[Graph, str], list[str]]]] = {
-    "msg": ("topic_name", Graph.topic_types),
-    "srv": ("service_name", Graph.service_types),
-    "action": ("action_name", Graph.action_types),
-}
+# By kind of name: the kind of interface that is its type, and an example.
+INTERFACES = {"topic": "msg", "service": "srv", "action": "action"}
+EXAMPLES = {"topic": "/chatter", "service": "/add_two_ints", "action": "/fibonacci"}
 
 
 def verbs(parser: argparse.ArgumentParser, command: str) -> AddVerb:
@@ -56,24 +53,14 @@ def from_graph(names: Callable[[Graph], Iterable[str]]) -> Completer:
     return complete
 
 
-complete_topic = from_graph(lambda seen: [name for name, _types in seen.topics()])
+def names_completer(kind: str) -> Completer:
+    """Return a completer that offers the topics, services or actions in the running graph."""
+    return from_graph(lambda seen: [name for name, _types in seen.names(kind)])
 
 
-def topic_argument(parser: argparse.ArgumentParser) -> None:
-    """Declare the name of a topic."""
-    add(parser, "topic_name", complete_topic, help="Name of the ROS topic (e.g. '/chatter')")
-
-
-def service_argument(parser: argparse.ArgumentParser) -> None:
-    """Declare the name of a service."""
-    complete = from_graph(lambda seen: [name for name, _types in seen.services()])
-    add(parser, "service_name", complete, help="Name of the ROS service (e.g. '/add_two_ints')")
-
-
-def action_argument(parser: argparse.ArgumentParser) -> None:
-    """Declare the name of an action."""
-    complete = from_graph(lambda seen: [name for name, _types in seen.actions()])
-    add(parser, "action_name", complete, help="Name of the ROS action (e.g. '/fibonacci')")
+def name_argument(parser: argparse.ArgumentParser, kind: str) -> None:
+    """Declare the name of a topic, service or action."""
+    add(parser, f"{kind}_name", names_completer(kind), help=f"Name of the ROS {kind} (e.g. '{EXAMPLES[kind]}')")
 
 
 def node_argument(parser: argparse.ArgumentParser, **rest: Any) -> None:
@@ -89,29 +76,17 @@ def graph_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-daemon", action="store_true", help="Do not spawn nor use an already running daemon")
 
 
-def list_arguments(parser: argparse.ArgumentParser, kind: str, types: bool = True, hidden: bool = False) -> None:
-    """Declare the flags of a verb that lists names of a kind, such as topic."""
-    if types:
-        parser.add_argument("-t", "--show-types", action="store_true", help=f"Additionally show the {kind} type")
-    text = f"Only display the number of {kind}s discovered"
-    parser.add_argument("-c", f"--count-{kind}s", action="store_true", dest="count", help=text)
-    if hidden:  # without a default: the flag may also come before the verb
-        text = f"Consider hidden {kind}s as well"
-        parser.add_argument(f"--include-hidden-{kind}s", action="store_true", default=argparse.SUPPRESS, help=text)
-
-
 # -- interfaces ---------------------------------------------------------------------------------------------------
 def type_argument(parser: argparse.ArgumentParser, name: str, kind: str, text: str, **rest: Any) -> None:
     """Declare the type of the topic, service or action named before it.
 
-    The shell offers the type that it has in the graph, else all types of the kind: msg, srv or action.
+    The shell offers the type that it has in the graph, else all types that it can have.
     """
-    of, types = NAMED[kind]
 
     def complete(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:
         with graph() as seen:
-            there = types(seen, getattr(parsed_args, of))
-        return [name for name in there or packages.interfaces(kind) if name.startswith(prefix)]
+            there = seen.types(kind, getattr(parsed_args, f"{kind}_name"))
+        return [name for name in there or packages.interfaces(INTERFACES[kind]) if name.startswith(prefix)]
 
     add(parser, name, complete, help=text, **rest)
 
@@ -123,7 +98,8 @@ def values_arguments(parser: argparse.ArgumentParser, kind: str, of: str, text: 
     """
 
     def complete(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:
-        text = messages.to_yaml(messages.prototype(getattr(parsed_args, of), kind), flow=True).strip()
+        prototype = messages.prototype(getattr(parsed_args, of), INTERFACES[kind])
+        text = messages.to_yaml(prototype, flow=True).strip()
         return [text] if text.startswith(prefix) else []
 
     group = parser.add_mutually_exclusive_group()

@@ -33,7 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_verb = arguments.verbs(parser, "bag")
     record = add_verb("record", "Record ROS data to a bag", run_record)
     text = "Topics to be recorded"
-    arguments.add(record, "topics_positional", arguments.complete_topic, metavar="topic", nargs="*", help=text)
+    arguments.add(
+        record, "topics_positional", arguments.names_completer("topic"), metavar="topic", nargs="*", help=text
+    )
     record.add_argument("--topics", nargs="+", default=[], metavar="Topic", help="Space-delimited list of topics")
     record.add_argument("-a", "--all", "--all-topics", action="store_true", help="Record all topics")
     record.add_argument("-e", "--regex", help="Record only topics matching the expression")
@@ -90,7 +92,7 @@ class Recorder:
 
     def look(self) -> None:
         """Subscribe to the wanted topics that have appeared."""
-        for name, types in self.seen.topics():
+        for name, types in self.seen.names("topic"):
             if name in self.topics or name in self.unknown or not self.wanted(name):
                 continue
             publishers = self.seen.node.get_publishers_info_by_topic(name)

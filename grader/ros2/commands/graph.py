@@ -142,38 +142,25 @@ class Graph:
         """Wait for a node; return whether it appeared."""
         return self.wait_for(lambda: full_name(name) in self.nodes(hidden=True))
 
-    def topics(self, hidden: bool = False) -> NamesAndTypes:
-        """Return the topics with their types."""
-        return sorted((n, t) for n, t in self.node.get_topic_names_and_types() if hidden or not is_hidden(n))
+    def names(self, kind: str, hidden: bool = False) -> NamesAndTypes:
+        """Return the names of a kind (topic, service or action) with their types."""
+        if kind == "action":
+            from rclpy.action.graph import get_action_names_and_types
 
-    def services(self, hidden: bool = False) -> NamesAndTypes:
-        """Return the services with their types."""
-        return sorted((n, t) for n, t in self.node.get_service_names_and_types() if hidden or not is_hidden(n))
+            found = get_action_names_and_types(self.node)
+        elif kind == "topic":
+            found = self.node.get_topic_names_and_types()
+        else:
+            found = self.node.get_service_names_and_types()
+        return sorted((name, types) for name, types in found if hidden or not is_hidden(name))
 
-    def actions(self) -> NamesAndTypes:
-        """Return the actions with their types."""
-        from rclpy.action.graph import get_action_names_and_types
-
-        return sorted(get_action_names_and_types(self.node))
+    def types(self, kind: str, name: str) -> list[str]:
+        """Wait for a topic, service or action, and return its types; [] if it does not appear."""
+        return self.wait_for(lambda: dict(self.names(kind, hidden=True)).get(full_name(name), []))
 
     def others(self) -> list[tuple[str, str]]:
         """Return name and namespace of every node but ours."""
         return [one for one in self.node.get_node_names_and_namespaces() if one[0] != self.node.get_name()]
-
-    def topic_types(self, name: str) -> list[str]:
-        """Wait for a topic, and return its types; [] if it does not appear."""
-        return self._types(name, lambda: self.topics(hidden=True))
-
-    def service_types(self, name: str) -> list[str]:
-        """Wait for a service, and return its types; [] if it does not appear."""
-        return self._types(name, lambda: self.services(hidden=True))
-
-    def action_types(self, name: str) -> list[str]:
-        """Wait for an action, and return its types; [] if it does not appear."""
-        return self._types(name, self.actions)
-
-    def _types(self, name: str, ask: Callable[[], NamesAndTypes]) -> list[str]:
-        return self.wait_for(lambda: dict(ask()).get(full_name(name), []))
 
 
 def wait(ready: Callable[[], bool], name: str, wanted: str, there: Callable[[], NamesAndTypes]) -> None:
@@ -208,23 +195,6 @@ def other_type(name: str, wanted: str, types: Iterable[str]) -> str:
     if not there or any(one.split("/")[0] == parts[0] and one.split("/")[-1] == parts[-1] for one in there):
         return ""
     return f"WARNING: {full_name(name)} is of type {', '.join(there)}, not {wanted}"
-
-
-def show_names(found: NamesAndTypes, types: bool, count: bool) -> int:
-    """Print names, with their types if wanted, or only their number; return the exit code."""
-    if count:
-        print(len(found))
-        return 0
-    for name, kinds in found:
-        print(f"{name} [{', '.join(kinds)}]" if types else name)
-    return 0
-
-
-def show_types(types: list[str]) -> int:
-    """Print the types of a name; return the exit code, 1 if there are none."""
-    for one in types:
-        print(one)
-    return 0 if types else 1
 
 
 def full_name(name: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from . import arguments
+from . import arguments, listing
 from .graph import NamesAndTypes, full_name, graph, is_hidden, split_name
 from .refusals import Refusal, near
 
@@ -13,9 +13,9 @@ from .refusals import Refusal, near
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
     add_verb = arguments.verbs(parser, "node")
-    listing = add_verb("list", "Output a list of available nodes", show_list, graph=True)
-    listing.add_argument("-a", "--all", action="store_true", help="Display all nodes even hidden ones")
-    arguments.list_arguments(listing, "node", types=False)
+    list_ = add_verb("list", "Output a list of available nodes", show_list, graph=True)
+    list_.add_argument("-a", "--all", action="store_true", help="Display all nodes even hidden ones")
+    listing.list_arguments(list_, "node", types=False, hidden=False)
     info = add_verb("info", "Output information about a node", show_info, graph=True)
     arguments.node_argument(info)
     info.add_argument("--include-hidden", action="store_true", help="Display hidden topics, services, and actions")

@@ -142,7 +142,7 @@ def show_list(args: argparse.Namespace) -> int:
             nodes = [
                 node
                 for node in seen.nodes(args.include_hidden_nodes)
-                if f"{node}/list_parameters" in dict(seen.services(hidden=True))
+                if f"{node}/list_parameters" in dict(seen.names("service", hidden=True))
             ]
         for node in nodes:
             parameters = Parameters(seen, node)

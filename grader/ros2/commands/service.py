@@ -5,49 +5,28 @@ from __future__ import annotations
 import argparse
 import time
 
-from . import arguments, messages
-from .graph import Graph, NamesAndTypes, graph, show_names, show_types, wait
+from . import arguments, listing, messages
+from .graph import Graph, NamesAndTypes, graph, wait
 from .refusals import Refusal
 from .spinning import spin
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
-    parser.add_argument("--include-hidden-services", action="store_true", help="Consider hidden services as well")
     add_verb = arguments.verbs(parser, "service")
-    listing = add_verb("list", "Output a list of available services", show_list, graph=True)
-    arguments.list_arguments(listing, "service", hidden=True)
-    arguments.service_argument(add_verb("type", "Output a service's type", show_type, graph=True))
-    find = add_verb("find", "Output a list of available services of a given type", show_found, graph=True)
-    find.add_argument("service_type", help="Name of the ROS service type to filter for (e.g. 'std_srvs/srv/Trigger')")
-    arguments.list_arguments(find, "service", types=False, hidden=True)
+    listing.hidden_argument(parser, "service")
+    listing.list_arguments(
+        add_verb("list", "Output a list of available services", listing.show_list, graph=True), "service"
+    )
+    listing.type_arguments(add_verb("type", "Output a service's type", listing.show_type, graph=True), "service")
+    find = add_verb("find", "Output a list of available services of a given type", listing.show_found, graph=True)
+    listing.find_arguments(find, "service", "e.g. 'std_srvs/srv/Trigger'")
     call = add_verb("call", "Call a service", run_call)
-    arguments.service_argument(call)
-    arguments.type_argument(call, "service_type", "srv", "Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
-    arguments.values_arguments(call, "srv", "service_type", "Values to fill the service request with in YAML format")
+    arguments.name_argument(call, "service")
+    arguments.type_argument(call, "service_type", "service", "Type of the ROS service (e.g. 'std_srvs/srv/Empty')")
+    text = "Values to fill the service request with in YAML format"
+    arguments.values_arguments(call, "service", "service_type", text)
     call.add_argument("-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz")
-
-
-def show_list(args: argparse.Namespace) -> int:
-    """Print the services."""
-    with graph(args.spin_time) as seen:
-        seen.settle()
-        services = seen.services(args.include_hidden_services)
-    return show_names(services, args.show_types, args.count)
-
-
-def show_type(args: argparse.Namespace) -> int:
-    """Print the types of a service."""
-    with graph(args.spin_time) as seen:
-        return show_types(seen.service_types(args.service_name))
-
-
-def show_found(args: argparse.Namespace) -> int:
-    """Print the services of a type."""
-    with graph(args.spin_time) as seen:
-        seen.settle()
-        found = [one for one in seen.services(args.include_hidden_services) if args.service_type in one[1]]
-    return show_names(found, False, args.count)
 
 
 def run_call(args: argparse.Namespace) -> int:

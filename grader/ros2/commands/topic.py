@@ -5,56 +5,54 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from . import arguments, topic_meters, topic_pubsub
-from .graph import full_name, graph, show_names, show_types
+from . import arguments, listing, topic_meters, topic_pubsub
+from .graph import full_name, graph
 from .refusals import Refusal, near
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare verbs and flags."""
-    parser.add_argument("--include-hidden-topics", action="store_true", help="Consider hidden topics as well")
     add_verb = arguments.verbs(parser, "topic")
-    listing = add_verb("list", "Output a list of available topics", show_list, graph=True)
-    arguments.list_arguments(listing, "topic", hidden=True)
-    listing.add_argument("-v", "--verbose", action="store_true", help="List full details about each topic")
+    listing.hidden_argument(parser, "topic")
+    list_ = add_verb("list", "Output a list of available topics", show_list, graph=True)
+    listing.list_arguments(list_, "topic")
+    list_.add_argument("-v", "--verbose", action="store_true", help="List full details about each topic")
     info = add_verb("info", "Print information about a topic", show_info, graph=True)
-    arguments.topic_argument(info)
+    arguments.name_argument(info, "topic")
     info.add_argument("-v", "--verbose", action="store_true", help="Prints detailed information like QoS profiles")
-    arguments.topic_argument(add_verb("type", "Print a topic's type", show_type, graph=True))
-    find = add_verb("find", "Output a list of available topics of a given type", show_found, graph=True)
-    find.add_argument("topic_type", help="Name of the ROS topic type to filter for (e.g. 'std_msgs/msg/String')")
-    arguments.list_arguments(find, "topic", types=False, hidden=True)
+    listing.type_arguments(add_verb("type", "Print a topic's type", listing.show_type, graph=True), "topic")
+    find = add_verb("find", "Output a list of available topics of a given type", listing.show_found, graph=True)
+    listing.find_arguments(find, "topic", "e.g. 'std_msgs/msg/String'")
     topic_pubsub.add_verbs(add_verb)
     topic_meters.add_verbs(add_verb)
 
 
 def show_list(args: argparse.Namespace) -> int:
     """Print the topics."""
+    if args.count or not args.verbose:
+        return listing.show_list(args)
     with graph(args.spin_time) as seen:
-        seen.settle()
-        topics = seen.topics(args.include_hidden_topics)
-        if args.verbose and not args.count:
-            for title, count, what in (
-                ("Published topics:", seen.node.count_publishers, "publisher"),
-                ("Subscribed topics:", seen.node.count_subscribers, "subscriber"),
-            ):
-                print(title)
-                for name, types in topics:
-                    if number := count(name):
-                        print(f" * {name} [{', '.join(types)}] {number} {what}{'s' if number > 1 else ''}")
-                print()
-            return 0
-    return show_names(topics, args.show_types, args.count)
+        topics = listing.settled(args, seen)
+        for title, count, what in (
+            ("Published topics:", seen.node.count_publishers, "publisher"),
+            ("Subscribed topics:", seen.node.count_subscribers, "subscriber"),
+        ):
+            print(title)
+            for name, types in topics:
+                if number := count(name):
+                    print(f" * {name} [{', '.join(types)}] {number} {what}{'s' if number > 1 else ''}")
+            print()
+    return 0
 
 
 def show_info(args: argparse.Namespace) -> int:
     """Print who publishes and who subscribes."""
     name = full_name(args.topic_name)
     with graph(args.spin_time) as seen:
-        if not seen.topic_types(name):
-            raise Refusal(f"Unknown topic '{args.topic_name}'{near(name, dict(seen.topics()))}")
+        if not seen.types("topic", name):
+            raise Refusal(f"Unknown topic '{args.topic_name}'{near(name, dict(seen.names('topic')))}")
         seen.settle()
-        types = seen.topic_types(name)
+        types = seen.types("topic", name)
         print("Type:", types[0] if len(types) == 1 else types)
         for title, ends in (
             ("Publisher", seen.node.get_publishers_info_by_topic(name)),
@@ -98,17 +96,3 @@ def endpoint(end: Any) -> str:
             f"  Liveliness lease duration: {time(qos.liveliness_lease_duration)}",
         ]
     )
-
-
-def show_type(args: argparse.Namespace) -> int:
-    """Print the types of a topic."""
-    with graph(args.spin_time) as seen:
-        return show_types(seen.topic_types(args.topic_name))
-
-
-def show_found(args: argparse.Namespace) -> int:
-    """Print the topics of a type."""
-    with graph(args.spin_time) as seen:
-        seen.settle()
-        found = [one for one in seen.topics(args.include_hidden_topics) if args.topic_type in one[1]]
-    return show_names(found, False, args.count)

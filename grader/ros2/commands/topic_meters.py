@@ -31,7 +31,7 @@ def add_verbs(add_verb: arguments.AddVerb) -> None:
         ("delay", "Display delay of topic from timestamp in header", Delay),
     ):
         verb = add_verb(name, text, lambda args, meter=meter: meter(args).run(), graph=True)
-        arguments.topic_argument(verb)
+        arguments.name_argument(verb, "topic")
         verb.add_argument("--window", "-w", type=int, default=WINDOWS[name], help="Window size, in messages")
         if name == "hz":
             verb.add_argument("--filter", dest="filter_expr", metavar="EXPR", help="Only count messages m that match")

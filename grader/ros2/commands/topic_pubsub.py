@@ -20,9 +20,9 @@ SIM_TIME_S = 1.0  # how long to wait for a message of /clock
 def add_verbs(add_verb: arguments.AddVerb) -> None:
     """Declare verbs and flags."""
     echo = add_verb("echo", "Output messages from a topic", run_echo, graph=True)
-    arguments.topic_argument(echo)
+    arguments.name_argument(echo, "topic")
     text = "Type of the ROS message (e.g. 'std_msgs/msg/String')"
-    arguments.type_argument(echo, "message_type", "msg", text, nargs="?")
+    arguments.type_argument(echo, "message_type", "topic", text, nargs="?")
     qos_arguments(echo, "matched to the publishers")
     echo.add_argument("--csv", action="store_true", help="Output all recursive fields separated by commas")
     echo.add_argument("--field", metavar="FIELD", help="Echo a selected field of a message")
@@ -39,9 +39,9 @@ def add_verbs(add_verb: arguments.AddVerb) -> None:
     echo.add_argument("--include-message-info", "-i", action="store_true", help="Shows the associated message info")
 
     pub = add_verb("pub", "Publish a message to a topic", run_pub)
-    arguments.topic_argument(pub)
-    arguments.type_argument(pub, "message_type", "msg", "Type of the ROS message (e.g. 'std_msgs/String')")
-    arguments.values_arguments(pub, "msg", "message_type", "Values to fill the message with in YAML format")
+    arguments.name_argument(pub, "topic")
+    arguments.type_argument(pub, "message_type", "topic", "Type of the ROS message (e.g. 'std_msgs/String')")
+    arguments.values_arguments(pub, "topic", "message_type", "Values to fill the message with in YAML format")
     pub.add_argument("-r", "--rate", metavar="N", type=positive, default=1.0, help="Publishing rate in Hz (default: 1)")
     pub.add_argument("-p", "--print", metavar="N", type=int, default=1, help="Only print every N-th message")
     group = pub.add_mutually_exclusive_group()
@@ -72,15 +72,15 @@ def subscription(
     Without a given type, a topic that does not exist is waited for if `wait_for_it`, else refused.
     """
     name = full_name(args.topic_name)
-    types = [given] if given else seen.topic_types(name)
+    types = [given] if given else seen.types("topic", name)
     if not types:
-        hint = near(name, dict(seen.topics()))
+        hint = near(name, dict(seen.names("topic")))
         print(f"WARNING: topic [{name}] does not appear to be published yet", file=sys.stderr)
         if not wait_for_it:
             raise Refusal(f"Could not determine the type for the passed topic{hint}")
         print(hint.strip(), end="\n" if hint else "", file=sys.stderr, flush=True)
         while not types:
-            types = seen.topic_types(name)
+            types = seen.types("topic", name)
     message = messages.load(types[0], "msg")
     publishers = seen.wait_for(lambda: seen.node.get_publishers_info_by_topic(name), 0.3)
     if warning := other_type(name, types[0], (end.topic_type for end in publishers)):
@@ -181,7 +181,7 @@ def _wait_for_subscribers(seen: Graph, publisher: Any, args: argparse.Namespace,
         """Return the topic with the types that subscriptions want of it, then the other topics."""
         heard = {end.topic_type for end in seen.node.get_subscriptions_info_by_topic(full_name(args.topic_name))}
         here = [(full_name(args.topic_name), sorted(heard))] if heard else []
-        return [*here, *(one for one in seen.topics() if one[0] != full_name(args.topic_name))]
+        return [*here, *(one for one in seen.names("topic") if one[0] != full_name(args.topic_name))]
 
     def enough() -> bool:
         nonlocal said, first

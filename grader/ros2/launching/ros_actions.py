@@ -43,7 +43,7 @@ def check_namespace(name: str) -> None:
     """Raise if this is not a valid namespace."""
     if name != "/" and not re.fullmatch(r"(/[A-Za-z_]\w*)+", name, re.ASCII):
         raise LaunchError(
-            f"Invalid namespace '{name}': after each / comes a name of letters, digits and _, not beginning with a digit"
+            f"Invalid namespace '{name}': write a name of letters, digits and _ after each /, the first one not a digit"
         )
 
 
