@@ -111,7 +111,7 @@ def edited(text: str, edits: tuple[Edit, ...], path: str) -> str:
 
 def given_texts(notebook: str) -> dict[str, str]:
     """Return the files that a notebook gives, as the cells of its source write them."""
-    (name,) = notebook_source.named([notebook])
+    (name,) = notebook_source.select([notebook])
     cells = notebook_source.read(name, rubric.load(rubric.RUBRIC)).cells
     given = [cell for cell in cells if notebook_source.GIVEN in notebook_source.tags(cell)]
     return {path: notebook_source.body(cell) for cell in given if (path := notebook_source.written_file(cell))}

@@ -1,7 +1,7 @@
-"""Write the notebooks as an nbgrader assignment: check cells whose points nbgrader counts, and the settings they need.
+"""Write the notebooks as an nbgrader assignment: check cells with points that nbgrader counts, and its settings.
 
-nbgrader takes a test cell that raises nothing for passed, and a number as its last value for partial credit. `check`
-raises nothing, so the instructor's version of each check cell ends in its points, as a hidden test.
+To nbgrader a test cell passes if it raises nothing, and a number as its last value is partial credit. `check` raises
+nothing, so the instructor's version of each check cell ends with its points, as a hidden test.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from grader.authoring import notebook_source
 from grader.scoring.rubric import Rubric
 
 ASSIGNMENT = "notebooks"
-"""The assignment's name. `begin` puts the workspace beside a folder of this name: one for each student."""
+"""The assignment's name. `begin` creates the workspace beside a folder of this name: one for each student."""
 
 CONFIG = '''\
 """Settings of nbgrader for the ROS 2 course; written by `python -m grader.authoring.book nbgrader`."""
 
-c = get_config()  # noqa: F821 (nbgrader gives it)
+c = get_config()  # noqa: F821 (nbgrader defines it)
 c.CourseDirectory.course_id = "ros2-course"
-c.ClearSolutions.enabled = False  # exercises ship as stubs that run; nbgrader's own would raise
-c.ExecutePreprocessor.timeout = 600  # seconds a cell; the first build of the interfaces is the longest
+c.ClearSolutions.enabled = False  # exercises ship as stubs that run; nbgrader's stubs would raise
+c.ExecutePreprocessor.timeout = 600  # seconds for one cell; the first build of the interfaces takes longest
 '''
 
 
@@ -35,7 +35,7 @@ def write(names: list[str], rubric: Rubric, course: Path, notebooks: Path = note
     written[0].write_text(CONFIG)
     for name in names:
         target = folder / f"{name}.ipynb"
-        notebook = instructors(name, notebook_source.read(name, rubric, notebooks), notebooks)
+        notebook = instructor_version(name, notebook_source.read(name, rubric, notebooks), notebooks)
         target.write_text(nbformat.writes(notebook, version=4) + "\n", encoding="utf-8")
         written.append(target)
     for picture in sorted((notebooks / "pictures").glob("*.png")):
@@ -45,12 +45,12 @@ def write(names: list[str], rubric: Rubric, course: Path, notebooks: Path = note
     return written
 
 
-def instructors(name: str, notebook: NotebookNode, notebooks: Path = notebook_source.NOTEBOOKS) -> NotebookNode:
-    """Return the notebook with the points as a hidden test in each check cell that counts."""
-    held = notebook_source.counted(name, notebook, notebooks)
+def instructor_version(name: str, notebook: NotebookNode, notebooks: Path = notebook_source.NOTEBOOKS) -> NotebookNode:
+    """Return the notebook with a hidden test, its points, in each check cell that counts."""
+    scored = notebook_source.scored_requirements(name, notebook, notebooks)
     for cell in notebook.cells:
-        if counted := held.get(cell["id"]):
+        if requirements := scored.get(cell["id"]):
             call = cell.source.strip().removesuffix(";")
-            points = f"sum(float(found.points) for found in answer.answers if found.id in {counted})"
+            points = f"sum(float(found.points) for found in answer.answers if found.id in {requirements})"
             cell.source = f"answer = {call}\nanswer\n### BEGIN HIDDEN TESTS\n{points}\n### END HIDDEN TESTS"
     return notebook

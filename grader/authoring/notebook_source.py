@@ -1,8 +1,7 @@
-"""Read a notebook's source: notebooks/source/NN_topic.py (jupytext, py:percent) as named, tagged cells. Nothing is run.
+"""Read a notebook's source, notebooks/source/NN_topic.py (jupytext, py:percent). Runs nothing.
 
-What a cell is, follows from its tags: `exercise` and `given` cells are whole files of the package (`%%writefile PATH`),
-`check` cells ask the grader. Ids are made from the section and the cell's place in it, so that a new cell renames
-only those that follow it in its own section; nbgrader finds its own marks in the metadata.
+`exercise` and `given` cells are whole files of the package (`%%writefile PATH`), `check` cells call the grader. Ids are
+made from the section and the cell's position in it, so a new cell renames only the cells after it in its own section.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ _NAME = re.compile(r"\d\d_\w+")
 _WRITES = re.compile(r"%%writefile +(\S+) *\n?")
 _CALL = re.compile(r"\bcheck\(([^)]*)\)")
 _SHIELD = "\N{ZERO WIDTH NO-BREAK SPACE}"
-_MOST = 64  # characters of a cell's id, by the notebook format
+_MAX_ID = 64  # characters of a cell's id, by the notebook format
 _LINK = re.compile(r"!\[[^\]]*\]\(([^)\s]+)[^)]*\)|<img[^>]*\ssrc=\"([^\"]+)\"")
 
 
@@ -45,8 +44,8 @@ def names(notebooks: Path = NOTEBOOKS) -> list[str]:
     return sorted(path.stem for path in (notebooks / "source").glob("*.py") if _NAME.fullmatch(path.stem))
 
 
-def named(numbers: Iterable[str], notebooks: Path = NOTEBOOKS) -> list[str]:
-    """Return the notebooks that begin with one of `numbers` ("05", or a whole name); all of them for none.
+def select(numbers: Iterable[str], notebooks: Path = NOTEBOOKS) -> list[str]:
+    """Return the notebooks with one of `numbers` ("05", or a whole name); all notebooks if `numbers` is empty.
 
     Raises:
         GraderError: there is no such notebook.
@@ -54,25 +53,25 @@ def named(numbers: Iterable[str], notebooks: Path = NOTEBOOKS) -> list[str]:
     known = names(notebooks)
     wanted = list(numbers)
     for number in wanted:
-        if not any(_goes_by(name, number) for name in known):
+        if not any(_matches(name, number) for name in known):
             raise GraderError(f"There is no notebook {number}; there are {', '.join(known) or 'none yet'}.")
-    return [name for name in known if not wanted or any(_goes_by(name, number) for number in wanted)]
+    return [name for name in known if not wanted or any(_matches(name, number) for number in wanted)]
 
 
-def _goes_by(name: str, number: str) -> bool:
+def _matches(name: str, number: str) -> bool:
     return number in (name, name.partition("_")[0])
 
 
 def read(name: str, rubric: Rubric, notebooks: Path = NOTEBOOKS) -> NotebookNode:
-    """Return the notebook `name` as its source says: cells with ids and marks, without outputs.
+    """Return the notebook `name` as its source defines it: cells with ids and nbgrader metadata, without outputs.
 
     Raises:
-        GraderError: jupytext is missing, or the source does not make a valid notebook.
+        GraderError: jupytext is missing, or the source is not a valid notebook.
     """
     try:
         import jupytext
     except ModuleNotFoundError as error:
-        raise GraderError("Notebooks are made with jupytext, which is missing. Run `make setup`.") from error
+        raise GraderError("jupytext, which reads the notebooks' sources, is missing. Run `make setup`.") from error
     source = notebooks / "source" / f"{name}.py"
     raw = jupytext.reads(_shielded(source.read_text(encoding="utf-8")), fmt="py:percent")
     notebook = nbformat.v4.new_notebook(
@@ -80,16 +79,16 @@ def read(name: str, rubric: Rubric, notebooks: Path = NOTEBOOKS) -> NotebookNode
         metadata=metadata(),
     )
     _name_cells(notebook)
-    _mark_for_nbgrader(name, notebook, rubric, notebooks)
+    _add_nbgrader_metadata(name, notebook, rubric, notebooks)
     try:
         nbformat.validate(notebook)
     except nbformat.ValidationError as error:
-        raise GraderError(f"{source.name} makes no valid notebook: {error}") from error
+        raise GraderError(f"{source.name} is not a valid notebook: {error}") from error
     return notebook
 
 
 def _shielded(text: str) -> str:
-    """Return the source with comments in whole files kept from jupytext, which takes `#!/usr/bin/env` for a magic."""
+    """Return the source with comments in whole files hidden from jupytext, which takes `#!/usr/bin/env` for a magic."""
     lines, whole_file, first = [], False, False
     for line in text.splitlines():
         if re.match(r"# %%(\s|$)", line):
@@ -103,13 +102,13 @@ def _shielded(text: str) -> str:
 
 
 def metadata() -> NotebookNode:
-    """Return what each notebook says of itself: the language and the kernel, no version."""
+    """Return the metadata of every notebook: language and kernel, without versions."""
     kernel = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
     return nbformat.from_dict({"kernelspec": kernel, "language_info": {"name": "python"}})
 
 
 def _cell(raw: NotebookNode) -> NotebookNode:
-    """Return the cell with its tags alone; what else jupytext and editors note is of no use to a reader."""
+    """Return the cell with its tags as its only metadata, without the notes of jupytext and editors."""
     tags = {"tags": list(raw.metadata["tags"])} if raw.metadata.get("tags") else {}
     if raw.cell_type == "code":
         return nbformat.v4.new_code_cell(raw.source.replace(_SHIELD, ""), metadata=tags)
@@ -118,22 +117,22 @@ def _cell(raw: NotebookNode) -> NotebookNode:
 
 def _name_cells(notebook: NotebookNode) -> None:
     taken: set[str] = set()
-    section, place = "start", 0
+    section, position = "start", 0
     for cell in notebook.cells:
         for heading in headings(cell):
             if heading.level == 2:
-                section, place = _slug(heading.text), 0
-        place += 1
+                section, position = _slug(heading.text), 0
+        position += 1
         if file := written_file(cell):
             wanted = f"file-{_slug(file)}"
         elif CHECK in tags(cell) and checked(cell):
             wanted = f"check-{_slug(' '.join(checked(cell)))}"
         else:
-            wanted = f"{section[: _MOST - 4]}-{place:02d}"
-        name, again = wanted[:_MOST], 1
+            wanted = f"{section[: _MAX_ID - 4]}-{position:02d}"
+        name, again = wanted[:_MAX_ID], 1
         while name in taken:
             again += 1
-            name = f"{wanted[: _MOST - 3]}-{again}"
+            name = f"{wanted[: _MAX_ID - 3]}-{again}"
         taken.add(name)
         cell["id"] = name
 
@@ -142,41 +141,40 @@ def _slug(text: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "section"
 
 
-def counted(name: str, notebook: NotebookNode, notebooks: Path = NOTEBOOKS) -> dict[str, list[str]]:
-    """Return the requirements whose points each check cell holds, by the cell's id.
+def scored_requirements(name: str, notebook: NotebookNode, notebooks: Path = NOTEBOOKS) -> dict[str, list[str]]:
+    """Return the requirements that each check cell scores, by the cell's id.
 
-    They lie in a requirement's last check of the course: only then is all there that it needs.
+    Only the last check of a requirement in the course scores it: earlier the package is incomplete.
     """
     last = {asked: source for source in names(notebooks) for asked in _asked(notebooks / "source" / f"{source}.py")}
     taken: set[str] = set()
     found = {}
-    for cell in reversed(notebook.cells):
-        if CHECK in tags(cell):
-            here = [asked for asked in checked(cell) if last.get(asked) == name and asked not in taken]
-            taken |= set(here)
-            found[str(cell["id"])] = here
+    for cell in reversed(check_cells(notebook)):
+        here = [asked for asked in checked(cell) if last.get(asked) == name and asked not in taken]
+        taken |= set(here)
+        found[str(cell["id"])] = here
     return found
 
 
 def _asked(source: Path) -> list[str]:
     lines = [line for line in source.read_text(encoding="utf-8").splitlines() if line.startswith("check(")]
-    return [name for line in lines for call in _CALL.findall(line) for name in re.findall(r"[\"'](\w+)[\"']", call)]
+    return _requirements("\n".join(lines))
 
 
-def _mark_for_nbgrader(name: str, notebook: NotebookNode, rubric: Rubric, notebooks: Path) -> None:
-    """Give exercises, given files and checks the metadata by which nbgrader knows what to lock and what to grade."""
+def _add_nbgrader_metadata(name: str, notebook: NotebookNode, rubric: Rubric, notebooks: Path) -> None:
+    """Add the metadata from which nbgrader knows which cells to lock and which to grade."""
     worth = {requirement.id: requirement.points for requirement in rubric.requirements}
-    held = counted(name, notebook, notebooks)
+    scored = scored_requirements(name, notebook, notebooks)
     for cell in notebook.cells:
         kind = {EXERCISE, GIVEN, CHECK} & set(tags(cell))
         if not kind:
             continue
-        points = sum(worth.get(asked, 0.0) for asked in held.get(cell["id"], []))
-        mark: dict[str, Any] = {
+        points = sum(worth.get(asked, 0.0) for asked in scored.get(cell["id"], []))
+        added: dict[str, Any] = {
             "schema_version": 3, "grade_id": cell["id"], "task": False,
             "grade": points > 0, "solution": kind == {EXERCISE}, "locked": kind != {EXERCISE},
         }  # fmt: skip
-        cell.metadata["nbgrader"] = mark | ({"points": points} if points else {})
+        cell.metadata["nbgrader"] = added | ({"points": points} if points else {})
 
 
 def tags(cell: NotebookNode) -> list[str]:
@@ -184,8 +182,13 @@ def tags(cell: NotebookNode) -> list[str]:
     return list(cell.metadata.get("tags", []))
 
 
+def check_cells(notebook: NotebookNode) -> list[NotebookNode]:
+    """Return the cells that call `check`."""
+    return [cell for cell in notebook.cells if CHECK in tags(cell)]
+
+
 def headings(cell: NotebookNode) -> Iterator[Heading]:
-    """Give the headings of a markdown cell; a `#` in a fenced block is none."""
+    """Yield the headings of a markdown cell; a `#` in a fenced block is not one."""
     if cell.cell_type != "markdown":
         return
     fenced = False
@@ -209,7 +212,7 @@ def sections(notebook: NotebookNode) -> dict[str, list[NotebookNode]]:
 
 
 def written_file(cell: NotebookNode) -> str | None:
-    """Return the path below the package that the cell writes, None if it is no exercise and nothing given."""
+    """Return the path in the package that an exercise or given cell writes, None for other cells."""
     if not {EXERCISE, GIVEN} & set(tags(cell)):
         return None
     match = _WRITES.match(cell.source)
@@ -217,21 +220,25 @@ def written_file(cell: NotebookNode) -> str | None:
 
 
 def body(cell: NotebookNode) -> str:
-    """Return what the cell writes to its file: IPython ends it with one line break."""
+    """Return the text that the cell writes to its file; IPython ends it with a line break."""
     text = _WRITES.sub("", cell.source, count=1)
     return text if text.endswith("\n") else text + "\n"
 
 
 def with_body(cell: NotebookNode, text: str) -> str:
-    """Return the cell's source with another file's text in place of its own."""
+    """Return the cell's source with `text` as the text of its file."""
     return cell.source.partition("\n")[0] + "\n" + text.rstrip("\n")
 
 
 def checked(cell: NotebookNode) -> list[str]:
     """Return the requirements that a cell's `check(...)` asks for, in its order."""
-    return [name for call in _CALL.findall(cell.source) for name in re.findall(r"[\"'](\w+)[\"']", call)]
+    return _requirements(cell.source)
+
+
+def _requirements(source: str) -> list[str]:
+    return [name for call in _CALL.findall(source) for name in re.findall(r"[\"'](\w+)[\"']", call)]
 
 
 def pictures(cell: NotebookNode) -> list[str]:
-    """Return the targets of the pictures that a markdown cell shows."""
+    """Return the targets of the pictures in a markdown cell."""
     return [a or b for a, b in _LINK.findall(cell.source)] if cell.cell_type == "markdown" else []

@@ -1,8 +1,8 @@
-"""Both runs of the notebooks, beside each other: untouched and alone, and solved in a row in one workspace.
+"""Run the notebooks in the background in two ways: untouched, each by itself, and solved, in order in one workspace.
 
-Each notebook is run once in each way, as far as tests ask for it. Three run at a time, for a notebook waits as well as
-computes: for discovery, for a process to start, for a build. So the row is two, unless somebody asks for what a whole
-one leaves: the second begins in the middle, as a student may, with what `start_at` lays out.
+Each notebook runs once in each way if a test asks for it. Three run at a time, because a notebook often waits: for
+discovery, a process, a build. So the solved ones run in two sequences, unless the package at the end of the whole
+course is wanted; the second sequence begins with the package that `start_at` lays out.
 """
 
 from __future__ import annotations
@@ -17,57 +17,61 @@ from grader.contract import spec
 from grader.notebook import checkpoints
 from grader.notebook.workspace import Workspace
 from grader.scoring.rubric import Rubric
-from helpers.notebook_rooms import room
+from helpers.notebook_isolation import isolated_folder
 from helpers.notebook_validation import Validation, validate
 
 MIDDLE = "07_going_there"
 
 
 class Course:
-    """The runs that tests ask for, begun before the first of them is waited for."""
+    """The runs that tests ask for, all started at once."""
 
     def __init__(
         self, folder: Path, rubric: Rubric, untouched: Sequence[str], solved: Sequence[str], *, whole: bool = False
     ) -> None:
-        self._open = ExitStack()
+        self._stack = ExitStack()
         self.rubric = rubric
-        self._alone, self._rows = ThreadPoolExecutor(1), []
+        pool = self._pool()
         self._untouched: dict[str, Future[Validation]] = {
-            name: self._alone.submit(validate, notebook_source.NOTEBOOKS / f"{name}.ipynb") for name in untouched
+            name: pool.submit(validate, notebook_source.NOTEBOOKS / f"{name}.ipynb") for name in untouched
         }
-        self._solved: dict[str, Future[notebook_run.Performance]] = {}
+        self._solved: dict[str, Future[notebook_run.NotebookRun]] = {}
         names = notebook_source.names()
         middle = 0 if whole else names.index(MIDDLE)
-        for row in (names[:middle], names[middle:]):
-            # A row has no gaps: a notebook builds on what those before it have left.
-            wanted = row[: 1 + max((row.index(name) for name in solved if name in row), default=-1)]
-            self.workspace = self._open.enter_context(room(folder)) / "ws"
-            pool = ThreadPoolExecutor(1)
-            self._rows.append(pool)
-            for name in wanted:
-                self._solved[name] = pool.submit(self._play, name, self.workspace, begins=name == row[0] == MIDDLE)
+        for sequence in (names[:middle], names[middle:]):
+            # A sequence has no gaps: each notebook builds on the package that the ones before it leave.
+            last = max((sequence.index(name) for name in solved if name in sequence), default=-1)
+            self.workspace = self._stack.enter_context(isolated_folder(folder)) / "ws"
+            pool = self._pool()
+            for name in sequence[: last + 1]:
+                lay_out = name == sequence[0] == MIDDLE
+                self._solved[name] = pool.submit(self._solve, name, self.workspace, lay_out=lay_out)
 
-    def _play(self, name: str, workspace: Path, begins: bool) -> notebook_run.Performance:
-        if begins:
+    def _pool(self) -> ThreadPoolExecutor:
+        """Return a new thread; when the course is closed, it starts nothing more and its current run is awaited."""
+        pool = ThreadPoolExecutor(1)
+        self._stack.callback(pool.shutdown, cancel_futures=True)
+        return pool
+
+    def _solve(self, name: str, workspace: Path, lay_out: bool) -> notebook_run.NotebookRun:
+        if lay_out:
             checkpoints.start_at(Workspace(workspace), name)
         notebook = notebook_run.solved(name, notebook_source.read(name, self.rubric), checkpoint_texts.solution)
-        return notebook_run.play(notebook, workspace)
+        return notebook_run.execute(notebook, workspace)
 
     def untouched(self, name: str) -> Validation:
-        """Return what nbval found in the notebook, run alone as it is shipped."""
+        """Return nbval's result for the notebook, run by itself as it is shipped."""
         return self._untouched[name].result()
 
-    def solved(self, name: str) -> notebook_run.Performance:
-        """Return the notebook, run after those before it in its row, with the reference's files in the exercises."""
+    def solved(self, name: str) -> notebook_run.NotebookRun:
+        """Return the run of the solved notebook, after those before it in its sequence."""
         return self._solved[name].result()
 
     @property
     def package(self) -> Path:
-        """Return the package that the last row leaves."""
+        """Return the package that the last sequence leaves."""
         return self.workspace / "src" / spec.PACKAGE
 
     def close(self) -> None:
-        """Begin nothing more, and wait for what runs."""
-        for pool in (self._alone, *self._rows):
-            pool.shutdown(cancel_futures=True)
-        self._open.close()
+        """Start nothing more, wait for the current runs, and delete the folders."""
+        self._stack.close()

@@ -1,4 +1,4 @@
-"""Fixtures for tests of notebooks: the course's own, and a small example on which every rule can be broken."""
+"""Fixtures for tests of notebooks: the course, a small example that can break every rule, and a workspace."""
 
 from __future__ import annotations
 
@@ -47,14 +47,14 @@ def built_example(tmp_path_factory: pytest.TempPathFactory, rubric: Rubric) -> P
     """The folder of the example, built once: it needs no ROS."""
     folder = tmp_path_factory.mktemp("built") / "notebooks"
     shutil.copytree(EXAMPLE, folder)
-    played = book.build("02_example", rubric, folder)
-    assert played.error is None
+    run = book.build("02_example", rubric, folder)
+    assert run.error is None
     return folder
 
 
 @pytest.fixture
 def example(built_example: Path, tmp_path: Path) -> Path:
-    """A copy of the built example, to be damaged."""
+    """A copy of the built example that a test may change."""
     return Path(shutil.copytree(built_example, tmp_path / "notebooks"))
 
 

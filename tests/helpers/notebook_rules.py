@@ -1,6 +1,6 @@
-"""What every notebook of the course must be: rules, each a function from a notebook to what is wrong with it.
+"""Rules for every notebook of the course: functions from a notebook to its violations, one sentence each.
 
-They are kept apart from the tests, so that `test_notebook_rules.py` can show on a small example that each can fail.
+They are separate from the tests, so that `test_notebook_rules.py` can show on a small example that each can fail.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from nbformat import NotebookNode
 from grader.authoring import notebook_run, notebook_source
 from grader.scoring.rubric import Rubric
 
-# Lines of code; whole files, which exercises and given cells are, may be longer. Plots and nodes to break need some.
+# Lines of code. Exercises and given cells, which are whole files, may be longer; plots need more than the usual.
 LONGEST_CELL, USUAL_CELL = 30, 8
 MOST_BYTES = 1_500_000  # of a notebook with its pictures: code-hosting sites stop showing larger ones
 HINTS = 3
 RECALL = 3
 IGNORED = "nbval-ignore-output"
 
-# Where this machine, this day or this process shows in an output.
+# Traces of this machine, this day or this process in an output.
 MACHINE = re.compile(
     r"\bat 0x[0-9a-f]{6}|/tmp/|/root\b|/home/\w|/work/|/usr/(?!bin/env)|/Users/|\bpid[ =:]+\d|\b1[6-9]\d{8}\.\d{3,}"
     r"|\b20[2-9]\d-\d\d-\d\d"
 )
 
-# What a node logs goes to stderr too, and may be what the cell is there to show.
+# A node's log goes to stderr too, and a cell may be meant to show it.
 LOGGED = re.compile(r"(\[(INFO|WARN|ERROR|FATAL)\] \[.*\n?)+")
 
 
 @dataclass(frozen=True)
 class Page:
-    """A notebook with its name and the folder that it lies in; `notebook` may hold stored outputs."""
+    """A notebook with its name and its folder; `notebook` may hold stored outputs."""
 
     name: str
     notebook: NotebookNode
@@ -47,12 +47,12 @@ class Page:
 
     def opening(self) -> str:
         """Return the markdown before the first section that has code."""
-        said = []
+        texts = []
         for cell in self.notebook.cells:
             if cell.cell_type == "code":
                 break
-            said.append(cell.source)
-        return "\n".join(said)
+            texts.append(cell.source)
+        return "\n".join(texts)
 
     def markdown(self) -> str:
         return "\n\n".join(cell.source for cell in self.notebook.cells if cell.cell_type == "markdown")
@@ -90,7 +90,7 @@ def says_how_long_it_takes(page: Page) -> Iterator[str]:
 
 
 def says_what_the_package_holds(page: Page) -> Iterator[str]:
-    """From the second notebook on there is something to show."""
+    """Applies from notebook 02 on: before, the package is empty."""
     if page.number > "01" and "── " not in page.markdown():
         yield "shows no tree of what the package holds so far"
 
@@ -120,7 +120,7 @@ def folds_are_closed(page: Page) -> Iterator[str]:
 
 
 def exercises_are_checked_and_hinted(page: Page) -> Iterator[str]:
-    """Exercises that follow each other without a check between them share one, and its hints."""
+    """Exercises without a check between them share the next check and its hints."""
     open_: list[str] = []
     hints, asked = 0, True
     for cell in [*page.notebook.cells, None]:
@@ -152,9 +152,9 @@ def tags_fit_the_cells(page: Page) -> Iterator[str]:
         if cell.cell_type == "code" and bool(notebook_source.checked(cell)) != (notebook_source.CHECK in tags):
             yield f"cell {cell['id']}: the tag `check` and a call of check() belong together"
         if notebook_source.CHECK in tags and not re.fullmatch(r"(#.*\n)*check\([^)]*\);?", cell.source.strip()):
-            yield f"cell {cell['id']}: a check stands alone in its cell"
+            yield f"cell {cell['id']}: a check must be alone in its cell"
         if notebook_source.CHECK in tags and IGNORED in tags:
-            yield f"cell {cell['id']}: what a check says of an untouched notebook is the same everywhere: compare it"
+            yield f"cell {cell['id']}: a check's answer to an untouched notebook is the same everywhere; compare it"
 
 
 def cells_are_short(page: Page) -> Iterator[str]:
@@ -177,7 +177,7 @@ def pictures_are_ours(page: Page) -> Iterator[str]:
             if re.match(r"\w+:|//", target):
                 yield f"cell {cell['id']} shows a picture from the network: {target}"
             elif not (page.folder / target).is_file():
-                yield f"cell {cell['id']} shows {target}, which is not there"
+                yield f"cell {cell['id']} shows {target}, which does not exist"
 
 
 def links_lead_somewhere(page: Page) -> Iterator[str]:
@@ -188,23 +188,23 @@ def links_lead_somewhere(page: Page) -> Iterator[str]:
             path, _, _section = target.partition("#")
             made = page.folder / "source" / path.replace(".ipynb", ".py")
             if path and not re.match(r"\w+:", path) and not ((page.folder / path).exists() or made.exists()):
-                yield f"cell {cell['id']} links to {target}, which is not there"
+                yield f"cell {cell['id']} links to {target}, which does not exist"
 
 
 def sections_of_the_rubric_are_there(page: Page, rubric: Rubric) -> Iterator[str]:
     """Each requirement is taught where rubric.yaml says, and named there."""
-    held = notebook_source.sections(page.notebook)
+    sections = notebook_source.sections(page.notebook)
     for requirement in rubric.requirements:
         name, _, title = requirement.section.partition("#")
         if name != page.name:
             continue
-        if title not in held:
+        if title not in sections:
             yield f"{requirement.id}: there is no section `## {title}`"
-        elif not any(re.search(rf"\b{requirement.id}\b", cell.source) for cell in held[title]):
+        elif not any(re.search(rf"\b{requirement.id}\b", cell.source) for cell in sections[title]):
             yield f"{requirement.id} is not named in its section `## {title}`"
 
 
-# Rules for what is stored: outputs.
+# Rules for stored outputs.
 
 
 def ran_without_an_exception(page: Page) -> Iterator[str]:
@@ -215,7 +215,7 @@ def ran_without_an_exception(page: Page) -> Iterator[str]:
             if output.output_type == "error":
                 yield f"cell {cell['id']} raised {output.ename}: {output.evalue}"
             elif output.output_type == "stream" and output.name == "stderr" and not LOGGED.fullmatch(output.text):
-                yield f"cell {cell['id']} wrote to stderr, which a reader takes for a fault: {output.text[:200]!r}"
+                yield f"cell {cell['id']} wrote to stderr, which readers take for an error: {output.text[:200]!r}"
 
 
 def checks_say_not_yet(page: Page) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Validate a notebook's stored outputs with nbval, in a workspace of its own, and read what it found."""
+"""Validate a notebook's stored outputs with nbval, in a workspace of its own."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader.authoring import notebook_run
-from helpers.notebook_rooms import room as open_room
+from helpers.notebook_isolation import isolated_folder
 
-# What may differ although the notebook is right; the places of this machine come on top.
+# Parts of an output that may differ in a correct notebook, besides the paths of this machine.
 HARMLESS = (
-    (r"base64,[A-Za-z0-9+/=\s]+", "base64,PICTURE"),  # pictures within HTML; pictures on their own nbval leaves out
+    (r"base64,[A-Za-z0-9+/=\s]+", "base64,PICTURE"),  # pictures in HTML; nbval itself ignores other pictures
     (r"\x1b\[[0-9;]*m", ""),
-    (r"</?[a-z][^<>]*>", ""),  # HTML without its tags: what it says counts, and plain text stands beside it
+    (r"</?[a-z][^<>]*>", ""),  # HTML tags: the text counts, and the plain text is compared too
 )
 
-# nbval runs cells outside the history, where IPython looks for the semicolon that keeps a value from being shown.
+# IPython looks in the history for the semicolon that suppresses a value, and nbval runs cells outside the history.
 SEMICOLONS = """
 def note(info):
     if not info.store_history:
@@ -32,7 +32,7 @@ get_ipython().events.register("pre_run_cell", note)
 
 @dataclass(frozen=True)
 class Validation:
-    """What nbval found: how many cells it ran, which of them did not do what the stored notebook shows."""
+    """nbval's result: the number of cells it ran, and one text for each cell that differs from the stored notebook."""
 
     cells: int
     problems: tuple[str, ...]
@@ -40,27 +40,27 @@ class Validation:
 
 def validate(path: Path, cell_seconds: float = notebook_run.CELL_SECONDS) -> Validation:
     """Run the notebook `path` in an empty workspace and compare every output with the stored one."""
-    with open_room() as room:
-        workspace, sanitize, report = room / "ws", room / "sanitize.cfg", room / "report.xml"
+    with isolated_folder() as folder:
+        workspace, sanitize, report = folder / "ws", folder / "sanitize.cfg", folder / "report.xml"
         patterns = (*notebook_run.path_patterns(workspace), *HARMLESS)
         sanitize.write_text(
             "".join(f"[{i}]\nregex: {a}\nreplace: {b}\n\n" for i, (a, b) in enumerate(patterns, start=1))
         )
-        (room / "pytest.ini").write_text("[pytest]\n")  # else it would take ours
-        (room / "notebooks").mkdir()
+        (folder / "pytest.ini").write_text("[pytest]\n")  # or pytest would use ours
+        (folder / "notebooks").mkdir()
         environment = notebook_run.environment(workspace)
         startup = Path(environment["IPYTHONDIR"]) / "profile_default" / "startup"
         startup.mkdir(parents=True)
         (startup / "semicolons.py").write_text(SEMICOLONS)
-        shutil.copy(path, room / "notebooks")
+        shutil.copy(path, folder / "notebooks")
         ran = subprocess.run(
             [
                 sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--color=no",
-                "-c", str(room / "pytest.ini"), "--rootdir", str(room), "--junit-xml", str(report),
+                "-c", str(folder / "pytest.ini"), "--rootdir", str(folder), "--junit-xml", str(report),
                 "--nbval", "--nbval-current-env", "--nbval-sanitize-with", str(sanitize),
                 "--nbval-cell-timeout", str(cell_seconds), f"notebooks/{path.name}",
             ],
-            cwd=room, env=environment, capture_output=True, text=True, check=False,
+            cwd=folder, env=environment, capture_output=True, text=True, check=False,
         )  # fmt: skip
         if not report.exists():
             return Validation(0, (f"nbval did not run:\n{ran.stdout[-2000:]}{ran.stderr[-2000:]}",))

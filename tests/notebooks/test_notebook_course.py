@@ -1,4 +1,4 @@
-"""The course's notebooks as they lie in the tree: nothing here runs them."""
+"""The course's notebooks as they are stored: nothing here runs them."""
 
 from __future__ import annotations
 
@@ -15,38 +15,38 @@ NAMES = notebook_source.names()
 BUILT = [name for name in NAMES if (notebook_source.NOTEBOOKS / f"{name}.ipynb").exists()]
 
 
-def said_nothing(problems: Iterable[str]) -> None:
-    """Fail with every problem in sight: an author mends them all at once."""
+def expect_none(problems: Iterable[str]) -> None:
+    """Fail with the list of all problems, so that an author can fix them at once."""
     found = list(problems)
     assert not found, "\n".join(found)
 
 
-def test_the_course_is_whole(rubric: Rubric):
+def test_the_course_has_all_its_notebooks(rubric: Rubric):
     taught = {requirement.section.partition("#")[0] for requirement in rubric.requirements}
     assert list(checkpoints.NOTEBOOKS) == NAMES
     assert taught <= set(NAMES)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_notebook_is_what_its_source_makes(name: str, rubric: Rubric):
-    said_nothing(book.differences(name, rubric))
+def test_the_notebook_matches_its_source(name: str, rubric: Rubric):
+    expect_none(book.differences(name, rubric))
 
 
 @pytest.mark.parametrize("rule", OF_SOURCES, ids=lambda rule: rule.__name__)
 @pytest.mark.parametrize("name", NAMES)
-def test_source(rule: Rule, name: str, source_page: Callable[[str], Page]):
-    said_nothing(rule(source_page(name)))
+def test_the_source_keeps_the_rule(rule: Rule, name: str, source_page: Callable[[str], Page]):
+    expect_none(rule(source_page(name)))
 
 
 @pytest.mark.parametrize("rule", OF_OUTPUTS, ids=lambda rule: rule.__name__)
 @pytest.mark.parametrize("name", BUILT)
-def test_stored_output(rule: Rule, name: str, stored_page: Callable[[str], Page]):
-    said_nothing(rule(stored_page(name)))
+def test_the_stored_outputs_keep_the_rule(rule: Rule, name: str, stored_page: Callable[[str], Page]):
+    expect_none(rule(stored_page(name)))
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_requirements_are_taught_where_the_rubric_says(name: str, rubric: Rubric, source_page: Callable[[str], Page]):
-    said_nothing(sections_of_the_rubric_are_there(source_page(name), rubric))
+    expect_none(sections_of_the_rubric_are_there(source_page(name), rubric))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -70,6 +70,6 @@ def test_each_requirement_is_checked_in_some_notebook(rubric: Rubric, source_pag
     assert {requirement.id for requirement in rubric.requirements} - asked == set()
 
 
-def test_the_table_of_sections_is_as_the_rubric_and_the_notebooks_are(rubric: Rubric):
+def test_the_table_of_sections_matches_the_rubric_and_the_notebooks(rubric: Rubric):
     page = book.PAGE.read_text()
     assert book.with_table(page, rubric) == page, "run `python -m grader.authoring.book table`"

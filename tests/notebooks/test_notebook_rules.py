@@ -1,4 +1,4 @@
-"""Each rule for notebooks holds for the example, and is broken by a fault that it is there for."""
+"""Each rule for notebooks holds for the example, and fails for the violation that it is meant to find."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def test_the_example_keeps_the_rule(rule: Rule, example: Path, rubric: Rubric):
     assert list(rule(page_of(example, rubric))) == []
 
 
-FAULTS = [
+VIOLATIONS = [
     ("has_one_title", "# # An example", "# An example"),
     ("has_one_title", "# ## Recall", "# # Recall"),
     ("opens_with_a_picture", "![What will be there at the end](pictures/02.png)", "no picture"),
@@ -60,18 +60,18 @@ FAULTS = [
 ]
 
 
-@pytest.mark.parametrize(("name", "old", "new"), FAULTS, ids=[f"{n}-{i}" for i, (n, _, _) in enumerate(FAULTS)])
-def test_a_fault_breaks_the_rule(name: str, old: str, new: str, example: Path, rubric: Rubric):
+@pytest.mark.parametrize(("name", "old", "new"), VIOLATIONS, ids=[f"{n}-{i}" for i, (n, _, _) in enumerate(VIOLATIONS)])
+def test_a_violation_breaks_the_rule(name: str, old: str, new: str, example: Path, rubric: Rubric):
     rule = next(rule for rule in OF_SOURCES if rule.__name__ == name)
     edit(example, old, new)
     assert list(rule(page_of(example, rubric))) != []
 
 
-def test_each_rule_for_sources_has_a_fault_that_breaks_it():
-    assert {name for name, _, _ in FAULTS} == {rule.__name__ for rule in OF_SOURCES}
+def test_each_rule_for_sources_has_a_violation():
+    assert {name for name, _, _ in VIOLATIONS} == {rule.__name__ for rule in OF_SOURCES}
 
 
-def test_a_section_that_the_rubric_names_must_be_there(example: Path, rubric: Rubric):
+def test_a_section_that_the_rubric_names_must_exist(example: Path, rubric: Rubric):
     page = page_of(example, rubric)
     named = Page("02_interfaces", page.notebook, page.folder)
     assert list(sections_of_the_rubric_are_there(named, rubric)) == []
@@ -129,14 +129,14 @@ def test_a_large_notebook_breaks_the_rule(example: Path):
     assert list(rule(page)) == ["is 2.0 MB large, more than 1.5"]
 
 
-def test_nbval_finds_the_stored_outputs_again(example: Path):
+def test_nbval_reproduces_the_stored_outputs(example: Path):
     """Also where a semicolon keeps a value from being shown."""
     found = validate(example / f"{NAME}.ipynb")
     assert found.problems == ()
     assert found.cells == len(stored_in(example).code())
 
 
-def test_nbval_notices_an_exception_and_an_output_that_is_not_what_the_code_gives(example: Path):
+def test_nbval_notices_an_exception_and_a_wrong_stored_output(example: Path):
     page = stored_in(example)
     page.code()[1].outputs[0].text = "one\nthree\n"
     page.code()[2].source = "raise ValueError('no')"
@@ -147,14 +147,14 @@ def test_nbval_notices_an_exception_and_an_output_that_is_not_what_the_code_give
     assert "ValueError: no" in raised
 
 
-def test_solved_the_example_passes(example: Path, rubric: Rubric, tmp_path: Path, answer: notebook_run.Solutions):
-    played = notebook_run.play(
+def test_the_solved_example_passes(example: Path, rubric: Rubric, tmp_path: Path, answer: notebook_run.Solutions):
+    run = notebook_run.execute(
         notebook_run.solved(NAME, notebook_source.read(NAME, rubric, example), answer), tmp_path / "ws"
     )
-    assert played.error is None
-    assert notebook_run.unpassed(played.notebook) == []
-    assert played.answers == ["I3 passed (5 of 5)"]
+    assert run.error is None
+    assert notebook_run.not_passed(run.notebook) == []
+    assert run.answers == ["I3 passed (5 of 5)"]
 
 
-def test_unsolved_it_does_not(example: Path):
-    assert notebook_run.unpassed(stored_in(example).notebook) == ["I3"]
+def test_the_unsolved_example_does_not_pass(example: Path):
+    assert notebook_run.not_passed(stored_in(example).notebook) == ["I3"]

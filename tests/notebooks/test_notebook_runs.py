@@ -1,4 +1,4 @@
-"""Every notebook runs from top to bottom: alone and untouched, and solved, in a row in one workspace."""
+"""Every notebook runs from top to bottom: untouched in an empty workspace, and solved, in order in one workspace."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def course(
 ) -> Iterator[Course]:
     asked: dict[str, list[str]] = {"untouched": [], "solved": []}
     for item in request.session.items:
-        if item.path == request.path and (way := next((way for way in asked if f"_{way}" in item.name), None)):
-            asked[way].append(item.callspec.params["name"] if hasattr(item, "callspec") else NAMES[-1])
+        if item.path == request.path and (kind := next((kind for kind in asked if f"_{kind}" in item.name), None)):
+            asked[kind].append(item.callspec.params["name"] if hasattr(item, "callspec") else NAMES[-1])
     whole = any(item.path == request.path and item.get_closest_marker("slow") for item in request.session.items)
     course = Course(tmp_path_factory.mktemp("course"), rubric, asked["untouched"], asked["solved"], whole=whole)
     yield course
@@ -33,7 +33,7 @@ def course(
 
 @pytest.mark.parametrize("name", NAMES)
 def test_untouched_and_alone_it_shows_what_is_stored(name: str, course: Course):
-    """No exception, and each output as stored; that the stored checks say "not yet" is a rule of its own."""
+    """No exception, and each output as stored; another rule asserts that the stored checks say "not yet"."""
     found = course.untouched(name)
     assert not found.problems, "\n".join(found.problems)
     assert found.cells > 0
@@ -41,9 +41,9 @@ def test_untouched_and_alone_it_shows_what_is_stored(name: str, course: Course):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_solved_its_checks_pass(name: str, course: Course):
-    played = course.solved(name)
-    assert played.error is None
-    assert notebook_run.unpassed(played.notebook) == [], "\n".join(notebook_run.said_by_checks(played.notebook))
+    run = course.solved(name)
+    assert run.error is None
+    assert notebook_run.not_passed(run.notebook) == [], "\n".join(notebook_run.check_outputs(run.notebook))
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""From a source to a notebook: ids that stay, outputs that name no machine, marks that nbgrader reads."""
+"""From a source to a notebook: stable ids, outputs without traces of the machine, metadata for nbgrader."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from grader.authoring import book, notebook_source
+from grader.authoring import book, notebook_source, stored_outputs
 from grader.errors import GraderError
 from grader.scoring.rubric import Rubric
 
@@ -57,7 +57,7 @@ def test_building_twice_writes_the_same_bytes(built_example: Path, tmp_path: Pat
     assert (tmp_path / "again.ipynb").read_bytes() == (built_example / f"{NAME}.ipynb").read_bytes()
 
 
-def test_outputs_are_stored_without_this_machine(built_example: Path):
+def test_stored_outputs_name_no_machine(built_example: Path):
     stored = book.read_stored(built_example / f"{NAME}.ipynb")
     (begun, printed, *_) = [cell for cell in stored.cells if cell.cell_type == "code"]
     assert begun.outputs[0].text == "notebook 02 in ws\n"
@@ -65,7 +65,7 @@ def test_outputs_are_stored_without_this_machine(built_example: Path):
     assert all("execution" not in cell.metadata for cell in stored.cells)
 
 
-def test_nbgrader_finds_its_marks(example: Path, rubric: Rubric):
+def test_nbgrader_finds_its_metadata(example: Path, rubric: Rubric):
     notebook = notebook_source.read("02_interfaces", rubric, renamed(example, "02_interfaces"))
     marks = {cell["id"]: cell.metadata.nbgrader for cell in notebook.cells if "nbgrader" in cell.metadata}
     common = {"schema_version": 3, "task": False}
@@ -76,10 +76,11 @@ def test_nbgrader_finds_its_marks(example: Path, rubric: Rubric):
     }
 
 
-def test_the_points_of_a_requirement_lie_in_its_last_check(example: Path, rubric: Rubric):
+def test_the_last_check_of_a_requirement_holds_its_points(example: Path, rubric: Rubric):
     later = source(example).read_text().replace('check("I3")', 'check("I4", "I3")')
     (example / "source" / "07_later.py").write_text(later)
-    assert notebook_source.counted(NAME, notebook_source.read(NAME, rubric, example), example) == {"check-i3": []}
+    notebook = notebook_source.read(NAME, rubric, example)
+    assert notebook_source.scored_requirements(NAME, notebook, example) == {"check-i3": []}
     marks = {
         cell["id"]: cell.metadata.get("nbgrader", {})
         for cell in notebook_source.read("07_later", rubric, example).cells
@@ -90,7 +91,7 @@ def test_the_points_of_a_requirement_lie_in_its_last_check(example: Path, rubric
 
 
 def test_nbgrader_counts_the_points_of_a_check(example: Path, tmp_path: Path):
-    """A last value that is a number is partial credit; what stands between the marks is hidden from students."""
+    """A number as the last value is partial credit; the lines between the marks are hidden from students."""
     assert book.main(["nbgrader", "02", "--folder", str(example), "--out", str(tmp_path)]) == 0
     written = book.read_stored(tmp_path / "source" / "notebooks" / f"{NAME}.ipynb")
     (checked,) = [cell for cell in written.cells if cell["id"] == "check-i3"]
@@ -130,7 +131,7 @@ def test_without_running_unchanged_cells_keep_their_outputs(example: Path, rubri
     assert cells["same-name-same-type-02"].outputs == []
 
 
-def test_an_exception_leaves_the_old_notebook_and_is_told(
+def test_an_exception_keeps_the_old_notebook_and_is_reported(
     example: Path, rubric: Rubric, capsys: pytest.CaptureFixture[str]
 ):
     before = (example / f"{NAME}.ipynb").read_bytes()
@@ -141,30 +142,30 @@ def test_an_exception_leaves_the_old_notebook_and_is_told(
     assert (example / f"{NAME}.ipynb").read_bytes() == before
 
 
-def test_a_notebook_that_is_not_there_is_told(example: Path):
+def test_an_unknown_notebook_is_an_error(example: Path):
     with pytest.raises(GraderError, match="There is no notebook 07; there are 02_example"):
-        notebook_source.named(["07"], example)
+        notebook_source.select(["07"], example)
 
 
-def test_a_widget_that_left_a_picture_is_that_picture():
+def test_a_widget_with_a_static_picture_is_stored_as_that_picture():
     widget = {"application/vnd.jupyter.widget-view+json": {"model_id": "1"}, "image/png": png(4), "text/plain": "Live"}
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("live")])
     notebook.cells[0].outputs = [nbformat.v4.new_output("display_data", data=widget)]
-    book.clean(notebook, Path("ws"))
+    stored_outputs.clean(notebook, Path("ws"))
     assert set(notebook.cells[0].outputs[0].data) == {"image/png", "text/plain"}
 
 
-def test_pictures_are_made_small():
-    assert len(book.small_png(png(400))) < len(png(400)) / 2
+def test_stored_pictures_are_small():
+    assert len(stored_outputs.small_png(png(400))) < len(png(400)) / 2
 
 
 def png(width: int) -> str:
-    """Return a picture of many soft colours."""
+    """Return a picture with many colours."""
     from PIL import Image
 
-    held = io.BytesIO()
-    Image.linear_gradient("L").resize((width, width)).convert("RGBA").rotate(30).save(held, "png")
-    return base64.b64encode(held.getvalue()).decode()
+    stream = io.BytesIO()
+    Image.linear_gradient("L").resize((width, width)).convert("RGBA").rotate(30).save(stream, "png")
+    return base64.b64encode(stream.getvalue()).decode()
 
 
 def test_a_whole_file_keeps_its_first_line_and_its_comments(example: Path, rubric: Rubric):

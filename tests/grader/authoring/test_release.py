@@ -1,4 +1,4 @@
-"""`grader release`: what students get, what they do not, and that the course can be gone through with it."""
+"""`grader release`: what is in the students' kit, what is not, and that the course works with it."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def names(kit: Path) -> list[str]:
     return sorted(path.relative_to(kit).as_posix() for path in kit.rglob("*") if path.is_file())
 
 
-def test_there_is_one_folder_with_what_a_student_needs(kit: Path):
+def test_the_kit_is_one_folder_with_everything_a_student_needs(kit: Path):
     assert {path.name for path in kit.iterdir()} == {
         ".ci", ".gitignore", "LICENSE", "Makefile", "README.md", "docs", "grader", "notebooks", "pyproject.toml",
         "requirements.txt", "rubric.yaml", "sim",
@@ -52,24 +52,24 @@ def test_there_is_one_folder_with_what_a_student_needs(kit: Path):
     assert "docs/handout.md" in names(kit)
 
 
-def test_what_only_an_instructor_has_is_not_in_it(kit: Path):
+def test_the_kit_holds_nothing_meant_for_instructors(kit: Path):
     assert [name for name in names(kit) if name.startswith(WITHHELD) or "__pycache__" in name] == []
 
 
-def test_no_exercise_lies_solved_in_it(kit: Path):
-    """Interfaces are printed in the handout; all else that a student writes is in no file that can be read."""
+def test_the_kit_holds_no_solved_exercise(kit: Path):
+    """The handout prints the interfaces; no readable file holds any other solution."""
     texts = {name: (kit / name).read_text(errors="replace") for name in names(kit)}
-    held = "\n".join(text.replace("\\n", "\n").replace('\\"', '"') for text in texts.values())
+    readable = "\n".join(text.replace("\\n", "\n").replace('\\"', '"') for text in texts.values())
     for notebook in checkpoints.NOTEBOOKS:
         for path in checkpoints.checkpoint(notebook).exercises:
             if path.startswith(("msg/", "srv/", "action/")):
                 continue
             longest = max(checkpoint_texts.solution(notebook, path).split("\n\n"), key=len)
-            assert longest not in held, path
+            assert longest not in readable, path
 
 
 def longest_quotation(solution: str, text: str) -> list[str]:
-    """Return the most lines in a row of a solution, blank ones apart, that stand in `text` in a row."""
+    """Return the longest run of lines of a solution, without the blank ones, that `text` also holds."""
     lines, longest = solution.splitlines(), []
     for begin in range(len(lines)):
         end = begin
@@ -79,7 +79,7 @@ def longest_quotation(solution: str, text: str) -> list[str]:
     return longest
 
 
-def test_the_program_of_the_kit_quotes_no_solution(kit: Path):
+def test_the_code_of_the_kit_quotes_no_solution(kit: Path):
     """Seven lines at most: the kit builds the contract's interfaces itself, and that takes the same CMake command."""
     programs = {name: (kit / name).read_text() for name in names(kit) if name.endswith((".py", ".txt", ".yaml"))}
     assert "grader/notebook/checkpoints.py" in programs
@@ -87,7 +87,7 @@ def test_the_program_of_the_kit_quotes_no_solution(kit: Path):
         for path in checkpoints.checkpoint(notebook).exercises:
             for name, text in programs.items():
                 quoted = longest_quotation(checkpoint_texts.solution(notebook, path), text)
-                assert len(quoted) <= 7, f"{name} has of {path}:\n" + "\n".join(quoted)
+                assert len(quoted) <= 7, f"{name} quotes {path}:\n" + "\n".join(quoted)
 
 
 def test_without_solutions_none_are_packed(tmp_path: Path):
@@ -101,16 +101,38 @@ def test_the_same_tree_gives_the_same_bytes(archive: Path, tmp_path: Path):
     assert (tmp_path / "again.zip").read_bytes() == archive.read_bytes()
 
 
-def test_setup_installs_what_the_kit_asks_for_and_no_developers_tools(kit: Path):
+def test_setup_installs_the_requirements_of_the_kit_without_developers_tools(kit: Path):
     project = tomllib.loads((kit / "pyproject.toml").read_text())
     assert set(project["project"]["optional-dependencies"]) == {"ros", "build", "grade", "notebooks"}
     assert set(project["tool"]) == {"setuptools"}
     pinned = {line.split("==")[0] for line in (kit / "requirements.txt").read_text().splitlines() if "==" in line}
     assert {"jupyterlab", "ros-jazzy-rclpy", "colcon-core", "pymunk", "setuptools", "pytest", "nbformat"} <= pinned
     assert not pinned & {"mypy", "ruff", "hypothesis", "jupytext", "nbval"}
+    assert "entry-points" not in project["project"]  # it would name a module that the kit does not have
 
 
-def test_the_pages_of_the_kit_link_to_what_is_in_it(kit: Path):
+def test_a_package_with_one_pin_for_each_python_keeps_all_of_them():
+    pins = """\
+mypy==1.20
+    # via ros2-course-kit (pyproject.toml)
+numpy==2.4.6 ; python_full_version < '3.12'
+    # via
+    #   ros2-course-kit (pyproject.toml)
+    #   contourpy
+numpy==2.5.5 ; python_full_version >= '3.12'
+    # via contourpy
+of-mypy==1.0
+    # via mypy
+of-numpy==1.0
+    # via
+    #   mypy
+    #   numpy
+"""
+    kept = [line.split("==")[0] for line in release.pins(pins).splitlines() if "==" in line]
+    assert kept == ["numpy", "numpy", "of-numpy"]
+
+
+def test_the_links_of_the_kit_lead_to_files_in_it(kit: Path):
     import nbformat
 
     for path in (kit / "README.md", kit / "notebooks" / "README.md", *(kit / "docs").glob("*.md")):
@@ -120,7 +142,7 @@ def test_the_pages_of_the_kit_link_to_what_is_in_it(kit: Path):
         assert list(links_lead_somewhere(page)) == [], path.name
 
 
-def test_every_target_of_its_makefile_is_listed(kit: Path):
+def test_make_help_lists_every_target(kit: Path):
     shown = subprocess.run(["make", "help"], cwd=kit, capture_output=True, text=True, check=True).stdout
     assert {line.split()[1] for line in shown.splitlines()} == {"help", "setup", "jupyter", "doctor", "submit", "clean"}
 
@@ -133,7 +155,7 @@ def in_kit(kit: Path, *arguments: str, **environment: str) -> subprocess.Complet
     )  # fmt: skip
 
 
-def test_its_grader_answers_and_has_nothing_to_release(kit: Path):
+def test_the_kits_grader_runs_and_has_no_verb_release(kit: Path):
     assert "submit" in in_kit(kit, "--help").stdout
     assert in_kit(kit, "release", "--out", "kit.zip").returncode == 2
 
@@ -141,14 +163,14 @@ def test_its_grader_answers_and_has_nothing_to_release(kit: Path):
 @pytest.mark.slow
 @pytest.mark.ros
 @pytest.mark.sandbox
-def test_the_course_is_gone_through_in_the_released_kit(kit: Path, rubric: Rubric, tmp_path: Path):
-    """Each of its notebooks, solved, in a row; the package then gets all points from the kit's own grader."""
+def test_the_whole_course_works_in_the_released_kit(kit: Path, rubric: Rubric, tmp_path: Path):
+    """Each of its notebooks, solved, in order; the package then gets all points from the kit's own grader."""
     workspace = kit / "ws"
     for name in checkpoints.NOTEBOOKS:
         notebook = book.read_stored(kit / "notebooks" / f"{name}.ipynb")
-        played = notebook_run.play(notebook_run.solved(name, notebook, checkpoint_texts.solution), workspace, kit)
-        assert played.error is None
-        assert notebook_run.unpassed(played.notebook) == [], "\n".join(notebook_run.said_by_checks(played.notebook))
+        run = notebook_run.execute(notebook_run.solved(name, notebook, checkpoint_texts.solution), workspace, kit)
+        assert run.error is None
+        assert notebook_run.not_passed(run.notebook) == [], "\n".join(notebook_run.check_outputs(run.notebook))
     graded = in_kit(kit, "grade", str(workspace / "src" / PACKAGE), "--out", str(tmp_path))
     assert graded.returncode == 0, graded.stderr
     assert json.loads((tmp_path / "report.json").read_text())["total"] == 100
@@ -156,7 +178,7 @@ def test_the_course_is_gone_through_in_the_released_kit(kit: Path, rubric: Rubri
 
 @pytest.mark.ros
 def test_start_at_works_in_the_released_kit(kit: Path, tmp_path: Path):
-    """The kit has no solution_pkg: what is laid out comes from the packed checkpoints."""
+    """The kit has no solution_pkg: the texts come from the packed checkpoints."""
     code = "import grader; from grader.notebook import start_at; print(grader.__file__); start_at('05')"
     ran = subprocess.run(
         [sys.executable, "-c", code], cwd=tmp_path, env=notebook_run.environment(tmp_path / "ws", kit),

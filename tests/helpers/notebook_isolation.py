@@ -1,4 +1,4 @@
-"""Folders for notebooks that run beside each other: no two of them hear one another."""
+"""Folders for notebooks that run at the same time and must not find each other's nodes."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _TAKEN: set[int] = set()
 
 
 @contextmanager
-def room(parent: Path | None = None) -> Iterator[Path]:
-    """Give a folder, gone in the end, whose `ws` has a DDS domain of its own among all rooms that are open.
+def isolated_folder(parent: Path | None = None) -> Iterator[Path]:
+    """Yield a temporary folder whose workspace `ws` has a DDS domain that no other open folder has.
 
-    A workspace's domain comes from its path and is one of a hundred: of two by chance, one pair in a hundred would find
-    the other's nodes in its lists.
+    A workspace's domain is derived from its path and is one of a hundred, so two random paths share one in a hundred
+    times.
     """
-    folder, domain = _enter(parent)
+    folder, domain = _take(parent)
     try:
         yield folder
     finally:
@@ -31,9 +31,9 @@ def room(parent: Path | None = None) -> Iterator[Path]:
             _TAKEN.discard(domain)
 
 
-def _enter(parent: Path | None) -> tuple[Path, int]:
+def _take(parent: Path | None) -> tuple[Path, int]:
     while True:
-        folder = Path(tempfile.mkdtemp(prefix="room-", dir=parent)).resolve()
+        folder = Path(tempfile.mkdtemp(prefix="notebook-", dir=parent)).resolve()
         domain = Workspace(folder / "ws").domain_id
         with _LOCK:
             if domain not in _TAKEN:
