@@ -10,22 +10,22 @@ from collections.abc import Sequence
 
 from grader.evidence.quality import SourceFile
 
-MOST_FILES = 200
-MOST_BYTES = 256 * 1024
-MOST_TOTAL_BYTES = 1024 * 1024
-MOST_DEFINITIONS = 2000
+MAX_FILES = 200
+MAX_BYTES = 256 * 1024
+MAX_TOTAL_BYTES = 1024 * 1024
+MAX_DEFINITIONS = 2000
 
 # The density of findings is per line of code. Without these limits, lines that are cheap to make would dilute it.
-MOST_CONSTANT_LINES = 200  # of a whole package: the lines that only give names to constants
-MOST_FILE_LINES = 1000
-MOST_LINES = 5000  # the reference has 1700, tests included
+MAX_CONSTANT_LINES = 200  # of a whole package: the lines that only give names to constants
+MAX_FILE_LINES = 1000
+MAX_LINES = 5000  # the reference has 1700, tests included
 
 _BEYOND = "exceeds the reading limit of"
 
-TOO_LARGE = f"{_BEYOND} {MOST_BYTES // 1024} KB in one file: put data into a file of another kind"
-TOO_MANY = f"{_BEYOND} {MOST_FILES} Python files in the package"
-TOO_MUCH = f"{_BEYOND} {MOST_TOTAL_BYTES // 1024} KB of Python in the package"
-TOO_PUBLIC = f"{_BEYOND} {MOST_DEFINITIONS} public definitions in the package"
+TOO_LARGE = f"{_BEYOND} {MAX_BYTES // 1024} KB in one file: put data into a file of another kind"
+TOO_MANY = f"{_BEYOND} {MAX_FILES} Python files in the package"
+TOO_MUCH = f"{_BEYOND} {MAX_TOTAL_BYTES // 1024} KB of Python in the package"
+TOO_PUBLIC = f"{_BEYOND} {MAX_DEFINITIONS} public definitions in the package"
 
 
 def beyond(files: Sequence[SourceFile]) -> list[str]:
@@ -36,5 +36,5 @@ def beyond(files: Sequence[SourceFile]) -> list[str]:
 def counted_lines(files: Sequence[SourceFile]) -> int:
     """Return the number of lines of code over which the density of findings is taken."""
     # A file that cannot be read counts against its package by its lines, so all of them are in the sum.
-    lines = (file.lines if file.problem else min(file.lines, MOST_FILE_LINES) for file in files)
-    return min(sum(lines), MOST_LINES)
+    lines = (file.lines if file.problem else min(file.lines, MAX_FILE_LINES) for file in files)
+    return min(sum(lines), MAX_LINES)

@@ -26,10 +26,10 @@ from grader.sanitize import printable
 # not depend on them, so a student who runs ament_flake8 here does not see their findings, and they cost nothing.
 _RULES = re.compile(r"[EWF]\d")
 _CONFIGURATION = Path(ament_flake8.__file__).parent / "configuration" / "ament_flake8.ini"
-MOST_COMPLEX = 10
+MAX_COMPLEXITY = 10
 _LINE = re.compile(r"^(?:\./)?(\d{4}/[^:]+):(\d+):([A-Z]+\d+):(.*)$")
-_MOST_FINDINGS = 500
-_MOST_VIOLATIONS = 5  # of one docstring
+_MAX_FINDINGS = 500
+_MAX_VIOLATIONS = 5  # of one docstring
 
 _Violations = dict[tuple[str, int], list[Finding]]
 """What docstrings violate, by path and line of the definition."""
@@ -86,7 +86,7 @@ def _flake8(items: Sequence[Source], scratch: Path) -> list[Finding] | None:
     done = run_python(
         [
             "-m", "flake8", f"--config={_CONFIGURATION}", "--disable-noqa", "--no-show-source", "--jobs=1",
-            f"--max-complexity={MOST_COMPLEX}",
+            f"--max-complexity={MAX_COMPLEXITY}",
             "--format=%(path)s:%(row)d:%(code)s:%(text)s", *(item.copy for item in items),
         ],
         scratch,
@@ -153,11 +153,11 @@ def _combine(
     return replace(
         found,
         files=files,
-        style=style[:_MOST_FINDINGS],
+        style=style[:_MAX_FINDINGS],
         style_count=len(style),
-        complex=[finding for finding in linted if finding.rule == "C901"][:_MOST_FINDINGS],
-        suppressions=suppressions[:_MOST_FINDINGS],
-        definitions=public + hidden[: reading_limits.MOST_DEFINITIONS],
+        complex=[finding for finding in linted if finding.rule == "C901"][:_MAX_FINDINGS],
+        suppressions=suppressions[:_MAX_FINDINGS],
+        definitions=public + hidden[: reading_limits.MAX_DEFINITIONS],
     )
 
 
@@ -175,4 +175,4 @@ def _files(found: Quality, every: Sequence[Source], too_much: set[str]) -> list[
 
 
 def _with_violations(item: Definition, broken: _Violations) -> Definition:
-    return replace(item, violations=broken.get((item.path, item.line), [])[:_MOST_VIOLATIONS])
+    return replace(item, violations=broken.get((item.path, item.line), [])[:_MAX_VIOLATIONS])

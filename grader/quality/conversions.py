@@ -12,7 +12,7 @@ from grader.quality.call_graph import CallGraph
 from grader.quality.parsed_module import Module
 
 _ARCS = ("atan2", "arctan2", "asin", "arcsin", "acos", "arccos")
-_MOST = 50
+_MAX_ENTRIES = 50
 
 
 def conversion_use(graph: CallGraph) -> Conversions:
@@ -24,7 +24,7 @@ def conversion_use(graph: CallGraph) -> Conversions:
     defined = [node.name for node in home.tree.body if isinstance(node, Function)]
     users = [module for module in _reached_from_nodes(graph) if module is not home]
     calls = [finding for module in users for finding in _calls_of(home, defined, module, graph)]
-    return Conversions(defined[:_MOST], calls[:_MOST], elsewhere[:_MOST])
+    return Conversions(defined[:_MAX_ENTRIES], calls[:_MAX_ENTRIES], elsewhere[:_MAX_ENTRIES])
 
 
 def _reached_from_nodes(graph: CallGraph) -> list[Module]:

@@ -13,8 +13,8 @@ from grader.python_ast import Function, is_docstring, last_name
 from grader.quality.parsed_module import Module
 
 BLOCK = 6  # lines, each with a statement of its own or the head of one
-_MOST_PLACES = 20
-_MOST_COPIES = 50
+_MAX_PLACES = 20
+_MAX_COPIES = 50
 _BODIES = ("body", "handlers", "orelse", "finalbody", "cases")
 
 
@@ -45,7 +45,7 @@ def duplicated_blocks(modules: Sequence[Module]) -> list[Copy]:
             if here in seen:
                 continue
             candidates = [place for place in places[_block(run, start)] if place > here and place not in seen]
-            lengths = {place: _common(runs, here, place) for place in candidates[:_MOST_PLACES]}
+            lengths = {place: _common(runs, here, place) for place in candidates[:_MAX_PLACES]}
             others = [place for place, length in lengths.items() if length >= BLOCK]
             if not others:
                 continue
@@ -53,7 +53,7 @@ def duplicated_blocks(modules: Sequence[Module]) -> list[Copy]:
             group = [here, *others]
             seen |= {(n, s + step) for n, s in group for step in range(length - BLOCK + 1)}
             found.append(Copy(length, [_place(runs[n][s : s + length]) for n, s in group[:5]]))
-    return sorted(found, key=lambda copy: -copy.lines)[:_MOST_COPIES]
+    return sorted(found, key=lambda copy: -copy.lines)[:_MAX_COPIES]
 
 
 def _block(run: Sequence[_Line], start: int) -> tuple[str, ...]:

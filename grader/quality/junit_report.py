@@ -13,8 +13,8 @@ from grader.quality.parsed_module import Module
 from grader.sanitize import printable
 
 NAME = "test_results.xml"
-_MOST_BYTES = 4 * 1024 * 1024
-_MOST_CASES = 5000
+_MAX_BYTES = 4 * 1024 * 1024
+_MAX_CASES = 5000
 
 
 def read_report(package: Path, files: Sequence[str]) -> TestReport | None:
@@ -22,7 +22,7 @@ def read_report(package: Path, files: Sequence[str]) -> TestReport | None:
     if NAME not in files:
         return None
     reader = _Reader()
-    problem = read_xml(package / NAME, _MOST_BYTES, reader.start)
+    problem = read_xml(package / NAME, _MAX_BYTES, reader.start)
     if not problem and reader.root not in ("testsuite", "testsuites"):
         problem = f"begins with <{printable(reader.root)}>, a junit report with <testsuites>"
     return TestReport(NAME, problem) if problem else TestReport(NAME, cases=reader.cases, failed=reader.failed)
@@ -48,7 +48,7 @@ class _Reader:
 
     def start(self, tag: str, attributes: dict[str, str]) -> None:
         self.root = self.root or tag
-        if tag == "testcase" and len(self.cases) < _MOST_CASES:
+        if tag == "testcase" and len(self.cases) < _MAX_CASES:
             # pytest appends the values of a parametrized test to its name.
             name = attributes.get("name", "").partition("[")[0]
             where = attributes.get("classname", "") or attributes.get("file", "")

@@ -14,7 +14,7 @@ from packaging.licenses import InvalidLicenseExpression, canonicalize_license_ex
 
 from grader.contract.spec import PACKAGE
 from grader.evidence import Manifest
-from grader.intake.package_xml import MOST_BYTES, PackageXml, read_package_xml
+from grader.intake.package_xml import MAX_BYTES, PackageXml, read_package_xml
 from grader.python_ast import argument, called, last_name, literal_string
 from grader.quality.parsed_module import Module
 from grader.sanitize import printable
@@ -31,9 +31,9 @@ _FIRST = {
     "FindPackageShare", "FindPackagePrefix", "get_package_share_directory", "get_package_share_path",
     "get_package_prefix",
 }  # fmt: skip
-_MOST_TEXT = 256 * 1024
-_MOST_PLACES = 3
-_MOST_NAMES = 200
+_MAX_TEXT = 256 * 1024
+_MAX_PLACES = 3
+_MAX_NAMES = 200
 
 
 def read_manifest(package: Path, files: Sequence[str], modules: Sequence[Module]) -> Manifest:
@@ -42,43 +42,37 @@ def read_manifest(package: Path, files: Sequence[str], modules: Sequence[Module]
     path = package / "package.xml"
     found = "package.xml" in files
     xml = read_package_xml(path) if found else PackageXml()
+    problems, maintainers = _validity(path) if found and not xml.problem else ([], [])
     licences = [printable(licence) for licence in xml.texts("license")]
     return Manifest(
         found=found,
-        problems=[f"package.xml {xml.problem}"] if xml.problem else _problems(path) if found else [],
+        problems=[f"package.xml {xml.problem}"] if xml.problem else problems,
         format=xml.format,
-        maintainers=_maintainers(path) if found and not xml.problem else [],
+        maintainers=maintainers,
         licences=licences,
         spdx=[_is_spdx(licence) for licence in licences],
         build_type=printable(xml.build_type),
         has_cmake="CMakeLists.txt" in files,
         generates_interfaces="rosidl_generate_interfaces" in cmake,
-        declared=sorted({printable(name) for name in xml.texts(*_DEPENDS)})[:_MOST_NAMES],
-        declared_to_run=sorted({printable(name) for name in xml.texts(*_DEPENDS[:-2])})[:_MOST_NAMES],
-        used=dict(sorted(_uses(package, files, modules).items())[:_MOST_NAMES]),
+        declared=sorted({printable(name) for name in xml.texts(*_DEPENDS)})[:_MAX_NAMES],
+        declared_to_run=sorted({printable(name) for name in xml.texts(*_DEPENDS[:-2])})[:_MAX_NAMES],
+        used=dict(sorted(_uses(package, files, modules).items())[:_MAX_NAMES]),
     )
 
 
-def _problems(path: Path) -> list[str]:
-    """Return what ROS's own parser of package.xml rejects."""
+def _validity(path: Path) -> tuple[list[str], list[str]]:
+    """Return what ROS's own parser rejects in package.xml, and "name <address>" of each maintainer."""
     try:
-        parse_package_string(path.read_bytes()[:MOST_BYTES], filename="package.xml")
+        package = parse_package_string(path.read_bytes()[:MAX_BYTES], filename="package.xml")
     except InvalidPackage as error:
         lines = [line.strip(" -\t") for line in str(error).splitlines() if line.strip()]
         # The first line may only say in which file.
-        return [printable(re.sub(r"^Error\(s\) in package '.*?':?\s*", "", line)) for line in lines][-5:]
+        problems = [printable(re.sub(r"^Error\(s\) in package '.*?':?\s*", "", line)) for line in lines][-5:]
     except (ValueError, RecursionError, AssertionError, LookupError) as error:
-        return [printable(f"package.xml cannot be read ({type(error).__name__})")]
-    return []
-
-
-def _maintainers(path: Path) -> list[str]:
-    """Return "name <address>" of each maintainer."""
-    try:
-        found = parse_package_string(path.read_bytes()[:MOST_BYTES], filename="package.xml").maintainers
-    except (InvalidPackage, ValueError, RecursionError, AssertionError, LookupError):
-        return re.findall(r"<maintainer\b[^>]*>[^<]*", _read(path))[:5]
-    return [printable(f"{person.name} <{person.email}>") for person in found[:5]]
+        problems = [printable(f"package.xml cannot be read ({type(error).__name__})")]
+    else:
+        return [], [printable(f"{person.name} <{person.email}>") for person in package.maintainers[:5]]
+    return problems, re.findall(r"<maintainer\b[^>]*>[^<]*", _read(path))[:5]
 
 
 def _is_spdx(licence: str) -> bool:
@@ -96,7 +90,7 @@ def _uses(package: Path, files: Sequence[str], modules: Sequence[Module]) -> dic
     own = {PACKAGE, *(path.parent.name if path.stem == "__init__" else path.stem for path in python)}
     named = [*_in_python(modules, own), *_in_cmake(package, files), *_in_interfaces(package, files)]
     for name, place in named:
-        if name != PACKAGE and place not in found[name] and len(found[name]) < _MOST_PLACES:
+        if name != PACKAGE and place not in found[name] and len(found[name]) < _MAX_PLACES:
             found[name].append(place)
     return {name: places for name, places in found.items() if places}
 
@@ -164,6 +158,6 @@ def _in_interfaces(package: Path, files: Sequence[str]) -> Iterator[tuple[str, s
 def _read(path: Path) -> str:
     try:
         with path.open("rb") as stream:
-            return stream.read(_MOST_TEXT).decode("utf-8", "replace")
+            return stream.read(_MAX_TEXT).decode("utf-8", "replace")
     except OSError:
         return ""

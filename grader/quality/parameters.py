@@ -15,9 +15,9 @@ from grader.quality.parsed_module import Module
 _DECLARE = ("declare_parameter", "declare_parameters")
 _READ = ("get_parameter", "get_parameters", "get_parameter_or", "get_parameters_by_prefix")
 _ON_SET = ("add_on_set_parameters_callback", "add_pre_set_parameters_callback", "add_post_set_parameters_callback")
-_MOST_LITERALS = 5
-_LEAST_FIXED = 5  # letters of a formatted name that are written in the code
-_MOST_PARTS = 5
+_MAX_LITERALS = 5
+_MIN_FIXED = 5  # letters of a formatted name that are written in the code
+_MAX_PARTS = 5
 
 
 def parameter_use(modules: Sequence[Module]) -> list[ParameterUse]:
@@ -34,7 +34,7 @@ def parameter_use(modules: Sequence[Module]) -> list[ParameterUse]:
             name=name,
             declared=names.declares(name),
             read=names.reads(name),
-            literals=[] if names.reads(name) else list(_literals(names.modules, node, default))[:_MOST_LITERALS],
+            literals=[] if names.reads(name) else list(_literals(names.modules, node, default))[:_MAX_LITERALS],
         )
         for node, defaults in PARAMETERS.items()
         for name, default in defaults.items()
@@ -96,7 +96,7 @@ def _identifier(node: ast.AST) -> str:
 def _pattern(node: ast.JoinedStr) -> re.Pattern[str] | None:
     """Return a pattern of the names that a formatted string can make, None if it can make any."""
     parts = [literal_string(part) for part in node.values]
-    if len("".join(parts)) < _LEAST_FIXED or len(parts) > _MOST_PARTS:
+    if len("".join(parts)) < _MIN_FIXED or len(parts) > _MAX_PARTS:
         return None
     return re.compile("".join(re.escape(part) if part else r"\w+" for part in parts))
 

@@ -13,7 +13,7 @@ from pathlib import PurePosixPath
 from grader.contract.layout import role
 from grader.python_ast import Function, is_docstring
 
-_DEEPEST = 150  # what people write stays below 30; linters walk trees recursively and break on a thousand
+_MAX_DEPTH = 150  # what people write stays below 30; linters walk trees recursively and break on a thousand
 _NOT_CODE = {
     tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENCODING,
     tokenize.ENDMARKER,
@@ -72,11 +72,11 @@ def parse(path: str, data: bytes) -> Module:
 
 def _refuse_depth(tree: ast.Module) -> None:
     level: list[ast.AST] = [tree]
-    for _ in range(_DEEPEST):
+    for _ in range(_MAX_DEPTH):
         level = [child for node in level for child in ast.iter_child_nodes(node)]
         if not level:
             return
-    raise ValueError(f"line {getattr(level[0], 'lineno', 1)}: it nests more than {_DEEPEST} deep")
+    raise ValueError(f"line {getattr(level[0], 'lineno', 1)}: it nests more than {_MAX_DEPTH} deep")
 
 
 def _code_lines(data: bytes, tree: ast.Module) -> set[int]:

@@ -1,4 +1,4 @@
-"""What a README shows: prose, commands to build, run and test, tables. Markdown is read, never rendered."""
+"""Find prose, tables, and commands to build, run and test in a README. The Markdown is never rendered."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pathlib import Path
 from grader.evidence import Finding, Readme, Table
 from grader.sanitize import printable
 
-MOST_BYTES = 256 * 1024
-_MOST_TABLES, _MOST_ROWS = 20, 60
+_MAX_BYTES = 256 * 1024
+_MAX_TABLES, _MAX_ROWS = 20, 60
 
-# A command is looked for anywhere in the text: in a code block, in a line of prose, in a list.
-COMMANDS = {
+# A command may be anywhere in the text: in a code block, in a line of prose, in a list.
+_COMMANDS = {
     "build": re.compile(r"\bcolcon\s+build\b"),
     "run": re.compile(r"\bros2\s+(run|launch)\s+\S+\s+\S+"),
     "test": re.compile(r"\b(colcon\s+test\b|pytest\b)"),
@@ -24,15 +24,15 @@ _RULE = re.compile(r"^\s*\|?\s*:?-+:?\s*(\|\s*:?-+:?\s*)*\|?\s*$")
 
 
 def read_readme(package: Path, files: Sequence[str]) -> Readme | None:
-    """Return what README.md beside package.xml shows, None if there is none. Letter case does not matter."""
+    """Return what README.md beside package.xml shows, None if there is none. The case of its name does not matter."""
     path = next((name for name in files if name.lower() == "readme.md"), None)
     if path is None:
         return None
     with (package / path).open("rb") as stream:
-        text = stream.read(MOST_BYTES).decode("utf-8", "replace")
+        text = stream.read(_MAX_BYTES).decode("utf-8", "replace")
     lines = text.splitlines()
     prose = _prose(lines)
-    shown = {what: command.search(text) for what, command in COMMANDS.items()}
+    shown = {what: command.search(text) for what, command in _COMMANDS.items()}
     return Readme(
         path=path,
         words=sum(len(re.findall(r"[^\W\d_]{2,}", line)) for line in prose.values()),
@@ -42,12 +42,12 @@ def read_readme(package: Path, files: Sequence[str]) -> Readme | None:
             if _PLACEHOLDER.search(line)
         ][:10],
         shows={what: printable(match.group(0), 120) for what, match in shown.items() if match},
-        tables=_tables(lines)[:_MOST_TABLES],
+        tables=_tables(lines)[:_MAX_TABLES],
     )
 
 
 def _prose(lines: Sequence[str]) -> dict[int, str]:
-    """Return the lines that are neither code, heading nor table, by their number."""
+    """Return the lines that are not code, headings or tables, by their number."""
     found = {}
     fenced = False
     for number, line in enumerate(lines, 1):
@@ -69,7 +69,7 @@ def _tables(lines: Sequence[str]) -> list[Table]:
             while number < len(lines) and "|" in lines[number]:
                 rows.append(_cells(lines[number]))
                 number += 1
-            found.append(Table(_cells(head), rows[:_MOST_ROWS]))
+            found.append(Table(_cells(head), rows[:_MAX_ROWS]))
         else:
             number += 1
     return found

@@ -12,9 +12,9 @@ from pathlib import Path, PurePosixPath
 from grader.contract.layout import LAYOUT
 from grader.contract.spec import PACKAGE
 from grader.evidence import reading_limits
-from grader.intake.names import never_kept
+from grader.intake.names import tool_folder
 
-DEEPEST_BRACKETS = 100
+MAX_BRACKET_DEPTH = 100
 
 # The build leaves these out wherever they are, so nothing in them can run.
 _NOT_BUILT = {"__pycache__", "build", "install", "log"}
@@ -22,10 +22,10 @@ _NOT_BUILT = {"__pycache__", "build", "install", "log"}
 _OF_TOOLS = {".github", ".gitlab", ".circleci", ".history", ".devcontainer", ".direnv", ".cache", ".local"}
 _FOLDERS = (PACKAGE, "launch", "scripts", "test", "tests")
 _SHEBANG = re.compile(rb"#!.*python")
-_LONGEST_SHEBANG = 200
-_LONGEST_COMMENT = 2000  # bytes searched for a suppression
+_MAX_SHEBANG = 200
+_MAX_COMMENT = 2000  # bytes searched for a suppression
 _BYTES_OF_A_LINE = 100  # a longer line counts as several
-_MOST_CMAKE = 256 * 1024
+_MAX_CMAKE = 256 * 1024
 # A linter that honours suppressions would judge the student's comments, not the code.
 _SUPPRESSION = re.compile(
     rb"\b(noqa)\b|pragma:\s*no\s*cover|type:\s*ignore|pylint:\s*disable|mypy:\s*ignore|ruff:\s*noqa"
@@ -57,9 +57,9 @@ class Source:
         """Return the numbers of the lines with a comment that silences a tool, and the comments."""
         found = []
         for number, line in enumerate(self.data.splitlines(), 1):
-            start = line.find(b"#", 0, _LONGEST_COMMENT)
-            if start >= 0 and _SUPPRESSION.search(line, start, _LONGEST_COMMENT):
-                found.append((number, line[start:_LONGEST_COMMENT].decode("utf-8", "replace").strip()))
+            start = line.find(b"#", 0, _MAX_COMMENT)
+            if start >= 0 and _SUPPRESSION.search(line, start, _MAX_COMMENT):
+                found.append((number, line[start:_MAX_COMMENT].decode("utf-8", "replace").strip()))
         return found
 
 
@@ -68,11 +68,11 @@ def find(package: Path) -> list[Source]:
     found: list[Source] = []
     total = 0
     for path in sorted(_python(package), key=_rank):
-        if len(found) == reading_limits.MOST_FILES or total > reading_limits.MOST_TOTAL_BYTES:
-            many = len(found) == reading_limits.MOST_FILES
+        if len(found) == reading_limits.MAX_FILES or total > reading_limits.MAX_TOTAL_BYTES:
+            many = len(found) == reading_limits.MAX_FILES
             found.append(Source(path, b"", problem=reading_limits.TOO_MANY if many else reading_limits.TOO_MUCH))
             break
-        data = _start(package / path, reading_limits.MOST_BYTES + 1)
+        data = _start(package / path, reading_limits.MAX_BYTES + 1)
         total += len(data)
         found.append(Source(path, data, problem=_problem(data)))
     return sorted(found, key=lambda source: source.path)
@@ -86,7 +86,7 @@ def _python(package: Path) -> list[str]:
         name = PurePosixPath(path).name
         # `node.bak` beside a program is an editor's copy of it, unless something installs it.
         is_program = ("." not in name[1:] and not name.endswith("~")) or name in installed
-        if name.endswith(".py") or (is_program and _SHEBANG.match(_start(package / path, _LONGEST_SHEBANG))):
+        if name.endswith(".py") or (is_program and _SHEBANG.match(_start(package / path, _MAX_SHEBANG))):
             found.append(path)
     return found
 
@@ -109,7 +109,7 @@ def _installs(package: Path) -> str:
     for name in ("CMakeLists.txt", "setup.py"):
         path = package / name
         if path.is_file() and not path.is_symlink():
-            lines = _start(path, _MOST_CMAKE).decode("utf-8", "replace").splitlines()
+            lines = _start(path, _MAX_CMAKE).decode("utf-8", "replace").splitlines()
             found += [line.partition("#")[0] for line in lines if "EXCLUDE" not in line]
     return "\n".join(found)
 
@@ -122,7 +122,7 @@ def package_files(package: Path) -> list[str]:
     found = []
     installed = _installs(package)
     for here, folders, names in os.walk(package):
-        folders[:] = sorted(name for name in folders if name not in _NOT_BUILT and not never_kept(name))
+        folders[:] = sorted(name for name in folders if name not in _NOT_BUILT and not tool_folder(name))
         if Path(here) == package:
             folders[:] = [name for name in folders if name in installed or not _is_of_tools(package / name)]
         for name in names:
@@ -165,7 +165,7 @@ def _without_noqa(line: bytes) -> bytes:
 
 
 def _problem(data: bytes) -> str:
-    if len(data) > reading_limits.MOST_BYTES:
+    if len(data) > reading_limits.MAX_BYTES:
         return reading_limits.TOO_LARGE
     if b"\0" in data:
         return "contains NUL bytes, so it is not text"
@@ -174,8 +174,8 @@ def _problem(data: bytes) -> str:
         data.decode(encoding)
     except (SyntaxError, UnicodeDecodeError, LookupError):
         return "is not text in UTF-8 or in the encoding that it declares"
-    if _depth(data) > DEEPEST_BRACKETS:
-        return f"nests brackets more than {DEEPEST_BRACKETS} deep"
+    if _depth(data) > MAX_BRACKET_DEPTH:
+        return f"nests brackets more than {MAX_BRACKET_DEPTH} deep"
     return ""
 
 

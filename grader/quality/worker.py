@@ -27,9 +27,9 @@ from grader.quality.readme import read_readme
 from grader.quality.source_files import package_files
 from grader.sanitize import printable
 
-_MOST = 2000
-_MOST_INTERFACES = 200
-_LONGEST_TEXT = 2000
+_MAX_ENTRIES = 2000
+_MAX_INTERFACES = 200
+_MAX_TEXT = 2000
 
 
 def main() -> int:
@@ -43,7 +43,7 @@ def main() -> int:
 def _cut(value: Any) -> Any:
     """Return JSON data with its texts cut: Python sets no limit to the length of a name."""
     if isinstance(value, str):
-        return value[:_LONGEST_TEXT]
+        return value[:_MAX_TEXT]
     if isinstance(value, list):
         return [_cut(item) for item in value]
     return {_cut(key): _cut(item) for key, item in value.items()} if isinstance(value, dict) else value
@@ -55,21 +55,21 @@ def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[st
     paths = package_files(package)
     graph = CallGraph(modules)
     public = [item for module in modules for item in public_definitions(module)]
-    if len(public) > reading_limits.MOST_DEFINITIONS:
-        files.append(evidence.SourceFile(public[reading_limits.MOST_DEFINITIONS].path, 0, reading_limits.TOO_PUBLIC))
+    if len(public) > reading_limits.MAX_DEFINITIONS:
+        files.append(evidence.SourceFile(public[reading_limits.MAX_DEFINITIONS].path, 0, reading_limits.TOO_PUBLIC))
     found = evidence.Quality(
         manifest=read_manifest(package, paths, modules),
-        paths=[printable(path) for path in paths][:_MOST],
+        paths=[printable(path) for path in paths][:_MAX_ENTRIES],
         files=files,
-        definitions=public[: reading_limits.MOST_DEFINITIONS],
+        definitions=public[: reading_limits.MAX_DEFINITIONS],
         copies=duplicated_blocks(modules),
-        habits=bad_habits(modules, graph)[:_MOST],
+        habits=bad_habits(modules, graph)[:_MAX_ENTRIES],
         conversions=conversion_use(graph),
         parameters=parameter_use(modules),
-        interfaces=list(created_interfaces(graph))[:_MOST_INTERFACES],
+        interfaces=list(created_interfaces(graph))[:_MAX_INTERFACES],
         readme=read_readme(package, paths),
         report=read_report(package, paths),
-        tests=sorted(set(names_of_tests(modules)))[:_MOST],
+        tests=sorted(set(names_of_tests(modules)))[:_MAX_ENTRIES],
     )
     if interfaces is not None:
         # The contract's interface files count wherever they are; a package of their own is part of the submission.
@@ -80,7 +80,7 @@ def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[st
 
 def _parse(sources: list[tuple[str, str]]) -> tuple[list[Module], list[evidence.SourceFile]]:
     modules, files = [], []
-    left = reading_limits.MOST_CONSTANT_LINES
+    left = reading_limits.MAX_CONSTANT_LINES
     for path, copy in sources:
         try:
             module = parse(path, Path(copy).read_bytes())

@@ -1,4 +1,4 @@
-"""Q4: bare except, print, mutable defaults, sleeping callbacks, numbers that should be parameters."""
+"""Q4: bare except, print, mutable defaults, sleeping callbacks."""
 
 from __future__ import annotations
 
@@ -14,15 +14,12 @@ from helpers.quality_examples import (
     facts,
     judged,
     reference,
-    written,
 )
 
 from grader.checks.check_habits import test_callbacks_do_not_sleep as sleeping
-from grader.checks.check_habits import test_contract_numbers_are_parameters as numbers
 from grader.checks.check_habits import test_no_bare_except_print_or_mutable_default as habits
 from grader.quality.call_graph import CallGraph
 from grader.quality.habits import bad_habits
-from grader.quality.parameters import parameter_use
 from grader.quality.parsed_module import parse
 
 
@@ -232,131 +229,3 @@ def test_a_pause_in_a_helper_of_the_control_loop_costs_half(tmp_path: Path):
     result = judged(sleeping, facts(reference(tmp_path, *changes)))
     assert result.share == 0.5
     assert f"{MOTION}:" in result.seen
-
-
-# -- parameters -------------------------------------------------------------------------------------------------------
-
-
-def test_no_parameters_at_all(tmp_path: Path):
-    """Blatant: 70 % of the real packages that publish a Twist."""
-    node = "class RobotController:\n    def control(self):\n        return 0.5\n"
-    result = judged(numbers, facts(written(tmp_path, {CONTROLLER: node, PROCESSOR: node})))
-    assert result.share == 0.0
-    assert f"max_linear_speed is not declared in the code ({CONTROLLER}:3 has the number 0.5" in result.seen
-
-
-def test_one_parameter_declared_and_never_read(tmp_path: Path):
-    """Subtle: the margin is a number again."""
-    text = (REFERENCE / MOTION).read_text()
-    text = text.replace("    safety_margin: float\n", "").replace("limits.safety_margin", "0.3")
-    result = judged(numbers, facts(reference(tmp_path, files={MOTION: text})))
-    assert result.share == pytest.approx(11 / 12)
-    assert "safety_margin is declared but never read" in result.seen
-
-
-def test_one_parameter_of_the_second_node_not_declared(tmp_path: Path):
-    """Subtle."""
-    text = (REFERENCE / PROCESSOR).read_text()
-    text = text.replace("    'battery_low_threshold': settings.percentage(20.0),\n", "")
-    text = text.replace("self._value('battery_low_threshold')", "20.0")
-    result = judged(numbers, facts(reference(tmp_path, files={PROCESSOR: text})))
-    assert result.share == pytest.approx(11 / 12)
-    assert "sensor_processor: battery_low_threshold is not declared in the code" in result.seen
-
-
-NAMES = (
-    "max_linear_speed", "max_angular_speed", "linear_acceleration", "angular_acceleration", "laser_processing_rate",
-    "fusion_rate", "obstacle_detection_threshold", "emergency_stop_distance", "safety_margin", "fusion_frequency",
-    "battery_low_threshold", "battery_critical_threshold",
-)  # fmt: skip
-
-
-def declare_and_read_one_by_one() -> str:
-    return "\n".join(f"self.declare_parameter('{n}', 1.0)\nself.{n} = self.get_parameter('{n}').value" for n in NAMES)
-
-
-def declare_many() -> str:
-    table = ", ".join(f"('{n}', 1.0)" for n in NAMES)
-    reads = "\n".join(
-        f"self.x{i} = self.get_parameter('{n}').get_parameter_value().double_value" for i, n in enumerate(NAMES)
-    )
-    return f"self.declare_parameters(namespace='', parameters=[{table}])\n{reads}"
-
-
-def read_what_declare_returns() -> str:
-    return "\n".join(f"self.x{i} = self.declare_parameter('{n}', 1.0).value" for i, n in enumerate(NAMES))
-
-
-def keep_what_declare_returns() -> str:
-    return "\n".join(f"p{i} = self.declare_parameter(name='{n}', value=1.0)" for i, n in enumerate(NAMES))
-
-
-def a_table_and_a_loop_into_attributes() -> str:
-    table = ", ".join(f"'{n}': 1.0" for n in NAMES)
-    uses = "\n".join(f"print(self.{n})" for n in NAMES)
-    loop = "    self.declare_parameter(n, d)\n    setattr(self, n, self.get_parameter(n).value)"
-    return f"P = {{{table}}}\nfor n, d in P.items():\n{loop}\n{uses}"
-
-
-def a_table_and_a_helper() -> str:
-    table = ", ".join(f"'{n}': 1.0" for n in NAMES)
-    uses = "\n".join(f"f(self.value('{n}'))" for n in NAMES)
-    helper = "def value(self, n):\n    return self.get_parameter(n).value"
-    return f"P = {{{table}}}\nfor n, d in P.items():\n    self.declare_parameter(n, d)\n{helper}\n{uses}"
-
-
-def formatted_names() -> str:
-    lines = [f"self.x{i} = self.declare_parameter('{n}', 1.0).value" for i, n in enumerate(NAMES) if "battery" not in n]
-    lines += ["self.declare_parameter(f'battery_{level}_threshold', 1.0)"]
-    return "\n".join([*lines, "self.get_parameter(f'battery_{level}_threshold').value"])
-
-
-def a_dataclass_that_a_callback_replaces(uses: bool = True) -> str:
-    lines = ["class Config:", *[f"    {n}: float = number(1.0)" for n in NAMES], "class Controller(Node):"]
-    lines += ["    def __init__(self):", "        self.add_on_set_parameters_callback(self.take)"]
-    lines += ["        for entry in fields(Config):", "            self.declare_parameter(entry.name, entry.default)"]
-    lines += ["    def take(self, parameters):", "        values = {p.name: p.value for p in parameters}"]
-    lines += ["        self.config = replace(self.config, **values)", "    def control(self):", "        pass"]
-    return "\n".join([*lines, *[f"        f(self.config.{n})" for n in NAMES if uses]])
-
-
-def get_parameters() -> str:
-    names = ", ".join(f"'{n}'" for n in NAMES)
-    declare = "\n".join(f"self.declare_parameter('{n}', 1.0)" for n in NAMES)
-    return f"{declare}\nself.values = [p.value for p in self.get_parameters([{names}])]"
-
-
-@pytest.mark.parametrize(
-    "way",
-    [
-        declare_and_read_one_by_one, declare_many, read_what_declare_returns, keep_what_declare_returns,
-        a_table_and_a_loop_into_attributes, a_table_and_a_helper, get_parameters, formatted_names,
-        a_dataclass_that_a_callback_replaces,
-    ],
-)  # fmt: skip
-def test_every_honest_way_to_read_parameters_counts(way):
-    uses = parameter_use([parse(CONTROLLER, way().encode())])
-    assert [use.name for use in uses if not (use.declared and use.read)] == []
-
-
-def test_a_table_that_is_declared_and_never_read_counts_as_such():
-    table = ", ".join(f"'{n}': 1.0" for n in NAMES)
-    text = f"P = {{{table}}}\nfor n, d in P.items():\n    self.declare_parameter(n, d)\nx = self.get_parameter(y)\n"
-    uses = parameter_use([parse(CONTROLLER, text.encode())])
-    assert all(use.declared and not use.read for use in uses)
-
-
-def test_the_field_of_a_dataclass_alone_is_no_use_of_it():
-    uses = parameter_use([parse(CONTROLLER, a_dataclass_that_a_callback_replaces(uses=False).encode())])
-    assert all(use.declared and not use.read for use in uses)
-
-
-def test_fields_without_a_loop_over_them_are_not_declared():
-    text = a_dataclass_that_a_callback_replaces().replace("entry.name", "'robot_name'")
-    assert not any(use.declared for use in parameter_use([parse(CONTROLLER, text.encode())]))
-
-
-def test_a_parameter_only_in_a_comment_or_a_test_is_not_declared():
-    comment = parse(CONTROLLER, b"# self.declare_parameter('max_linear_speed', 0.5)\n")
-    test = parse("test/test_x.py", b"node.declare_parameter('fusion_rate', 1)\n")
-    assert not any(use.declared for use in parameter_use([comment, test]))

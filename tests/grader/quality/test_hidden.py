@@ -239,7 +239,7 @@ BULK = NUMBERS_ONLY + "# and so on\n" * 15_000
 
 def test_the_contracts_files_are_read_before_padding(tmp_path: Path):
     padding = {f"ros2_robot_controller/a{n}.py": BULK for n in range(8)}
-    padding |= {f"a{n}/a.py": "X = 1\n" for n in range(reading_limits.MOST_FILES)}
+    padding |= {f"a{n}/a.py": "X = 1\n" for n in range(reading_limits.MAX_FILES)}
     found = {source.path: source for source in source_files.find(reference(tmp_path, files=padding))}
     assert not found[CONTROLLER].problem
     assert found["launch/robot_controller_launch.py"].data
@@ -273,7 +273,7 @@ def facts_of(quality: Quality, unread: list[SourceFile]) -> Quality:
 def test_lines_of_constants_do_not_dilute_the_findings(tmp_path: Path):
     bad = "x = [1,2 ]\n" * 45
     quality = with_flake8(written(tmp_path, {"m/a.py": NUMBERS_ONLY, "m/b.py": NUMBERS_ONLY, "m/c.py": bad}))
-    assert sum(file.lines for file in quality.files) == reading_limits.MOST_CONSTANT_LINES
+    assert sum(file.lines for file in quality.files) == reading_limits.MAX_CONSTANT_LINES
     assert judged(STYLE, quality).share == 0.0
 
 

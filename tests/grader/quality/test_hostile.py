@@ -76,9 +76,9 @@ def test_a_file_name_cannot_forge_a_finding(tmp_path: Path):
 
 
 def test_files_beyond_the_limit_are_not_read(tmp_path: Path):
-    package = written(tmp_path, {f"m/f{n:04}.py": "X = 1\n" for n in range(reading_limits.MOST_FILES + 50)})
+    package = written(tmp_path, {f"m/f{n:04}.py": "X = 1\n" for n in range(reading_limits.MAX_FILES + 50)})
     found = source_files.find(package)
-    assert len(found) == reading_limits.MOST_FILES + 1
+    assert len(found) == reading_limits.MAX_FILES + 1
     assert "200 Python files in the package" in found[-1].problem
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from helpers.quality_examples import REFERENCE, Judged, facts, judged, reference, untouched, written
+from helpers.quality_examples import REFERENCE, Judged, facts, judged, untouched, written
 
 from grader import evidence
 from grader.checks.check_readme import test_interface_table_agrees as table
@@ -272,7 +272,3 @@ def test_nodes_that_do_not_run_are_compared_by_their_code(tmp_path: Path):
 def test_a_package_without_code_has_nothing_to_agree_with(tmp_path: Path):
     quality = replace(with_readme(tmp_path, TRUE), interfaces=[])
     assert judged(table, quality, trials={}).share == 0.0
-
-
-def test_the_readme_of_the_whole_reference_is_found(tmp_path: Path):
-    assert judged(words, facts(reference(tmp_path))).share == 1.0

@@ -1,0 +1,117 @@
+"""Q3: conversions in utils/, and their use by the nodes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from helpers.quality_examples import (
+    CONTROLLER,
+    CONVERSIONS,
+    MOTION,
+    PROCESSOR,
+    REFERENCE,
+    facts,
+    judged,
+    reference,
+    written,
+)
+
+from grader.checks.check_structure import test_conversions_are_in_utils_and_used as conversions
+
+OWN_YAW = (
+    "\n\ndef heading(q):\n    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y ** 2 + q.z ** 2))\n"
+)
+OWN_WRAP = "\n\ndef wrap(a):\n    while a > math.pi:\n        a -= 2.0 * math.pi\n    return a\n"
+OWN_WRAP_BY_ARCTAN = "\n\ndef wrap(a):\n    return math.atan2(math.sin(a), math.cos(a))\n"
+OWN_SHORT_YAW = "\n\ndef heading(pose):\n    return 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)\n"
+
+
+def test_a_package_without_conversions_gets_nothing(tmp_path: Path):
+    """Blatant."""
+    result = judged(conversions, facts(reference(tmp_path, files={CONVERSIONS: None})))
+    assert result.share == 0.0
+    assert "does not define yaw_from_quaternion" in result.seen
+
+
+def test_unused_conversions_lose_half(tmp_path: Path):
+    """Blatant: written only for the layout."""
+    node = "import math\n\n\nclass RobotController:\n    def turn(self):\n        return math.pi\n"
+    files = {CONTROLLER: node, PROCESSOR: node, MOTION: "X = 1\n", "ros2_robot_controller/utils/scans.py": "X = 1\n"}
+    result = judged(conversions, facts(reference(tmp_path, files=files)))
+    assert result.share == 0.5
+    assert "no node calls" in result.seen
+
+
+def test_imported_but_never_called_is_not_used(tmp_path: Path):
+    node = "from ros2_robot_controller.utils.conversions import clamp\n\nLIMIT = 1.0\n"
+    files = {CONTROLLER: node, PROCESSOR: node, MOTION: None, "ros2_robot_controller/utils/scans.py": None}
+    assert judged(conversions, facts(reference(tmp_path, files=files))).share == 0.5
+
+
+@pytest.mark.parametrize(
+    "own", [OWN_YAW, OWN_SHORT_YAW, OWN_WRAP, OWN_WRAP_BY_ARCTAN], ids=["yaw", "short", "while", "atan2"]
+)
+def test_a_conversion_made_by_hand_in_a_node_costs_a_quarter(tmp_path: Path, own: str):
+    """Subtle: the helpers exist and are used, except in one place."""
+    text = (REFERENCE / CONTROLLER).read_text() + own
+    result = judged(conversions, facts(reference(tmp_path, files={CONTROLLER: text})))
+    assert result.share == 0.75
+    assert f"{CONTROLLER}:" in result.seen
+    assert "by hand" in result.seen
+
+
+def test_a_second_clamp_in_a_node_costs_a_quarter(tmp_path: Path):
+    """Subtle."""
+    text = (
+        REFERENCE / PROCESSOR
+    ).read_text() + "\n\ndef _clamp(value, low, high):\n    return max(low, min(high, value))\n"
+    result = judged(conversions, facts(reference(tmp_path, files={PROCESSOR: text})))
+    assert result.share == 0.75
+    assert "`_clamp` is defined here" in result.seen
+
+
+def test_a_conversion_under_another_name_costs_an_eighth(tmp_path: Path):
+    """Subtle."""
+    text = (REFERENCE / CONVERSIONS).read_text().replace("def quaternion_from_yaw", "def yaw_to_quaternion")
+    result = judged(conversions, facts(reference(tmp_path, files={CONVERSIONS: text})))
+    assert result.share == 0.875
+    assert "quaternion_from_yaw" in result.seen
+
+
+_FOUR = ("yaw_from_quaternion", "quaternion_from_yaw", "normalize_angle", "clamp")
+HOME = "".join(f"def {name}(x, *more):\n    return x\n" for name in _FOUR)
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        "from ros2_robot_controller.utils.conversions import clamp\nX = clamp(1, 2, 3)\n",
+        "from ros2_robot_controller.utils.conversions import clamp as limit\nX = limit(1, 2, 3)\n",
+        "from .utils.conversions import clamp\nX = clamp(1, 2, 3)\n",
+        "from .utils import conversions\nX = conversions.clamp(1, 2, 3)\n",
+        "from ros2_robot_controller.utils import conversions as c\nX = c.clamp(1, 2, 3)\n",
+        "import ros2_robot_controller.utils.conversions\nX = ros2_robot_controller.utils.conversions.clamp(1, 2, 3)\n",
+        "import ros2_robot_controller.utils.conversions as c\nX = c.clamp(1, 2, 3)\n",
+        "from .utils.conversions import *\nX = clamp(1, 2, 3)\n",
+        "from .utils import clamp\nX = clamp(1, 2, 3)\n",
+        "from .helper import helped\nX = helped()\n",
+    ],
+)
+def test_every_way_to_import_conversions_is_a_use(tmp_path: Path, use: str):
+    files: dict[str, str | bytes | None] = {
+        CONTROLLER: use,
+        CONVERSIONS: HOME,
+        "ros2_robot_controller/utils/__init__.py": "from .conversions import clamp\n",
+        "ros2_robot_controller/helper.py": "from .utils.conversions import clamp\ndef helped():\n    return clamp(1)\n",
+        "ros2_robot_controller/__init__.py": "",
+    }
+    assert judged(conversions, facts(written(tmp_path, files))).share == 1.0
+
+
+def test_a_bearing_is_not_a_conversion(tmp_path: Path):
+    """Navigation needs atan2 of two differences."""
+    text = (
+        REFERENCE / CONTROLLER
+    ).read_text() + "\n\ndef bearing(a, b):\n    return math.atan2(b.y - a.y, b.x - a.x)\n"
+    assert judged(conversions, facts(reference(tmp_path, files={CONTROLLER: text}))).share == 1.0

@@ -1,0 +1,148 @@
+"""Q3: blocks of code that occur twice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from helpers.quality_examples import PROCESSOR, REFERENCE, facts, judged, reference
+
+from grader.checks.check_structure import test_no_block_is_repeated as copies
+from grader.quality.duplicates import duplicated_blocks
+from grader.quality.parsed_module import parse
+
+BLOCK = """\
+def measure(scan):
+    good = []
+    for distance in scan.ranges:
+        if scan.range_min <= distance <= scan.range_max:
+            good.append(distance)
+    nearest = min(good)
+    scan.nearest = nearest
+    return nearest
+"""
+RESTYLED = """\
+def measure( scan ):
+    \"\"\"Return the nearest.\"\"\"
+    good = []   # all of them
+
+    for distance in scan.ranges:
+        # in range?
+        if (scan.range_min <= distance
+                <= scan.range_max):
+            good.append(
+                distance)
+    nearest = min(good)
+    scan.nearest = nearest
+    return nearest
+"""
+MAIN = """\
+def main(args=None):
+    rclpy.init(args=args)
+    node = Node('x')
+    try:
+        rclpy.spin(node)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+if __name__ == '__main__':
+    main()
+"""
+MESSAGE = """\
+def tell(self):
+    message = Twist()
+    message.linear.x = 1.0
+    message.angular.z = 0.0
+    self.publisher.publish(message)
+"""
+LAUNCH = """\
+def generate_launch_description():
+    return LaunchDescription([
+        Node(
+            package='ros2_robot_controller',
+            executable='sensor_processor',
+            name='sensor_processor',
+            output='screen',
+            parameters=['a.yaml'],
+            remappings=[('a', 'b')],
+        ),
+    ])
+"""
+
+
+def found(**texts: str) -> list[int]:
+    """Return the lengths of the copies in modules of the package, by name."""
+    parsed = [parse(f"ros2_robot_controller/{name}.py", text.encode()) for name, text in texts.items()]
+    return [copy.lines for copy in duplicated_blocks(parsed)]
+
+
+def test_a_block_in_two_modules_is_found():
+    assert found(a=BLOCK, b="import math\n\n\n" + BLOCK) == [8]
+
+
+def test_spaces_comments_docstrings_and_line_breaks_do_not_hide_a_copy():
+    assert found(a=BLOCK, b=RESTYLED) == [8]
+
+
+def test_a_block_twice_in_one_module_is_found():
+    assert found(a=BLOCK + "\n\nX = 1\n\n\n" + BLOCK.replace("def measure", "def again")) == [7]
+
+
+def test_a_copy_under_another_name_is_found():
+    assert found(a=BLOCK, b=BLOCK.replace("def measure(scan)", "def nearest(self, scan)")) == [7]
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (MAIN, "every ROS node ends like this"),
+        (MESSAGE, "five statements fill a message"),
+        (LAUNCH, "a launch file's table is one statement"),
+        ('"""' + "Words.\n" * 20 + '"""\n', "docstrings are not code"),
+        ("import a\nimport b\nimport c\nimport d\nimport e\nimport f\nfrom g import h\n", "imports are not code"),
+        ("# one\n# two\n# three\n# four\n# five\n# six\nX = 1\n", "comments are not code"),
+    ],
+)
+def test_some_text_may_be_repeated(text: str, why: str):
+    assert found(a=text, b=text) == [], why
+
+
+def test_tests_may_repeat_themselves():
+    parsed = [parse(f"test/test_{name}.py", BLOCK.encode()) for name in "ab"]
+    assert duplicated_blocks(parsed) == []
+
+
+def test_three_places_are_one_copy():
+    assert found(a=BLOCK, b=BLOCK, c=BLOCK) == [8]
+
+
+def test_3000_equal_lines_are_found_in_finite_time():
+    assert len(found(a="x.append(1)\n" * 3000)) >= 1
+
+
+def test_a_block_copied_into_the_second_node_costs_a_quarter(tmp_path: Path):
+    """Blatant."""
+    scans = (REFERENCE / "ros2_robot_controller/utils/scans.py").read_text()
+    text = (REFERENCE / PROCESSOR).read_text() + "\n\n" + scans[scans.index("def measure_proximity") :]
+    result = judged(copies, facts(reference(tmp_path, files={PROCESSOR: text})))
+    assert result.share == 0.75
+    assert "utils/scans.py:" in result.seen
+    assert f"{PROCESSOR}:" in result.seen
+
+
+def test_six_lines_are_the_shortest_copy(tmp_path: Path):
+    """Subtle."""
+    block = "    a = x + 1\n    b = a * 2\n    c = b - x\n    d = c / 3\n    e = d + a\n"
+    one = f"def one(x):\n{block}    return e * 7\n"
+    for text, share in (
+        (one + f"\n\ndef two(x):\n{block}    return e * 7\n", 0.75),
+        (one + f"\n\ndef two(x):\n{block}    return e\n", 1.0),
+    ):
+        folder = tmp_path / str(share)
+        assert (
+            judged(copies, facts(reference(folder, files={"ros2_robot_controller/utils/more.py": text}))).share == share
+        )
