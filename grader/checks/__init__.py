@@ -1,1 +1,1 @@
-"""The checks: pytest tests over evidence, one for each requirement or part of it; students read their docstrings."""
+"""The checks: pytest tests over evidence, for one requirement or a part of it each. Students read their docstrings."""

@@ -1,9 +1,9 @@
-"""I1: the package builds and installs what ROS looks for."""
+"""I1: the package builds, and installs what ROS looks for."""
 
 import itertools
 import re
 
-from grader.checks.judge import Judge
+from grader.checks.judge import Failed, Judge
 from grader.contract.spec import NODES
 
 _SHARED = (
@@ -23,8 +23,8 @@ def test_colcon_build_succeeds(judge: Judge) -> None:
         try_ = "run `colcon build` and read its first error, not its last"
         if build.timed_out:
             said = f" after {build.wall_seconds:.0f} s"
-            try_ = "run `colcon build`: does it end? If it does, grade again, or with a longer --build-timeout"
-        judge.expect(False, f"colcon build {how}{said}", try_)
+            try_ = "run `colcon build`: does it end? If it does, grade again with a longer --build-timeout"
+        raise Failed(f"colcon build {how}{said}", try_)
 
 
 def test_executables_are_installed(judge: Judge) -> None:
@@ -51,7 +51,7 @@ def test_launch_and_config_are_installed(judge: Judge) -> None:
 
 
 def _first_error(log: str) -> str:
-    """Return the first error of a build's log with the lines that explain it, "" if none is marked as one."""
+    """Return the first error in a build's log with the lines that explain it, "" if no line is marked as an error."""
     lines = log.splitlines()
     marked = (i for i, line in enumerate(lines) if re.search(r"\bError\b|\berror:|\bERROR\b", line))
     first = next(marked, None)

@@ -4,10 +4,10 @@ import math
 from typing import Any
 
 from grader.checks.judge import Judge, Unjudged
+from grader.contract.spec import CONVERSIONS
 from grader.evidence import FunctionAnswer
 
 _NEAR = 1e-6
-_FUNCTIONS = ("yaw_from_quaternion", "quaternion_from_yaw", "normalize_angle", "clamp")
 
 
 def test_conversions_are_right_at_their_edges(judge: Judge) -> None:
@@ -15,14 +15,14 @@ def test_conversions_are_right_at_their_edges(judge: Judge) -> None:
     judge.built()
     answers = judge.evidence.conversions
     if not answers:
-        raise Unjudged("the conversions were not asked")
+        raise Unjudged("the conversions were not called")
     wrong = {}
     for answer in answers:
         if answer.function not in wrong and not _is_right(answer):
-            wrong[answer.function] = _words(answer)
+            wrong[answer.function] = _call(answer)
     if wrong:
-        share = 1 - len(wrong) / len(_FUNCTIONS)
-        judge.share(share, "; ".join(wrong.values()), "try your function at 0, pi, -pi and a full turn further")
+        share = 1 - len(wrong) / len(CONVERSIONS)
+        judge.share(share, "; ".join(wrong.values()), "call the function with 0, pi, -pi and a full turn more")
 
 
 def _is_right(answer: FunctionAnswer) -> bool:
@@ -30,25 +30,25 @@ def _is_right(answer: FunctionAnswer) -> bool:
         return False
     if answer.function == "clamp":
         value, low, high = answer.arguments
-        return _are(answer.answer, [min(max(value, low), high)])
+        return _close(answer.answer, [min(max(value, low), high)])
     if answer.function == "normalize_angle":
         return _is_angle(answer.answer, answer.arguments[0])
     if answer.function == "yaw_from_quaternion":
         return _is_angle(answer.answer, _yaw(answer.arguments[0]))
-    return len(answer.answer) == 4 and _is_turn(answer.answer, answer.arguments[0])
+    return len(answer.answer) == 4 and _is_rotation(answer.answer, answer.arguments[0])
 
 
 def _is_angle(found: list[float], wanted: float) -> bool:
-    """Return whether `found` is the angle `wanted`, in (-pi, pi]. At half a turn float dust decides the sign."""
+    """Return whether `found` is the angle `wanted`, in (-pi, pi]. At half a turn rounding decides the sign."""
     if len(found) != 1 or not -math.pi < found[0] <= math.pi + _NEAR:
-        # -pi itself is outside; only a value that is not exactly a half turn may come near it from above.
+        # -pi itself is outside; a value that is not exactly half a turn may come near it from above.
         return False
     return abs(math.remainder(found[0] - wanted, math.tau)) <= _NEAR
 
 
-def _is_turn(found: list[float], yaw: float) -> bool:
+def _is_rotation(found: list[float], yaw: float) -> bool:
     wanted = [0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)]
-    return _are(found, wanted) or _are([-value for value in found], wanted)
+    return _close(found, wanted) or _close([-value for value in found], wanted)
 
 
 def _yaw(quaternion: list[float]) -> float:
@@ -56,11 +56,11 @@ def _yaw(quaternion: list[float]) -> float:
     return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
 
 
-def _are(found: list[float], wanted: list[float]) -> bool:
+def _close(found: list[float], wanted: list[float]) -> bool:
     return len(found) == len(wanted) and all(abs(a - b) <= _NEAR for a, b in zip(found, wanted, strict=True))
 
 
-def _words(answer: FunctionAnswer) -> str:
+def _call(answer: FunctionAnswer) -> str:
     arguments = ", ".join(_show(argument) for argument in answer.arguments)
     result = answer.problem or _show(answer.answer[0] if len(answer.answer) == 1 else answer.answer)
     return f"{answer.function}({arguments}) gave {result}"

@@ -4,25 +4,26 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from grader.checks.judge import Failed, Judge, NotReached, last_words, near_topic
+from grader.checks.judge import Failed, Judge, NotReached, last_output, near_topic
 from grader.evidence import Message, Trial
 
 _TICK_S = 0.05
-# How late a message may be. In lockstep it answers its tick; in real time a busy machine holds it up, three ticks seen.
+# How late a message may be. In lockstep it answers its tick; in real time a busy machine delays it: by three ticks,
+# as measured.
 _LATE_S = {"lockstep": 2 * _TICK_S, "real time": 6 * _TICK_S}
-_BATTERY_S = 1.0  # from one battery message to the next: an alarm may wait for one
+_BATTERY_S = 1.0  # between battery messages: an alarm may wait for the next one
 _WARN, _ERROR = 30, 40  # rcl_interfaces/msg/Log
 
 
 def test_fuses_the_closest_valid_reading(judge: Judge) -> None:
     """`closest_obstacle_distance` is the closest valid reading, inf where there is none."""
-    try_ = "leave out what is not finite or not within [range_min, range_max]; inf when nothing is left"
+    try_ = "leave out readings that are not finite or outside [range_min, range_max]; inf when none is left"
     trial, fused = _fused(judge)
     edge = trial.marks.get("at range_min", math.inf)
-    _expect_distances(judge, trial, [message for message in fused if message.t < edge], try_)
-    _expect_distances(judge, *_fused_nothing(judge), try_)
+    _expect_distances(trial, [message for message in fused if message.t < edge], try_)
+    _expect_distances(*_fused_without_readings(judge), try_)
     try:
-        _expect_distances(judge, trial, [message for message in fused if message.t >= edge], try_)
+        _expect_distances(trial, [message for message in fused if message.t >= edge], try_)
     except Failed as failed:
         seen = f"{failed.seen}, which is range_min itself"
         judge.share(0.5, seen, "range_min <= reading <= range_max: the limits themselves are valid")
@@ -31,10 +32,10 @@ def test_fuses_the_closest_valid_reading(judge: Judge) -> None:
 def test_fuses_the_battery_in_percent(judge: Judge) -> None:
     """`battery_level` is in percent, 0 to 100; 100.0 before the first battery message."""
     trial, fused = _fused(judge)
-    told = [(-math.inf, 100.0)]
-    told += [(m.t, 100.0 * m.data["percentage"]) for m in trial.published if m.topic == "battery/state"]
+    measured = [(-math.inf, 100.0)]
+    measured += [(m.t, 100.0 * m.data["percentage"]) for m in trial.published if m.topic == "battery/state"]
     _expect_followed(
-        judge, trial, fused, "battery_level", told, lambda said, true: _same(said, true, 0.1),
+        trial, fused, "battery_level", measured, lambda said, true: _same(said, true, 0.1),
         "BatteryState.percentage is 0 to 1; start with 100.0",
     )  # fmt: skip
 
@@ -43,13 +44,13 @@ def test_fuses_the_latest_imu_message(judge: Judge) -> None:
     """Acceleration and angular velocity are those of the latest IMU message, zero before the first."""
     trial, fused = _fused(judge)
     for field in ("linear_acceleration", "angular_velocity"):
-        told: list[tuple[float, Any]] = [(-math.inf, [0.0, 0.0, 0.0])]
-        told += [(m.t, m.data[field]) for m in trial.published if m.topic == "imu/data"]
+        measured: list[tuple[float, Any]] = [(-math.inf, [0.0, 0.0, 0.0])]
+        measured += [(m.t, m.data[field]) for m in trial.published if m.topic == "imu/data"]
         try_ = "keep the latest Imu message and copy both vectors from it"
-        _expect_followed(judge, trial, fused, field, told, _same_vector, try_)
+        _expect_followed(trial, fused, field, measured, _same_vector, try_)
 
 
-def test_battery_alarms_sound_once(judge: Judge) -> None:
+def test_battery_alarms_are_logged_once(judge: Judge) -> None:
     """Battery below the low threshold is logged as a warning once, below the critical threshold as an error once."""
     trial = judge.trial("battery_runs_down")
     logs = [m for m in trial.messages if m.topic == "rosout" and m.data.get("name", "").endswith("sensor_processor")]
@@ -66,29 +67,29 @@ def test_battery_alarms_sound_once(judge: Judge) -> None:
         seen += f"; the level fell below {threshold} % at {crossed:.1f} s"
         in_time = crossed - 1e-9 <= about[0].t <= crossed + _BATTERY_S + _LATE_S[trial.pace]
         try_ = "compare percent with percent: BatteryState.percentage is 0 to 1"
-        late = "compare with the value of the parameter, not with its default"
+        late = "compare with the parameter's value, not with its default"
         judge.expect(in_time, seen, try_ if about[0].t < crossed else late)
 
 
-def test_comes_at_the_fusion_frequency(judge: Judge) -> None:
-    """`sensor_fusion_data` and `obstacle_distance` come at `fusion_frequency` ± 20 %, once a scan has been seen."""
+def test_publishes_at_the_fusion_frequency(judge: Judge) -> None:
+    """`sensor_fusion_data` and `obstacle_distance` come at `fusion_frequency` ± 20 % once a scan has been seen."""
     trial, _ = _fused(judge)
     start, end = trial.marks["scans"] + 0.4, trial.marks["end"]
     for topic in ("sensor_fusion_data", "obstacle_distance"):
         count = sum(m.topic == topic and start < m.t <= end for m in trial.messages)
         hertz = count / (end - start)
         seen = f"{topic} at {hertz:.1f} Hz of simulated time{near_topic(trial.graph, topic) if not count else ''}"
-        judge.expect(16.0 <= hertz <= 24.0, seen, "publish both from one timer with period 1 / fusion_frequency")
+        judge.expect(16.0 <= hertz <= 24.0, seen, "publish both from one timer with the period 1 / fusion_frequency")
 
 
-def test_says_nothing_before_the_first_scan(judge: Judge) -> None:
-    """Nothing comes before the first scan; the stamp is from the node's clock and the frame is `base_link`."""
+def test_publishes_nothing_before_the_first_scan(judge: Judge) -> None:
+    """Nothing is published before the first scan; the stamp is the node's clock and the frame is `base_link`."""
     trial, fused = _fused(judge)
     early = [m for m in trial.messages if m.t < trial.marks["scans"] + 1e-9]
     judge.expect(
         not early,
         f"{len(early)} messages before the first scan",
-        "remember whether a scan has come; say nothing before",
+        "remember whether a scan has come, and publish nothing before",
     )
     frames = {m.data["header"]["frame_id"] for m in fused}
     judge.expect(frames == {"base_link"}, f"frame_id {sorted(frames)}", "set header.frame_id")
@@ -111,49 +112,46 @@ def _fused(judge: Judge) -> tuple[Trial, list[Message]]:
     return trial, fused
 
 
-def _fused_nothing(judge: Judge) -> tuple[Trial, list[Message]]:
-    """Return the trial with scans in which there is nothing, once it is seen that data came meanwhile."""
+def _fused_without_readings(judge: Judge) -> tuple[Trial, list[Message]]:
+    """Return the trial whose scans have no valid reading; fail if it published nothing meanwhile."""
     trial = judge.trial("nothing_to_fuse", complete=False)
     if trial.ended and not trial.marks:
-        raise NotReached(trial.ended + last_words(trial))
+        raise NotReached(trial.ended + last_output(trial))
     fused = [m for m in trial.messages if m.topic == "sensor_fusion_data"]
     marks = sorted(trial.marks.items(), key=lambda item: item[1])
     for index, (kind, start) in enumerate(marks):
         if kind == "end":
             continue
         over = index + 1 < len(marks)
-        seen = f"scans with {kind}: {trial.ended}{last_words(trial)}"
+        seen = f"scans with {kind}: {trial.ended}{last_output(trial)}"
         judge.expect(over, seen, "min() of nothing raises: min(readings, default=math.inf)")
         came = any(start + _LATE_S[trial.pace] < m.t <= marks[index + 1][1] + 1e-9 for m in fused)
-        judge.expect(came, f"scans with {kind}: no fused data came", "nothing near is news too: publish inf")
+        judge.expect(came, f"scans with {kind}: no fused data came", "that nothing is near is data, too: publish inf")
     return trial, fused
 
 
 def _expect_followed(
-    judge: Judge,
     trial: Trial,
     fused: list[Message],
     field: str,
-    told: list[tuple[float, Any]],
+    measured: list[tuple[float, Any]],
     same: Callable[[Any, Any], bool],
     try_: str,
 ) -> None:
-    """Expect each fused message to hold what was told last; what was told just before may count or not."""
+    """Expect each fused message to have the latest measurement; one just before the message may be missing from it."""
     for message in fused:
         said = message.data[field]
-        known = [value for t, value in told if t <= message.t + 1e-9]
-        recent = [value for t, value in told if message.t - _LATE_S[trial.pace] <= t <= message.t + 1e-9]
+        known = [value for t, value in measured if t <= message.t + 1e-9]
+        recent = [value for t, value in measured if message.t - _LATE_S[trial.pace] <= t <= message.t + 1e-9]
         candidates = known[-1 - len(recent) :]
         if candidates and not any(same(said, value) for value in candidates):
             seen = f"{field} {_show(said)} at {message.t:.2f} s, when {_show(candidates[-1])} had been measured"
-            judge.expect(False, seen, try_)
+            raise Failed(seen, try_)
 
 
-def _expect_distances(judge: Judge, trial: Trial, fused: list[Message], try_: str) -> None:
+def _expect_distances(trial: Trial, fused: list[Message], try_: str) -> None:
     scans = [(scan.t, scan.anywhere) for scan in trial.scans]
-    _expect_followed(
-        judge, trial, fused, "closest_obstacle_distance", scans, lambda said, true: _same(said, true, 0.01), try_
-    )
+    _expect_followed(trial, fused, "closest_obstacle_distance", scans, lambda said, true: _same(said, true, 0.01), try_)
 
 
 def _same(said: Any, true: Any, tolerance: float) -> bool:

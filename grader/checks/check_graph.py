@@ -21,7 +21,7 @@ _OFFERED = {
     "get_status": "GetRobotStatus",
     "navigate_to_position": "NavigateToPosition",
 }
-_TRY = "compare the names, types and directions with the contract's table, letter by letter"
+_TRY = "compare the names, types and directions with the contract's table letter by letter"
 
 
 def test_controller_shows_the_contracts_interfaces(judge: Judge) -> None:
@@ -30,9 +30,9 @@ def test_controller_shows_the_contracts_interfaces(judge: Judge) -> None:
     wrong = _wrong_topics(graph, _CONTROLLER)
     offered = {**graph.services, **graph.actions}
     for name, kind in _OFFERED.items():
-        # Under which package the type goes is I3's matter.
+        # I3 judges which package the type is from.
         if not any(found.rpartition("/")[2] == kind for found in offered.get(name, [])):
-            what = "action" if name in ("navigate_to_position",) else "service"
+            what = "action" if name == "navigate_to_position" else "service"
             wrong.append(f"expected {what} {name} ({kind}){near_miss(graph, name)}")
     _share(judge, wrong, len(_CONTROLLER) + len(_OFFERED))
 
@@ -44,13 +44,13 @@ def test_processor_shows_the_contracts_interfaces(judge: Judge) -> None:
 
 def test_sensor_subscriptions_match_best_effort(judge: Judge) -> None:
     """Sensor subscriptions also match best-effort publishers, as real drivers use."""
-    deaf = []
+    reliable = []
     for trial, topics in (("idle", _CONTROLLER), ("idle_processor", _PROCESSOR)):
         for endpoint in judge.graph(trial).endpoints:
             if endpoint.kind == "subscription" and endpoint.topic in topics and endpoint.reliability == "reliable":
-                deaf.append(endpoint.topic)
+                reliable.append(endpoint.topic)
     judge.expect(
-        not deaf, f"these subscriptions ask for reliable publishers and hear nothing of others: {', '.join(deaf)}",
+        not reliable, f"these subscriptions receive nothing from best-effort publishers: {', '.join(reliable)}",
         "subscribe with qos_profile_sensor_data",
     )  # fmt: skip
 
@@ -65,7 +65,7 @@ def _wrong_topics(graph: Graph, wanted: dict[str, tuple[str, str]]) -> list[str]
             seen = ", ".join(f"{e.kind} of {e.type}" for e in found)
         else:
             others = sorted({e.topic for e in graph.endpoints if e.kind == kind and e.type == message} - set(wanted))
-            seen = f"found {', '.join(others)}" if others else "nothing of the kind"
+            seen = f"found {', '.join(others)}" if others else "found nothing similar"
         wrong.append(f"expected a {kind} of {topic} ({message}); {seen}")
     return wrong
 

@@ -1,7 +1,7 @@
-"""F1: what the controller does when nobody asks for anything."""
+"""F1: the controller without a command."""
 
 from grader.checks import motion
-from grader.checks.judge import Judge
+from grader.checks.judge import Failed, Judge
 
 _TRY = "publish from the control timer's callback in every cycle, moving or not"
 
@@ -13,11 +13,11 @@ def test_publishes_zero_without_a_command(judge: Judge) -> None:
     bad = next((command for command in trial.commands if not motion.is_zero(command)), None)
     if bad is not None:
         seen = f"v = {bad.v:.3g} m/s, omega = {bad.omega:.3g} rad/s at {bad.t:.2f} s, before any command"
-        judge.expect(False, seen, "which value does the speed start with, and what changes it?")
+        raise Failed(seen, "which value does the speed start with, and where is it changed?")
     scans = trial.marks["scans"]
     if not motion.between(trial.commands, 0.0, scans):
         seen = f"no message on cmd_vel before the first scan, in {scans:g} s"
-        judge.share(0.5, seen, "let the control timer publish whether or not a scan has come")
+        judge.share(0.5, seen, "let the control timer publish before the first scan, too")
 
 
 def test_publishes_at_the_control_rate(judge: Judge) -> None:
@@ -28,5 +28,5 @@ def test_publishes_at_the_control_rate(judge: Judge) -> None:
     seen = f"{hertz:.1f} Hz between {start:g} and {end:g} s of simulated time"
     try_ = "create the timer with 1 / laser_processing_rate on the node's clock"
     if hertz > 12.0:
-        try_ += "; does another callback publish cmd_vel, too?"
+        try_ += "; does another callback publish cmd_vel as well?"
     judge.expect(8.0 <= hertz <= 12.0, seen, try_)

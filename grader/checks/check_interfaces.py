@@ -1,10 +1,10 @@
-"""I3: the four interfaces, and that the nodes use them."""
+"""I3: the four interfaces, and the nodes' use of them."""
 
 from grader.checks.judge import Judge, near_miss, short_types
 from grader.contract.spec import PACKAGE
 
 
-def test_type_hashes_are_the_contracts(judge: Judge) -> None:
+def test_type_hashes_match_the_contract(judge: Judge) -> None:
     """The four interfaces have the contract's type hashes: exactly its fields, in its order."""
     judge.built()
     build = judge.evidence.build
@@ -14,7 +14,7 @@ def test_type_hashes_are_the_contracts(judge: Judge) -> None:
             wrong.append(f"{name}: {_difference(build.interface_texts.get(name), build.contract_texts.get(name, ''))}")
     if wrong:
         share = 1 - len(wrong) / len(build.contract_hashes)
-        judge.share(share, "; ".join(wrong), "compare the file with the contract line by line: type, name, order")
+        judge.share(share, "; ".join(wrong), "compare the file with the contract line by line: types, names, order")
 
 
 def test_nodes_use_the_contracts_types(judge: Judge) -> None:
@@ -31,14 +31,14 @@ def test_nodes_use_the_contracts_types(judge: Judge) -> None:
     processor = judge.graph("idle_processor")
     types = {e.type for e in processor.endpoints if e.topic == "sensor_fusion_data" and e.kind == "publisher"}
     if f"{PACKAGE}/msg/SensorFusionData" not in types:
-        found = f"found type {short_types(sorted(types))}" if types else "no such publisher"
+        found = f"found type {short_types(sorted(types))}" if types else "found no such publisher"
         wrong.append(f"expected sensor_fusion_data (SensorFusionData); {found}")
     if wrong:
         judge.share(1 - len(wrong) / 4, "; ".join(wrong), f"import the types from {PACKAGE}.srv, .action and .msg")
 
 
 def _difference(found: str | None, wanted: str) -> str:
-    """Return in words how two definitions differ; comments and spaces do not count."""
+    """Return in words how two definitions differ, apart from comments and spaces."""
     if not found:
         return "not found among the installed interfaces"
     theirs, ours = _fields(found), _fields(wanted)

@@ -1,18 +1,18 @@
-"""I8: Ctrl-C."""
+"""I8: ending on Ctrl-C."""
 
 from grader.checks import motion
 from grader.checks.judge import Judge
 
 _CONTROLLER = ("interrupted_idle", "interrupted_driving", "interrupted_navigating")
 _TRY_CATCH = "catch KeyboardInterrupt and ExternalShutdownException around spin, then destroy the node"
-_TRY_SOONER = "after Ctrl-C wait for nothing without a limit: no sleep, no join, no goal that has to end first"
-_TRY_SHUTDOWN = "end with rclpy.try_shutdown(): after Ctrl-C rclpy.shutdown() is a second one and raises"
-_TRY_ZERO = "publish a zero before the context is shut down, and let it get out"
+_TRY_SOONER = "after Ctrl-C wait for nothing without a time limit: no sleep, no join, no goal that has to end first"
+_TRY_SHUTDOWN = "end with rclpy.try_shutdown(): after Ctrl-C rclpy is already shut down, and rclpy.shutdown() raises"
+_TRY_ZERO = "publish a zero before the context is shut down, and wait until it is sent"
 
 
 def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
     """Ctrl-C (SIGINT) ends each node within 2 s, without a traceback, and the last `cmd_vel` is zero."""
-    wrong = []  # (what was seen, what to try): a student who mends one should not meet the next only then
+    wrong = []  # (seen, try) of everything at once, so that a student need not fix one to learn of the next
     for name in (*_CONTROLLER, "interrupted_processor"):
         trial = judge.trial(name)
         process = trial.process
@@ -28,7 +28,7 @@ def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
             seen = f"a traceback after SIGINT, ending {lines[-1].strip()[:200]!r}"
             wrong.append((f"{when}: {seen}", _TRY_CATCH if uncaught else _TRY_SHUTDOWN))
         if trial.node == "robot_controller" and (trial.commands or name != "interrupted_idle"):
-            # That a robot without a command says nothing is F1's matter.
+            # F1 judges a robot that publishes nothing without a command.
             judge.expect(bool(trial.commands), "no cmd_vel at all", "publish in every control cycle")
             last = trial.commands[-1]
             if not motion.is_zero(last):

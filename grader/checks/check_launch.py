@@ -7,7 +7,7 @@ _OF_PROCESSOR = ("fusion_frequency", "battery_low_threshold")
 
 
 def test_the_launch_files_start_the_nodes(judge: Judge) -> None:
-    """`robot_controller_launch.py` starts both nodes and `sensor_processor_launch.py` the second alone."""
+    """`robot_controller_launch.py` starts both nodes, `sensor_processor_launch.py` the second one alone."""
     both = judge.trial("launch_both", complete=False)
     _expect_nodes(judge, both, {"robot_controller", "sensor_processor"})
     alone = judge.trial("launch_processor", complete=False)
@@ -33,18 +33,22 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
         trial = judge.trial(name)
         for node in sorted({answer.node for answer in trial.parameters}):
             own = [p for p in trial.choices if (p in _OF_PROCESSOR) == (node == "sensor_processor")]
-            judge.expect(bool(own), f"no file in config/ sets a parameter of {node}", "list the parameters in the file")
+            judge.expect(
+                bool(own), f"no file in config/ sets a parameter of {node}", "list the node's parameters in its file"
+            )
             for parameter in own:
                 value = next(a.value for a in _answers(trial, parameter) if a.node == node)
                 seen = f"{parameter} was {trial.choices[parameter]:g} in the file and {value} in {node}"
                 judge.expect(
-                    value == trial.choices[parameter], seen, "is it this node's file, and its key the node's name?"
+                    value == trial.choices[parameter],
+                    seen,
+                    "does the launch file pass this file, and is its key the node's name?",
                 )
 
 
 def test_a_remapping_in_a_launch_file_works(judge: Judge) -> None:
     """A remapping given in the launch file works."""
-    # A name that the node does not have without a launch file either is I4's matter.
+    # I4 judges a name that the node does not have without a launch file either.
     usual = {name: {endpoint.topic for endpoint in judge.graph(name).endpoints} for name in ("idle", "idle_processor")}
     trial = judge.trial("launch_remapped")
     tried = 0
@@ -57,7 +61,7 @@ def test_a_remapping_in_a_launch_file_works(judge: Judge) -> None:
             if old not in usual[without]:
                 continue
             tried += 1
-            seen = f"{old} remapped to {new}: the node has {'still ' + old if old in topics else 'neither of them'}"
+            seen = f"{old} remapped to {new}: the node {'still has ' + old if old in topics else 'has neither'}"
             judge.expect(new in topics, seen, "use relative names: 'scan', not '/scan'")
     if not tried:
         raise NotReached("the nodes have none of the topics that would be remapped (I4)")
@@ -66,10 +70,10 @@ def test_a_remapping_in_a_launch_file_works(judge: Judge) -> None:
 def _expect_nodes(judge: Judge, trial: Trial, wanted: set[str]) -> None:
     nodes = {name.rpartition("/")[2] for name in trial.graph.nodes} if trial.graph else set()
     nodes = {name for name in nodes if not name.startswith("launch_ros")}
-    said = trial.process.output_tail.strip().splitlines() if trial.process else []
-    last = f"; its last words were: {said[-1][:300]}" if said and not nodes else ""
+    output = trial.process.output_tail.strip().splitlines() if trial.process else []
+    last = f"; its last output was: {output[-1][:300]}" if output and not nodes else ""
     seen = f"{trial.launch} started {', '.join(sorted(nodes)) or trial.ended or 'no node'}{last}"
-    # What a process has besides its node, a helper of its own say, is nobody's fault.
+    # A process may have other nodes besides its own, such as a helper.
     right = nodes & {"robot_controller", "sensor_processor"} == wanted
     judge.expect(right, seen, f"one Node action for each of: {', '.join(sorted(wanted))}")
 

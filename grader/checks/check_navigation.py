@@ -1,13 +1,12 @@
-"""F8: the navigate_to_position action in an open field."""
+"""F8: the action navigate_to_position in an open field."""
 
 import math
 
 from grader.checks import motion
-from grader.checks.judge import Judge, NotReached, at
+from grader.checks.judge import Failed, Judge, NotReached, at
 from grader.evidence import Goal, Trial
 
-_TRIALS = ("navigate_ahead", "navigate_beside", "navigate_behind")
-_DRIFT_M = 0.02  # what the simulated odometry may be off after two metres: not the student's fault
+_DRIFT_M = 0.02  # by which the simulated odometry may be off after two metres, whatever the node does
 _AGREE_M = 0.05  # final_pose against odometry: one tick at full speed, doubled
 
 
@@ -47,23 +46,25 @@ def test_stands_still_after_arrival(judge: Judge) -> None:
         still = motion.stays_still(trial.samples, goal.ended_t + 1.0)
         last = trial.samples[-1]
         seen = f"v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s {last.t - goal.ended_t:.1f} s after the result"
-        judge.expect(still, seen, "publish zero when the goal ends, whatever its outcome")
+        judge.expect(still, seen, "publish zero when the goal ends, however it ends")
 
 
 def again(trial: Trial) -> list[tuple[str, str]]:
-    """Return what went wrong, and what to try, with a target where the robot already is and with one after others.
+    """Return (seen, try) of what went wrong with a target where the robot already is and with one after others.
 
-    Of three goals the second is cancelled on the way. What becomes of a goal that comes while another goes on is
-    nowhere laid down, so the third counts only where the second was over.
+    Of three goals the second is cancelled on the way. The contract does not say what becomes of a goal that comes
+    while another one is active, so the third counts only if the second was over.
     """
     wrong = []
     goals = [*trial.goals, None, None, None]
     first, second, third = goals[:3]
-    if first is not None and (seen := _amiss(trial, first)):
-        try_ = "a goal that is reached when it comes succeeds at once"
+    if first is not None and (seen := _shortfall(trial, first)):
+        try_ = "a goal that is already reached succeeds at once"
         wrong.append((f"a target where the robot already was: {seen}", try_))
-    if third is not None and second is not None and _is_over(second, third.t) and (seen := _amiss(trial, third)):
-        wrong.append((f"a target that came after others: {seen}", "begin each goal afresh, with nothing of the last"))
+    if third is not None and second is not None and _is_over(second, third.t) and (seen := _shortfall(trial, third)):
+        wrong.append(
+            (f"a target that came after others: {seen}", "start each goal afresh, and keep nothing of the last one")
+        )
     return wrong
 
 
@@ -71,7 +72,7 @@ def _is_over(goal: Goal, t: float) -> bool:
     return not goal.accepted or goal.ended_t <= t
 
 
-def _amiss(trial: Trial, goal: Goal) -> str:
+def _shortfall(trial: Trial, goal: Goal) -> str:
     """Return how a goal ended, "" if the robot reached it and said so."""
     off = math.inf
     if math.isfinite(goal.ended_t):
@@ -91,22 +92,26 @@ def _expect_reached(judge: Judge, name: str) -> None:
         last = trial.samples[-1]
         left = math.hypot(goal.x - last.x, goal.y - last.y)
         seen = f"no result within 40 s; the robot is {left:.2f} m from the target"
-        judge.expect(False, seen, "when is the goal reached, and who tells the action so?")
+        raise Failed(seen, "when is the goal reached, and which line ends the action then?")
     sample = at(trial.samples, goal.ended_t)
     off = math.hypot(goal.x - sample.x, goal.y - sample.y)
     words = f"the goal ended as {goal.status} with success = {goal.success} at {goal.ended_t:.1f} s, {off:.3f} m off"
     judge.expect(goal.success is True and goal.status == "succeeded", words, "set result.success, call succeed()")
-    try_ = "compare with tolerance" if off < 1.0 else "the target and odom's pose are in one frame, odom: compare those"
+    try_ = (
+        "compare the distance with tolerance"
+        if off < 1.0
+        else "the target and the pose from odom are both in the frame odom: compare those"
+    )
     judge.expect(off <= goal.tolerance + _DRIFT_M, f"{words}; the tolerance was {goal.tolerance:g} m", try_)
 
 
 def _ended(judge: Judge) -> list[tuple[Trial, Goal]]:
-    """Return the trials whose goal succeeded; what happens at the end needs an end."""
+    """Return the trials whose goal succeeded, of which there is at least one."""
     pairs = []
-    for name in _TRIALS:
+    for name in motion.ROUTES:
         trial = judge.trial(name, complete=False)
         if trial.goals and motion.has_succeeded(trial.goals[0]) and not trial.ended:
             pairs.append((trial, trial.goals[0]))
     if not pairs:
-        raise NotReached("no goal ended with success, so there is no arrival to look at")
+        raise NotReached("no goal ended with success, so there is no arrival to judge")
     return pairs

@@ -1,14 +1,14 @@
-"""F4: what the controller does about an obstacle ahead."""
+"""F4 and F5: stopping before an obstacle, and driving on when none is in the way."""
 
 import math
 
 from grader.checks import motion
-from grader.checks.judge import Judge, NotReached
+from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Trial
 
 _TRIALS = ("wall_fast", "wall_slow", "wall_backward", "pole_aside", "creeping")
 _SUDDEN = "obstacle_vanishes"
-_SLACK_S = 0.05  # one tick of the trial: a command is known to be sent no better than that
+_SLACK_S = 0.05  # one tick of the trial: the time of a command is known no better than that
 
 
 def test_never_touches_the_obstacle(judge: Judge) -> None:
@@ -17,12 +17,12 @@ def test_never_touches_the_obstacle(judge: Judge) -> None:
         if trial.touches:
             touch = trial.touches[0]
             seen = f"touched the {touch.obstacle} at {touch.t:.2f} s, moving at {touch.speed:.2f} m/s"
-            judge.expect(False, seen, "which readings look ahead, and what does the callback do when one is near?")
+            raise Failed(seen, "which readings look ahead, and what happens when one of them is near?")
         last = trial.samples[-1]
-        seen = f"still on its way {motion.closest_ahead(trial):.2f} m before the obstacle when the trial ended"
-        # How long it takes to get there is F2's matter.
+        seen = f"still moving {motion.closest_ahead(trial):.2f} m before the obstacle when the trial ended"
+        # F2 judges how long it takes to get there.
         still = motion.first_near(trial) > last.t - 1.5 or motion.stays_still(trial.samples, last.t - 1.0)
-        judge.expect(still, seen + _where(trial), "publish zero for as long as there is an obstacle")
+        judge.expect(still, seen + _where(trial), "publish zero as long as there is an obstacle")
 
 
 def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
@@ -30,26 +30,68 @@ def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
     for trial in [*_driven(judge), judge.trial(_SUDDEN)]:
         near = motion.first_near(trial)
         if math.isinf(near):
-            continue  # it stopped earlier than it had to
+            continue  # it stopped before it had to
         zero = next((c.t for c in trial.commands if c.t >= near - 1e-9 and motion.is_zero(c)), math.inf)
         delay = zero - near
         zero_came = f"a zero came {delay:.2f} s after" if math.isfinite(delay) else "no zero came after"
         seen = f"{zero_came} the first scan below {motion.THRESHOLD_M} m (at {near:.2f} s){_where(trial)}"
-        judge.expect(delay <= 0.3 + _SLACK_S, seen, "stop in the cycle that sees the scan: no averaging, no waiting")
+        judge.expect(
+            delay <= 0.3 + _SLACK_S, seen, "stop in the cycle that sees the scan, without averaging or waiting"
+        )
+
+
+def test_drives_on_when_the_obstacle_goes_away(judge: Judge) -> None:
+    """When the obstacle goes away the robot drives on at the set speed."""
+    trial = judge.trial("obstacle_vanishes")
+    judge.call(trial, "set_speed", 0)
+    marks, wanted = trial.marks, trial.choices["speed"]
+    if motion.odometry_speed(trial.samples, marks["blocked"] - 0.5, marks["blocked"]) < 0.05:
+        raise NotReached("the robot did not drive before the obstacle came (F2)")
+    stood = motion.odometry_speed(trial.samples, marks["blocked"] + 1.0, marks["free"])
+    if abs(stood) > 0.05:
+        raise NotReached(f"the robot did not stop for the obstacle: it drove at {stood:.2f} m/s (F4)")
+    speed = motion.odometry_speed(trial.samples, marks["cruise"], marks["cruise_end"])
+    before = motion.odometry_speed(trial.samples, marks["blocked"] - 0.5, marks["blocked"])
+    seen = (
+        f"{before:.3f} m/s before the obstacle came, {speed:.3f} m/s from 1 s after it was gone, set_speed {wanted:g}"
+    )
+    # F2 judges whether it drove at the set speed before.
+    holds = abs(speed - before) <= 0.05 * max(abs(before), 0.1)
+    judge.expect(holds, seen, "where is the obstacle flag cleared, and where is the set speed kept?")
+    again = motion.odometry_speed(trial.samples, marks["again"], marks["again_end"])
+    if abs(again - before) > 0.05 * max(abs(before), 0.1):
+        seen = (
+            f"{before:.3f} m/s before an obstacle came, {again:.3f} m/s from 1 s after one was gone for which the "
+            f"robot had slowed down and stopped, set_speed {wanted:g}"
+        )
+        judge.share(0.5, seen, "keep the set speed apart from the speed that is commanded for now")
+
+
+def test_drives_forward_with_an_obstacle_behind(judge: Judge) -> None:
+    """An obstacle behind the robot does not stop it from driving forward."""
+    trial = judge.trial("obstacle_behind")
+    judge.call(trial, "set_speed", 0)
+    way = abs(motion.odometry_speed(trial.samples, trial.marks["start"], trial.marks["end"])) * 2.0
+    seen = f"drove {way:.2f} m in 2 s at set_speed 0.25 with something {trial.choices['distance']:g} m behind"
+    judge.expect(way >= 0.3, seen, "use only the beams within 60 degrees of the direction of travel")
 
 
 def _where(trial: Trial) -> str:
     degrees = trial.choices.get("degrees")
-    return f"; it stood {degrees:.0f} degrees to one side, and 60 count as ahead" if degrees is not None else ""
+    return (
+        f"; the obstacle was {degrees:.0f} degrees to one side, and up to 60 count as ahead"
+        if degrees is not None
+        else ""
+    )
 
 
 def _driven(judge: Judge) -> list[Trial]:
-    """Return the trials in which the robot did come near: a robot that never drove has avoided nothing."""
+    """Return the trials in which the robot came near the obstacle: a robot that never drove has avoided nothing."""
     trials = []
     for name in _TRIALS:
         trial = judge.trial(name)
         if (judge.call(trial, "set_speed", 0).response or {}).get("success") is False and name == "wall_fast":
-            continue  # it refuses the limit itself, which is F2's matter
+            continue  # it refuses the limit itself; F2 judges that
         nearest = motion.closest_ahead(trial)
         if nearest <= 1.0 or trial.touches:
             trials.append(trial)

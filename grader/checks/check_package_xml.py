@@ -1,4 +1,4 @@
-"""I2: package.xml against what the package is."""
+"""I2: package.xml, compared with the package."""
 
 import re
 
@@ -7,46 +7,46 @@ from grader.checks.judge import Judge
 from grader.contract.rosdep_keys import is_declared
 from grader.evidence import Manifest
 
-_NOBODY = re.compile(r"\b(todo|root|user|your[ _-]?(name|email))\b", re.IGNORECASE)
+_PLACEHOLDER = re.compile(r"\b(todo|root|user|your[ _-]?(name|email))\b", re.IGNORECASE)
 
 
-def test_it_is_valid_format_3(judge: Judge) -> None:
-    """package.xml is valid format 3, with a maintainer who can be written to."""
+def test_package_xml_is_valid_format_3(judge: Judge) -> None:
+    """package.xml is valid format 3, with a maintainer who can be reached."""
     manifest = _manifest(judge)
     wrong = list(manifest.problems)
     if manifest.format != "3":
         wrong.append(f'it is format "{manifest.format}"' if manifest.format else "it has no format")
-    nobody = [person for person in manifest.maintainers if _NOBODY.search(person)]
-    if nobody:
-        wrong.append(f"the maintainer is a placeholder: {some(nobody, 3)}")
+    placeholders = [person for person in manifest.maintainers if _PLACEHOLDER.search(person)]
+    if placeholders:
+        wrong.append(f"the maintainer is a placeholder: {some(placeholders, 3)}")
     if wrong:
         fatal = bool(manifest.problems)
         judge.share(
-            0.0 if fatal else 1 - 0.5 * len(wrong), "\n".join(wrong), "compare it with the course's, line by line"
+            0.0 if fatal else 1 - 0.5 * len(wrong), "\n".join(wrong), "compare it with the course's line by line"
         )
 
 
 def test_licence_has_its_spdx_name(judge: Judge) -> None:
-    """The licence is given by its SPDX name."""
+    """The licence is named by its SPDX identifier."""
     manifest = _manifest(judge)
-    judge.expect(bool(manifest.licences), "package.xml names no licence", "<license>Apache-2.0</license>, say")
-    bad = [name for name, known in zip(manifest.licences, manifest.spdx, strict=True) if not known]
     judge.expect(
-        not bad, f"no SPDX name: {some(bad, 5)}", "look the short name up at spdx.org/licenses: Apache-2.0, MIT"
+        bool(manifest.licences), "package.xml does not name a licence", "for example <license>Apache-2.0</license>"
     )
+    bad = [name for name, known in zip(manifest.licences, manifest.spdx, strict=True) if not known]
+    judge.expect(not bad, f"not an SPDX identifier: {some(bad, 5)}", "look it up at spdx.org/licenses: Apache-2.0, MIT")
 
 
-def test_build_type_is_true(judge: Judge) -> None:
+def test_build_type_matches_the_package(judge: Judge) -> None:
     """The build type is the one that the package really has."""
     manifest = _manifest(judge)
     real = "ament_cmake" if manifest.has_cmake else "ament_python"
-    told = manifest.build_type or "none"
+    declared = manifest.build_type or "none"
     because = "there is a CMakeLists.txt" if manifest.has_cmake else "there is no CMakeLists.txt"
-    judge.expect(told == real, f"<build_type> is {told}, but {because}", f"<build_type>{real}</build_type>")
+    judge.expect(declared == real, f"<build_type> is {declared}, but {because}", f"<build_type>{real}</build_type>")
 
 
 def test_every_package_used_is_declared(judge: Judge) -> None:
-    """Every package that the code, launch files, CMake and interfaces use is declared; each gap costs a fifth."""
+    """Every package that code, launch files, CMake and interfaces use is declared; each missing one costs a fifth."""
     manifest = _manifest(judge)
     missing = []
     for name, places in manifest.used.items():
@@ -57,17 +57,17 @@ def test_every_package_used_is_declared(judge: Judge) -> None:
     if missing:
         seen = "not declared:\n" + "\n".join(missing)
         judge.share(
-            1 - len(missing) / 5, seen, "<depend>name</depend>; a pip module is python3-name, see rosdep's keys"
+            1 - len(missing) / 5, seen, "<depend>name</depend>; a pip module is python3-name (see rosdep's keys)"
         )
 
 
 def _runs(places: list[str]) -> list[str]:
-    """Return the places in Python that is there when the nodes run; CMake may want a package for tests only."""
+    """Return the places in Python code that runs with the nodes; CMake may need a package for tests only."""
     python = [place for place in places if place.rpartition(":")[0].endswith(".py")]
     return [place for place in python if not place.startswith(("test/", "tests/"))]
 
 
 def _manifest(judge: Judge) -> Manifest:
     manifest = judge.quality().manifest
-    judge.expect(manifest.found, "there is no package.xml", "write one: it makes a folder a package")
+    judge.expect(manifest.found, "there is no package.xml", "write one: it makes a folder a ROS package")
     return manifest

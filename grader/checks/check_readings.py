@@ -1,16 +1,16 @@
-"""F6: readings that are none."""
+"""F6: invalid readings."""
 
 import math
 
 from grader.checks import motion
-from grader.checks.judge import Judge, NotReached, last_words
+from grader.checks.judge import Judge, NotReached, last_output
 from grader.evidence import Trial
 
 _TRIALS = ("bad_readings", "empty_scans")
 
 
-def test_bad_readings_are_no_obstacle(judge: Judge) -> None:
-    """NaN, +inf, zero, below-range_min and above-range_max readings, and a scan with no readings, are no obstacle."""
+def test_bad_readings_are_not_an_obstacle(judge: Judge) -> None:
+    """Readings of NaN, +inf, 0, below range_min or above range_max, and scans with no readings, are not an obstacle."""
     stopped = []
     kinds = 0
     for name in _TRIALS:
@@ -26,22 +26,22 @@ def test_bad_readings_are_no_obstacle(judge: Judge) -> None:
         seen = f"the robot did not drive on through scans full of: {', '.join(stopped)}"
         try_ = "count a reading only if it is finite and range_min <= reading <= range_max"
         if stopped == ["no readings"]:
-            try_ = "a scan with no readings is news, too: nothing is in the way"
+            try_ = "a scan with no readings is data, too: nothing is in the way"
         judge.share(1 - len(stopped) / max(kinds, 7), seen, try_)
 
 
-def test_bad_readings_crash_nothing(judge: Judge) -> None:
-    """Bad readings, and a scan with no readings, are no crash."""
-    dead = []
+def test_bad_readings_do_not_crash_the_node(judge: Judge) -> None:
+    """Bad readings, and a scan with no readings, do not crash the node."""
+    crashes = []
     for name in (*_TRIALS, "obstacle_among_bad_readings"):
         trial = judge.trial(name, complete=False)
         if trial.ended and not trial.marks:
-            raise NotReached(f"before any bad reading came, {trial.ended}{last_words(trial)}")
+            raise NotReached(f"before any bad reading came, {trial.ended}{last_output(trial)}")
         if trial.ended:
             phase = max(trial.marks.items(), key=lambda item: item[1])[0]
-            dead.append(f"after {phase}: {trial.ended}{last_words(trial)}")
-    seen = "; ".join(dead)
-    judge.expect(not dead, seen, "min() of nothing raises: min(readings, default=math.inf)")
+            crashes.append(f"after {phase}: {trial.ended}{last_output(trial)}")
+    seen = "; ".join(crashes)
+    judge.expect(not crashes, seen, "min() of nothing raises: min(readings, default=math.inf)")
 
 
 def test_a_real_obstacle_among_bad_readings_is_seen(judge: Judge) -> None:
@@ -52,16 +52,16 @@ def test_a_real_obstacle_among_bad_readings_is_seen(judge: Judge) -> None:
     zero = next((c.t for c in trial.commands if c.t > since and motion.is_zero(c)), math.inf)
     seen = (
         f"a zero {zero - since:.2f} s after the obstacle" if math.isfinite(zero) else "no zero cmd_vel"
-    ) + " stood 0.45 m ahead, seen by one beam in four; the others read NaN, inf, 0, 0.22 and 11 m"
-    judge.expect(zero - since <= 1.0, seen, "what does min() make of a list that starts with NaN?")
+    ) + " appeared 0.45 m ahead, seen by one beam in four; the others read NaN, inf, 0, 0.22 and 11 m"
+    judge.expect(zero - since <= 1.0, seen, "what does min() return for a list that starts with NaN?")
     free, true = trial.marks["nothing in range"], trial.marks["true scans"]
     if not _drives(trial, free + 0.8, true) and _drives(trial, true + 0.2, trial.marks["at range_min"]):
-        seen = "the obstacle was gone and all beams read +inf: the robot stood there until some read less again"
-        judge.share(0.5, seen, "where no reading is valid nothing is in the way: forget what was there before")
+        seen = "the obstacle was gone and all beams read +inf: the robot stood still until some read less again"
+        judge.share(0.5, seen, "where no reading is valid, nothing is in the way: forget the earlier scan")
     edge = trial.marks["at range_min"]
     before = [c for c in trial.commands if c.t <= edge]
     if before[-1].v > 0.05 and not any(motion.is_zero(c) for c in motion.between(trial.commands, edge, math.inf)):
-        seen = "the robot drove on through scans that read 0.25 m, which is their range_min"
+        seen = "the robot drove on through scans that read 0.25 m, exactly their range_min"
         judge.share(0.5, seen, "range_min <= reading <= range_max: the limits themselves are valid")
 
 
@@ -70,7 +70,7 @@ def _drives(trial: Trial, start: float, end: float) -> bool:
 
 
 def _speed_before(judge: Judge, trial: Trial) -> float:
-    """Return the speed commanded before the first bad scan, in m/s; whether it is the set one is F2's matter."""
+    """Return the speed commanded before the first bad scan, in m/s; F2 judges whether it is the set one."""
     judge.call(trial, "set_speed", 0)
     before = min(trial.marks.values(), default=math.inf)
     last = next((c for c in reversed(trial.commands) if c.t <= before), None)

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Callable
 
 from grader.checks import motion
 from grader.checks.judge import Judge
@@ -16,7 +17,9 @@ def test_accepts_a_speed_within_the_limit(judge: Judge) -> None:
             call = judge.call(trial, "set_speed", index)
             response = call.response or {}
             seen = f"speed {_asked(call):g} answered success = {response['success']}, message {response['message']!r}"
-            judge.expect(response["success"] is True, seen, "compare abs(speed) with the limit, the limit included")
+            judge.expect(
+                response["success"] is True, seen, "compare abs(speed) with the limit; the limit itself is allowed"
+            )
             judge.expect(bool(str(response["message"]).strip()), seen, "fill response.message too")
 
 
@@ -37,7 +40,7 @@ def test_drives_backwards_at_a_negative_speed(judge: Judge) -> None:
     stopped = judge.call(trial, "set_speed", 2).response or {}
     if stopped["success"] is True and not motion.stays_still(trial.samples, trial.marks["stopped"]):
         seen = f"v = {trial.samples[-1].v:.2f} m/s 1.5 s after set_speed 0 was accepted"
-        judge.share(0.5, seen, "0 is a speed like any other, and no sign that none was given")
+        judge.share(0.5, seen, "0 is a speed like any other, not a sign that none was given")
 
 
 def test_refuses_a_speed_above_the_limit(judge: Judge) -> None:
@@ -46,12 +49,14 @@ def test_refuses_a_speed_above_the_limit(judge: Judge) -> None:
     call = motion.on_the_way(judge.trial("navigate_again", complete=False), "set_speed")
     if call is not None and call.response is not None and call.response["success"] is not False:
         seen = f"speed {_asked(call):g} answered success = {call.response['success']} on the way to a goal"
-        judge.share(0.5, seen, "the limit holds while a goal is driven to, too")
+        judge.share(0.5, seen, "the limit also holds during a goal")
 
 
 def test_refuses_a_speed_that_is_not_finite(judge: Judge) -> None:
     """`set_speed` with NaN or infinity answers success = false."""
-    _expect_refused(judge, lambda speed: not math.isfinite(speed), "NaN compares False with everything; math.isfinite")
+    _expect_refused(
+        judge, lambda speed: not math.isfinite(speed), "NaN compares False with everything: use math.isfinite"
+    )
 
 
 def test_a_refusal_states_the_limit(judge: Judge) -> None:
@@ -62,14 +67,14 @@ def test_a_refusal_states_the_limit(judge: Judge) -> None:
             message = str(response["message"])
             seen = f"speed {_asked(call):g} was refused with the message {message!r}"
             judge.expect("0.5" in message or "0,5" in message, seen, "say in the message which limit holds, in m/s")
-    # Whether another limit takes effect is I6's matter; where it does, it is the one to be stated.
+    # I6 judges whether another limit takes effect; where it does, it is the one to state.
     slow = judge.started("slow_robot")
     asked = next((call for call in slow.calls if call.service == "set_speed" and call.response), None)
     response = (asked and asked.response) or {}
     message = str(response.get("message"))
     if asked and response.get("success") is False and not states(message, 0.25):
         seen = f"with max_linear_speed 0.25, speed {_asked(asked):g} was refused with the message {message!r}"
-        judge.share(0.5, seen, "write the parameter's value into the message, not a number of your own")
+        judge.share(0.5, seen, "put the parameter's value into the message, not a fixed number")
 
 
 def test_a_refusal_leaves_the_speed_in_force(judge: Judge) -> None:
@@ -77,24 +82,24 @@ def test_a_refusal_leaves_the_speed_in_force(judge: Judge) -> None:
     calls = _refusals(judge)
     trial = judge.trial("refuse_speed")
     accepted = [_asked(call) for call in calls if (call.response or {}).get("success") is not False]
-    judge.expect(not accepted, f"the speeds {accepted} were not refused", "first refuse them, then see what stays")
+    judge.expect(not accepted, f"the speeds {accepted} were not refused", "refuse them first; then this can be judged")
     start, end = trial.marks["refusals"], trial.marks["refusals_end"]
-    # Whether it drove at the set speed before is F2's matter.
+    # F2 judges whether it drove at the set speed before.
     before = motion.odometry_speed(trial.samples, start - 0.4, start)
     after = motion.odometry_speed(trial.samples, end - 0.5, end)
     seen = f"{before:.3f} m/s before the refusals, {after:.3f} m/s after them"
     holds = abs(after - before) <= 0.05 * max(abs(before), 0.1)
-    judge.expect(holds, seen, "change the speed in force only after all the tests have passed")
+    judge.expect(holds, seen, "change the speed in force only after every test of the request has passed")
 
 
 def states(message: str, limit: float) -> bool:
-    """Return whether a message holds a number that is `limit`, rounded to one digit or more behind the point."""
+    """Return whether a message contains `limit`, rounded to one decimal place or more."""
     numbers = [float(number.replace(",", ".")) for number in re.findall(r"\d*[.,]?\d+", message)]
     return any(abs(number - limit) <= 0.05 + 1e-9 for number in numbers)
 
 
 def _expect_the_limit(judge: Judge, trial: Trial) -> None:
-    """Expect it to drive at the limit itself, if that was accepted: whether it was is another check's matter."""
+    """Expect the robot to drive at the limit itself, if that was accepted; another check judges whether it was."""
     if (judge.call(trial, "set_speed", 1).response or {}).get("success") is not False:
         _expect_speed(judge, trial, trial.choices["limit"], "at_limit", "at_limit_end")
 
@@ -106,11 +111,10 @@ def _expect_speed(judge: Judge, trial: Trial, wanted: float, start: str, end: st
         f"after set_speed {wanted:g}"
     )
     holds = abs(seen_speed - wanted) <= 0.05 * abs(wanted)
-    judge.expect(holds, seen, "does every control cycle publish the speed that was set, in m/s?")
+    judge.expect(holds, seen, "does every control cycle publish the set speed, in m/s?")
 
 
-def _expect_refused(judge: Judge, which: object, try_: str) -> None:
-    assert callable(which)
+def _expect_refused(judge: Judge, which: Callable[[float], bool], try_: str) -> None:
     for call in _refusals(judge):
         if which(_asked(call)):
             response = call.response or {}
@@ -119,7 +123,7 @@ def _expect_refused(judge: Judge, which: object, try_: str) -> None:
 
 
 def _refusals(judge: Judge) -> list[Call]:
-    """Return the answered calls with senseless speeds; the first call of the trial is the good one."""
+    """Return the calls with invalid speeds, all answered; the first call of the trial is the valid one."""
     trial = judge.trial("refuse_speed")
     count = sum(call.service == "set_speed" for call in trial.calls)
     return [judge.call(trial, "set_speed", index) for index in range(1, count)]

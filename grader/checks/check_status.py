@@ -14,7 +14,7 @@ _AGREES_M, _AGREES_RAD = 0.1, 0.2  # the pose may be a message old
 
 
 def test_status_gives_the_speed_in_force(judge: Judge) -> None:
-    """`get_status` gives the speed in force."""
+    """`get_status` reports the speed in force."""
     trial, calls = _calls(judge)
     judge.call(trial, "set_speed", 0)
     for moment, call, wanted in zip(_MOMENTS, calls, (0.0, trial.choices["speed"]), strict=False):
@@ -30,23 +30,25 @@ def test_status_gives_the_speed_in_force(judge: Judge) -> None:
         speed = float(_answer(asked)["speed"])
         if abs(speed - float(put.request["speed"])) > 0.01:
             seen = f"speed {speed:g} while driving backwards, after set_speed {put.request['speed']:g}"
-            judge.share(0.5, seen, "the sign belongs to the speed")
+            judge.share(0.5, seen, "report the speed with its sign")
 
 
-def test_status_tells_of_an_obstacle(judge: Judge) -> None:
-    """`get_status` gives the obstacle flag."""
+def test_status_reports_an_obstacle(judge: Judge) -> None:
+    """`get_status` reports whether there is an obstacle."""
     trial, calls = _calls(judge)
     for moment, call, wanted in zip(_MOMENTS, calls, _OBSTACLES, strict=True):
         flag = _answer(call)["obstacle_detected"]
-        judge.expect(flag is wanted, f"obstacle_detected = {flag} {moment}", "set the flag from each scan, both ways")
+        judge.expect(
+            flag is wanted, f"obstacle_detected = {flag} {moment}", "set the flag from every scan, to True or to False"
+        )
     flag = _answer(judge.call(trial, "get_status", _ASIDE))["obstacle_detected"]
     if flag is not False and not _stops_for_what_is_behind(judge):
-        seen = f"obstacle_detected = {flag} driving past a pole 0.4 m away, more than 60 degrees to one side"
-        judge.share(0.5, seen, "use the beams within 60 degrees of the direction of travel only")
+        seen = f"obstacle_detected = {flag} while driving past a pole 0.4 m away, more than 60 degrees to one side"
+        judge.share(0.5, seen, "use only the beams within 60 degrees of the direction of travel")
 
 
 def test_status_gives_the_pose_from_odometry(judge: Judge) -> None:
-    """`get_status` gives the pose from `odom`."""
+    """`get_status` reports the pose from `odom`."""
     trial, calls = _calls(judge)
     for moment, call in zip(_MOMENTS, calls, strict=True):
         position, yaw = _answer(call)["pose"]["position"], _yaw(_answer(call)["pose"]["orientation"])
@@ -61,21 +63,23 @@ def test_status_gives_the_pose_from_odometry(judge: Judge) -> None:
         judge.expect(agrees, seen, "keep the pose of the latest odometry message and answer with all of it")
 
 
-def test_status_is_one_of_the_contracts_words(judge: Judge) -> None:
-    """Status is `ACTIVE`, or `OBSTACLE_DETECTED` while there is an obstacle."""
+def test_status_is_active_or_obstacle_detected(judge: Judge) -> None:
+    """The status is `ACTIVE`, or `OBSTACLE_DETECTED` while there is an obstacle."""
     _, calls = _calls(judge)
     for moment, call, obstacle in zip(_MOMENTS, calls, _OBSTACLES, strict=True):
         status, wanted = _answer(call)["status"], "OBSTACLE_DETECTED" if obstacle else "ACTIVE"
-        judge.expect(status == wanted, f"status {status!r} {moment}", f"the word for this moment is {wanted}")
+        judge.expect(status == wanted, f"status {status!r} {moment}", f"the status should be {wanted} here")
     asked = motion.on_the_way(judge.trial("navigate_again", complete=False), "get_status")
     if asked is not None and asked.response is None:
-        judge.share(0.5, f"{asked.problem} on the way to a goal", "let no callback wait for the end of a goal")
+        judge.share(0.5, f"{asked.problem} on the way to a goal", "do not let a callback wait for the end of a goal")
     elif asked is not None and _answer(asked)["status"] != "ACTIVE":
-        judge.share(0.5, f"status {_answer(asked)['status']!r} on the way to a goal", "the word for it is ACTIVE, too")
+        judge.share(
+            0.5, f"status {_answer(asked)['status']!r} on the way to a goal", "the status during a goal is ACTIVE, too"
+        )
 
 
 def _stops_for_what_is_behind(judge: Judge) -> bool:
-    """Return whether the robot looks all around: then that is F5's matter."""
+    """Return whether the robot also stops for obstacles behind it, which F5 judges."""
     trial = judge.trial("obstacle_behind", complete=False)
     marks = trial.marks
     return "end" not in marks or motion.odometry_speed(trial.samples, marks["start"], marks["end"]) < 0.15

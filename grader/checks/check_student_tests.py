@@ -1,6 +1,6 @@
-"""T1 and T2: the package's own tests, and what they reach."""
+"""T1 and T2: the package's own tests, and their coverage."""
 
-from grader.checks.judge import Judge, NotReached
+from grader.checks.judge import Judge, NotReached, Unjudged
 from grader.contract.spec import NODES
 from grader.evidence import StudentTests, TestModule
 
@@ -20,10 +20,10 @@ def test_every_test_asserts_something(judge: Judge) -> None:
     """The tests assert something."""
     modules = _own(judge)
     tests, asserting = sum(m.tests for m in modules), sum(m.asserting for m in modules)
-    judge.expect(tests > 0, _nothing(judge), "write a test that would fail if the node were wrong")
+    judge.expect(tests > 0, _nothing(judge), "write a test that fails when the node is wrong")
     if asserting < tests:
         silent = [f"{m.path} {name}" for m in modules for name in m.silent]
-        seen = f"{tests - asserting} of {tests} tests hold no assertion: {_list(silent)}"
+        seen = f"{tests - asserting} of {tests} tests assert nothing: {_list(silent)}"
         judge.share(asserting / tests, seen, "a test without an assert passes whatever the code does")
 
 
@@ -33,16 +33,16 @@ def test_own_tests_pass(judge: Judge) -> None:
     if not sum(m.tests for m in modules):
         raise NotReached(_nothing(judge))
     if not sum(m.asserting for m in modules):
-        raise NotReached("no test asserts anything, so passing says nothing")
-    _believed(judge)
+        raise NotReached("no test asserts anything, so that they pass shows nothing")
+    _expect_trusted(judge)
     ran = sum(m.passed + m.failed + m.errors for m in modules)
     passed = sum(m.passed for m in modules)
-    judge.expect(ran > 0, "no test ran to its end: all were skipped", "run pytest in a clean folder")
+    judge.expect(ran > 0, "no test ran: all were skipped", "run pytest in a clean folder")
     problems = [failure for m in modules for failure in m.failures]
     if passed < ran:
         more = ran - passed - len(problems[:3])
         seen = "; ".join([f"{passed} of {ran} tests passed", *problems[:3], *([f"and {more} more"] if more else [])])
-        try_ = "run pytest in a clean folder; a test that fails now and then goes by how fast the machine is"
+        try_ = "run pytest in a clean folder; a test that fails only sometimes depends on the speed of the machine"
         judge.share(passed / ran, seen, try_)
 
 
@@ -51,8 +51,8 @@ def test_coverage_of_lines_and_branches(judge: Judge) -> None:
     tests = _tests(judge)
     if not any(m.passed + m.failed for m in _own(judge)):
         raise NotReached("no test ran, so nothing was covered (T1)")
-    _believed(judge)
-    judge.expect(bool(tests.coverage), "no line of the package was run by a test", "import the package in the tests")
+    _expect_trusted(judge)
+    judge.expect(bool(tests.coverage), "the tests ran no line of the package", "import the package in the tests")
     total = sum(f.lines + f.branches for f in tests.coverage)
     hit = sum(f.lines_hit + f.branches_hit for f in tests.coverage)
     percent = 100 * hit / total if total else 0.0
@@ -61,25 +61,29 @@ def test_coverage_of_lines_and_branches(judge: Judge) -> None:
     # Whole tenths of a percent, so that the last digit of a float never decides a point.
     share = (round(percent, 1) - 40) / 50
     if share < 1:
-        judge.share(share, f"{percent:.1f} % covered; not reached: {words or 'some branches'}", "test what is listed")
+        judge.share(
+            share,
+            f"{percent:.1f} % covered; not reached: {words or 'some branches'}",
+            "write tests for the lines listed",
+        )
 
 
-def _believed(judge: Judge) -> None:
-    """Go on only if runs whose result was known beforehand came out as they must."""
+def _expect_trusted(judge: Judge) -> None:
+    """Fail the check if a test run whose result was known beforehand reported another result."""
     doubts = _tests(judge).doubts
-    seen = f"the reports of these tests cannot be believed: {_list(doubts, '; ')}"
-    judge.expect(not doubts, seen, "leave pytest's reports and coverage's data alone; a test that fails is a help")
+    seen = f"the reports of these tests cannot be trusted: {_list(doubts, '; ')}"
+    judge.expect(not doubts, seen, "leave pytest's reports and coverage's data alone; a failing test is useful")
 
 
 def _tests(judge: Judge) -> StudentTests:
     judge.built()
     if judge.evidence.tests is None:
-        raise RuntimeError("the package's own tests were not run")
+        raise Unjudged("the package's own tests were not run")
     return judge.evidence.tests
 
 
 def _own(judge: Judge) -> list[TestModule]:
-    """Return the modules that say something about the package: not the generated linter stubs."""
+    """Return the modules that test the package, without the generated linter stubs."""
     return [module for module in _tests(judge).modules if not module.stub]
 
 
@@ -97,11 +101,11 @@ def _nothing(judge: Judge) -> str:
     stubs = [m.path for m in _tests(judge).modules if m.stub]
     if not stubs:
         return "no tests in test/ or tests/"
-    return f"only generated tests that call a linter and say nothing of the code: {', '.join(stubs)}"
+    return f"only generated tests that call a linter and do not test the code: {', '.join(stubs)}"
 
 
 def _ranges(lines: list[int]) -> str:
-    """Return "3-5, 9" for [3, 4, 5, 9], at most five pieces."""
+    """Return "3-5, 9" for [3, 4, 5, 9], with at most five ranges."""
     pieces: list[list[int]] = []
     for line in sorted(lines):
         if pieces and line == pieces[-1][1] + 1:

@@ -1,4 +1,4 @@
-"""Give the checks their evidence and write down how each came out."""
+"""Give each check its evidence, and write down its result."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _EVIDENCE = pytest.StashKey[evidence.Evidence]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add where the evidence is and where the results go."""
+    """Add the options for the folder of the evidence and the file of the results."""
     parser.addoption("--evidence", type=Path, required=True)
     parser.addoption("--results", type=Path, required=True)
 
@@ -32,7 +32,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.fixture
 def judge(request: pytest.FixtureRequest) -> Judge:
-    """Return the judge of one check."""
+    """Return the judge for one check."""
     judge = Judge(request.config.stash[_EVIDENCE])
     request.node.stash[_JUDGE] = judge
     return judge
@@ -40,7 +40,7 @@ def judge(request: pytest.FixtureRequest) -> Judge:
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
-    """Note a check's result. A failure that no judge spoke of is a fault of ours."""
+    """Note a check's result. Any exception but Failed and NotReached is an error of the grader."""
     yield
     if call.when == "call" or (call.when == "setup" and call.excinfo is not None):
         item.config.stash[_RESULTS].append(_result(item, call))

@@ -1,4 +1,4 @@
-"""Put findings into words that teach: what stands where, which rule it breaks, and why that rule is worth keeping."""
+"""Put findings into words that teach: the place, the rule, and the reason for the rule."""
 
 from __future__ import annotations
 
@@ -10,48 +10,48 @@ from grader.evidence import Finding
 MOST_SHOWN = 10
 _PLACES = 3
 
-# A sentence for the rules that students meet most; a longer name goes before its beginning.
+# The reasons for the rules that students meet most. The longest matching prefix of a rule's name is used.
 WHY = {
-    "E1": "indentation is what Python's structure is made of, so it should be the same everywhere",
+    "E1": "indentation is Python's structure, so it should look the same everywhere",
     "E2": "even spaces let the eye find operators and arguments",
     "E3": "blank lines are the paragraphs of code: two between definitions, one inside a class",
     "E4": "imports at the top show at a glance what a module depends on",
-    "E5": "a line over 99 columns is cut off where two versions stand side by side",
-    "E7": "one statement a line lets a debugger stop at each, and a diff show each",
+    "E5": "a line over 99 columns is cut off when two versions are shown side by side",
+    "E7": "with one statement on each line, a debugger can stop at each and a diff can show each",
     "E711": "`is None` asks for None itself; `==` may be answered by any class",
     "E722": "a bare `except` also catches Ctrl-C and your own typing errors",
     "E731": "a `def` has a name in a traceback, a lambda has none",
     "E741": "l, O and I look like 1 and 0",
     "E9": "Python cannot read this file",
-    "W1": "tabs and spaces mixed look right in one editor and wrong in the next",
-    "W2": "spaces at the end of a line are invisible, and show up in every diff",
-    "W29": "spaces at the end of a line are invisible, and show up in every diff",
-    "W3": "an end of file without a line break, or with many, shows up in diffs",
+    "W1": "a mix of tabs and spaces looks right in one editor and wrong in another",
+    "W2": "spaces at the end of a line are invisible and show up in every diff",
+    "W29": "spaces at the end of a line are invisible and show up in every diff",
+    "W3": "a file that ends without a line break, or with several, shows up in diffs",
     "W6": "Python is about to give this another meaning",
-    "F4": "an import that nobody uses makes readers look for its use",
-    "F5": "the text and what is put into it do not match",
-    "F8": "a name that is not defined fails only when the line runs: perhaps before the wall",
-    "F811": "what is bound twice is used once: one of the two is left over, or was meant to be called otherwise",
-    "F841": "a value that nobody uses is either left over or a forgotten step",
-    "C9": "each branch doubles the ways through a function; what has more than ten cannot be tested in full",
-    "D2": "docstrings of one shape can be read by people and by tools",
-    "D3": "three double quotes are what every tool looks for",
-    "D4": "the first line of a docstring is a sentence that stands alone in an index",
-    "D401": "say what it does as an order: Return, Publish, Stop",
-    "bare-except": "a bare `except` also catches Ctrl-C and your own typing errors; name what you expect",
-    "print": "the node's logger says who spoke, when and how serious it is, and reaches /rosout",
-    "mutable-default": "a default is made once, so all calls share it, and what one leaves in it the next one finds",
-    "sleep-in-callback": "while a callback sleeps, its thread hears no scan: the robot drives on blindly",
+    "F4": "an unused import makes readers look for its use",
+    "F5": "the format string and its values do not match",
+    "F8": "an undefined name fails only when the line runs, perhaps just before the wall",
+    "F811": "of two definitions with one name only the last counts: is one left over, or is its name wrong?",
+    "F841": "an unused value is either left over or a forgotten step",
+    "C9": "each branch adds ways through a function; with more than ten it can hardly be tested in full",
+    "D2": "docstrings of one form can be read by people and by tools",
+    "D3": "every tool looks for three double quotes",
+    "D4": "the first line of a docstring is a sentence that can be read alone, as in an index",
+    "D401": "start with an imperative: Return, Publish, Stop",
+    "bare-except": "a bare `except` also catches Ctrl-C and your own typing errors; name the exception you expect",
+    "print": "the node's logger adds the node, the time and the severity, and reaches /rosout",
+    "mutable-default": "a default is made once and shared by all calls, so a change in one call shows in the next",
+    "sleep-in-callback": "while a callback sleeps, its thread receives no scan: the robot drives on blindly",
 }
 
 
 def why(rule: str) -> str:
-    """Return the sentence for a rule, "" if there is none."""
+    """Return the reason for a rule, "" if none is known."""
     return next((WHY[rule[:end]] for end in range(len(rule), 0, -1) if rule[:end] in WHY), "")
 
 
 def listing(findings: Sequence[Finding]) -> str:
-    """Return the findings as lines: each rule with its reason, the most frequent first, and some of its places."""
+    """Return the findings as lines: each rule with its reason and some of its places, the most frequent rule first."""
     counts = Counter(finding.rule for finding in findings)
     lines: list[str] = []
     shown = 0
@@ -74,6 +74,6 @@ def place(finding: Finding) -> str:
 
 
 def some(words: Sequence[str], most: int = MOST_SHOWN) -> str:
-    """Return words joined by commas, the rest as a number."""
+    """Return the first words joined by commas, and how many more there are."""
     rest = f" and {len(words) - most} more" if len(words) > most else ""
     return ", ".join(words[:most]) + rest

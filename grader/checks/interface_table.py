@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from grader.evidence import Evidence, Quality, Table
 
-# Every node has these; nobody lists them.
+# Every node has these; a README need not list them.
 _OF_RCLPY = ("parameter_events", "rosout", "clock")
 _TRIALS = {"robot_controller": "idle", "sensor_processor": "idle_processor"}
 
@@ -23,7 +23,7 @@ _NAME = re.compile(r"(?<![\w/])/?[A-Za-z_~][\w/]*")
 
 @dataclass(frozen=True)
 class Interface:
-    """One thing that a node offers or asks for. `type` is the short name, such as "LaserScan"."""
+    """A topic, service or action of a node. `type` is the short name, such as "LaserScan"."""
 
     node: str
     kind: str
@@ -33,7 +33,7 @@ class Interface:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How far the tables agree: `wanted` rows at least, and what is wrong or missing in words."""
+    """How far the tables agree: how many rows are wanted, and in words what is wrong or missing."""
 
     wanted: int
     wrong: list[str]
@@ -41,18 +41,18 @@ class Agreement:
 
 
 def agreement(tables: Sequence[Table], evidence: Evidence) -> Agreement:
-    """Return how the tables of a README agree with the nodes: as the graph shows them, or the code if none ran."""
+    """Compare the tables of a README with the nodes on the graph, or with the code of nodes that did not run."""
     seen = list(_running(evidence))
     nodes = {interface.node for interface in seen}
-    # A node that did not come up is compared by its code: that it does not run is not the README's fault.
+    # The README of a node that did not come up is compared with its code: the README is not to blame.
     written = [item for item in _written(evidence.quality) if item.node not in nodes]
     wanted = list(dict.fromkeys([*seen, *written]))
     read = [[_Row(table.head, row) for row in table.rows] for table in tables]
     rows = [row for table in read for row in table]
     topics = {item.type for item in wanted if item.kind in _DIRECTIONS}
     wrong = [words for interface in wanted if (words := _missing(interface, rows, topics))]
-    # The code may make more than is written in its calls, so only the graph can tell that there is nothing. A table in
-    # which no row tells of a node's interface is about something else, such as the fields of the messages.
+    # The code may create more than its calls show, so only the graph can prove that an interface is not there. A table
+    # in which no row names an interface of a node is about something else, such as the fields of the messages.
     about_nodes = [table for table in read if any(_is_known(row, wanted) for row in table)]
     stale = [words for table in about_nodes for row in table if (words := _stale(row, wanted))]
     stale = stale if nodes == set(_TRIALS) else []
@@ -60,7 +60,7 @@ def agreement(tables: Sequence[Table], evidence: Evidence) -> Agreement:
 
 
 class _Row:
-    """A row of a table: what its cells name, and what they say of directions."""
+    """A row of a table: the names in its cells, and the directions they give."""
 
     def __init__(self, head: Sequence[str], cells: Sequence[str]) -> None:
         self.text = " | ".join(cells)
@@ -70,10 +70,10 @@ class _Row:
         self.last_names = {name.rpartition("/")[2] for name in self.names}
         full = _TYPE.findall(" ".join(self.cells))
         self.types = {name.rpartition("/")[2] for name in full} | set(filter(_CAMEL.fullmatch, self.last_names))
-        """What looks like a type: all with a package, and words such as LaserScan."""
+        """Names that look like a type: those with a package, and words such as LaserScan."""
 
     def directions(self, name: str) -> set[str]:
-        """Return "publisher" or "subscription" as this row says of `name`: in its cell's column head, or in a cell."""
+        """Return "publisher" or "subscription" as this row has it for `name`: in its column's head, or in a cell."""
         found: set[str] = set()
         for number, cell in enumerate(self.cells):
             words = [self.heads[number] if number < len(self.heads) else ""] if name in _names(cell) else [cell]
@@ -82,7 +82,7 @@ class _Row:
 
 
 def _plain(cell: str) -> str:
-    """Return a cell without Markdown: code marks, emphasis, links, line breaks."""
+    """Return a cell without its Markdown: code marks, emphasis, links, line breaks."""
     cell = re.sub(r"<br\s*/?>", " , ", cell)
     cell = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", cell)
     return cell.replace("`", " ").replace("**", " ").replace("\\_", "_").replace("::", "/")
@@ -93,29 +93,29 @@ def _names(cell: str) -> set[str]:
 
 
 def _missing(interface: Interface, rows: Sequence[_Row], topics: set[str]) -> str:
-    """Return what the tables lack or get wrong of an interface, "" if a row is right. `topics` are topics' types."""
+    """Return what the tables get wrong about an interface, "" if a row is right. `topics` are the types of topics."""
     named = [row for row in rows if interface.name in row.names]
     what = f"{interface.node}: {interface.kind} {interface.name} ({interface.type})"
     if not named:
-        return f"{what} is in no table"
+        return f"{what} is not in a table"
     typed = [row for row in named if interface.type in row.last_names]
     if interface.kind not in _DIRECTIONS:
         # The contract's own table names services and actions without their types.
         typed += [row for row in named if not row.types - topics]
     if not typed:
-        return f"{what} stands there with another type or none: {named[0].text[:120]}"
+        return f"{what} is listed with another type or with none: {named[0].text[:120]}"
     if interface.kind in _DIRECTIONS:
         said = [row.directions(interface.name) for row in typed]
         if all(kinds and interface.kind not in kinds for kinds in said):
-            return f"{what} stands there with another direction: {typed[0].text[:120]}"
+            return f"{what} is listed with another direction: {typed[0].text[:120]}"
     return ""
 
 
 def _stale(row: _Row, wanted: Sequence[Interface]) -> str:
-    """Return words for a row that gives a type to something that no node has."""
+    """Return feedback about a row that gives a type to an interface that no node has, "" otherwise."""
     types = _TYPE.findall(" ".join(row.cells))
     if types and not _is_known(row, wanted) and not row.names & set(_OF_RCLPY):
-        return f"no node has what this row tells of: {row.text[:120]}"
+        return f"no node has the interface of this row: {row.text[:120]}"
     return ""
 
 

@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from grader.contract.spec import PARAMETERS
 from grader.evidence import Call, Command, Goal, Sample, Trial
 
+ROUTES = ("navigate_ahead", "navigate_beside", "navigate_behind")
+"""The trials that drive to a target in the open."""
+
 ZERO = 1e-6  # m/s and rad/s: a command below is a zero
-THRESHOLD_M = 0.5  # obstacle_detection_threshold
+THRESHOLD_M = PARAMETERS["robot_controller"]["obstacle_detection_threshold"]
 
 
 def is_zero(command: Command) -> bool:
-    """Return whether a command asks the robot to stand, in every component. NaN does not."""
+    """Return whether a command is zero in every component. NaN is not."""
     return all(abs(value) <= ZERO for value in (command.v, command.omega, command.other))
 
 
@@ -22,7 +26,7 @@ def between(commands: Sequence[Command], start: float, end: float) -> list[Comma
 
 
 def rate(commands: Sequence[Command], start: float, end: float) -> float:
-    """Return how often per simulated second commands came between `start` and `end`, in Hz."""
+    """Return the rate of the commands between `start` and `end`, in Hz of simulated time."""
     return len(between(commands, start, end)) / (end - start)
 
 
@@ -34,9 +38,9 @@ def odometry_speed(samples: Sequence[Sample], start: float, end: float) -> float
 
 
 def stays_still(samples: Sequence[Sample], start: float, distance_m: float = 0.03, turn_rad: float = 0.05) -> bool:
-    """Return whether the robot truly stays where it is from `start` on.
+    """Return whether the robot stays where it is from `start` on, by ground truth.
 
-    Judged by the way it makes, not by its speed: at an obstacle the noise of the lidar may let it twitch for a tick.
+    Judged by the distance it moves, not by its speed: at an obstacle the lidar's noise may let it twitch for a tick.
     """
     later = [sample for sample in samples if sample.t >= start - 1e-9]
     if not later:
@@ -50,33 +54,33 @@ def stays_still(samples: Sequence[Sample], start: float, distance_m: float = 0.0
 
 
 def on_the_way(trial: Trial, service: str) -> Call | None:
-    """Return the first call of a service while the node was at work on a goal, None if there was none."""
-    at_work = [(goal.t, goal.ended_t) for goal in trial.goals if goal.accepted]
+    """Return the first call of a service while the node was working on a goal, None if there was none."""
+    working = [(goal.t, goal.ended_t) for goal in trial.goals if goal.accepted]
     for call in trial.calls:
-        # A goal that never ends has no time of its end, and NaN compares False.
-        if call.service == service and any(start < call.t and not end <= call.t for start, end in at_work):
+        # The end of a goal that never ends is NaN, which compares False.
+        if call.service == service and any(start < call.t and not end <= call.t for start, end in working):
             return call
     return None
 
 
 def has_succeeded(goal: Goal) -> bool:
-    """Return whether a goal ended well, by its status or by its result; whether both say so is F8's matter."""
+    """Return whether a goal succeeded by its status or by its result. F8 asks for both."""
     return goal.success is True or goal.status == "succeeded"
 
 
 def distance_to(goal: Goal, samples: Sequence[Sample]) -> float:
-    """Return how far from a goal the robot truly is in the end, in metres."""
+    """Return the distance from the robot to the goal at the end of the trial, by ground truth, in metres."""
     return math.hypot(goal.x - samples[-1].x, goal.y - samples[-1].y)
 
 
 def in_the_way(trial: Trial) -> list[tuple[float, float]]:
-    """Return (t, closest valid reading in the direction of travel) of each scan; the trial's set speed points it."""
+    """Return (t, closest valid reading in the direction of travel) of each scan; the set speed's sign decides it."""
     backwards = trial.choices.get("speed", 0.0) < 0
     return [(scan.t, scan.behind if backwards else scan.ahead) for scan in trial.scans]
 
 
 def first_near(trial: Trial, threshold: float = THRESHOLD_M) -> float:
-    """Return when the first scan with a valid reading in the way below `threshold` was published, inf if none was."""
+    """Return the time of the first scan with a valid reading in the way below `threshold`, inf if there is none."""
     return next((t for t, distance in in_the_way(trial) if distance < threshold), math.inf)
 
 

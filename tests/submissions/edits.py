@@ -1,9 +1,10 @@
-"""The named edits: what is wrong in each package, and which requirements that should cost.
+"""The known-bad submissions: the reference with one named edit each, and which requirements the edit should cost.
 
-An edit is text replaced in a copy of the reference. It must match exactly once, so an edit that no longer bites
-because the reference has changed is an error and not a silent pass.
+An edit replaces text in a copy of the reference, or removes files. A text must match exactly once, so an edit that no
+longer applies because the reference has changed is an error and not a silent pass.
 
-`python -m submissions.table` (in tests/) grades every edit and prints fault x requirement.
+`python -m submissions.table` (in tests/) grades every edit and prints edit x requirement; `submissions.known_bad` says
+which check each edit fails.
 """
 
 from __future__ import annotations
@@ -29,18 +30,22 @@ _CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
 _CMAKE = "CMakeLists.txt"
 _LAUNCH = "launch/robot_controller_launch.py"
 _START = "scripts/robot_controller"
+_DEMO = "scripts/demo.py"
+_PACKAGE_XML = "package.xml"
+_README = "README.md"
 
 
 @dataclass(frozen=True)
 class Edit:
-    """One fault.
+    """One mistake.
 
     Attributes:
-        name: what it is called.
+        name: its name in tables and tests.
         sentence: what is wrong.
-        changes: the texts it replaces: file, old, new.
-        costs: the requirements that lose points by it, of those that are judged from the build and the trials.
-        says: words that the report must hold.
+        changes: the texts that it replaces: file, old, new.
+        removes: the files that it removes.
+        costs: the requirements that lose points by it. T1 to T3 are named only where the edit is about the tests.
+        says: words that the report must contain.
         why: why it costs more than one requirement.
     """
 
@@ -50,24 +55,30 @@ class Edit:
     costs: frozenset[str]
     says: tuple[str, ...] = ()
     why: str = ""
+    removes: tuple[str, ...] = ()
 
 
 def apply(edit: Edit | None, folder: Path) -> Path:
     """Copy the reference below `folder`, make the edit, and return the package's path."""
     package = folder / REFERENCE.name
     shutil.copytree(REFERENCE, package, ignore=shutil.ignore_patterns("__pycache__", ".pytest_cache"))
-    for file, old, new in edit.changes if edit else ():
+    if edit is None:
+        return package
+    for file, old, new in edit.changes:
         text = (package / file).read_text()
         if text.count(old) != 1:
-            raise ValueError(f"{edit.name}: {old!r} stands {text.count(old)} times in {file}, not once")
+            raise ValueError(f"{edit.name}: {old!r} occurs {text.count(old)} times in {file}, not once")
         (package / file).write_text(text.replace(old, new))
+    for file in edit.removes:
+        (package / file).unlink()
     return package
 
 
 def _edit(
-    name: str, costs: str, sentence: str, *changes: tuple[str, str, str], says: tuple[str, ...] = (), why: str = ""
-) -> Edit:
-    return Edit(name, sentence, changes, frozenset(costs.split()), says, why)
+    name: str, costs: str, sentence: str, *changes: tuple[str, str, str], says: tuple[str, ...] = (), why: str = "",
+    removes: tuple[str, ...] = (),
+) -> Edit:  # fmt: skip
+    return Edit(name, sentence, changes, frozenset(costs.split()), says, why, removes)
 
 
 _EDITS = (
@@ -75,18 +86,18 @@ _EDITS = (
     _edit(
         "does_not_compile",
         "F1 F2 F3 F4 F5 F6 F7 F8 F9 F10 F11 F12 F13 F14 I1 I3 I4 I5 I6 I7 I8",
-        "CMakeLists.txt names an interface file that is not there.",
+        "CMakeLists.txt names an interface file that does not exist.",
         (_CMAKE, '"msg/SensorFusionData.msg"', '"msg/FusedData.msg"'),
         says=("FusedData.msg", "colcon build"),
-        why="nothing can be reached without a build",
+        why="nothing can be judged without a build",
     ),
     _edit(
         "crashes_at_start",
         "F1 F2 F3 F4 F5 F6 F7 F8 F9 F10 F11 I3 I4 I5 I6 I7 I8",
-        "The controller dies before it creates its node.",
+        "The controller crashes before it creates its node.",
         (_START, "sys.exit(main())", "raise RuntimeError('no robot on /dev/ttyACM0')"),
         says=("no robot on /dev/ttyACM0", "ended before it came up"),
-        why="all that the controller should do depends on it",
+        why="everything that the controller should do depends on it",
     ),
     _edit(
         "forgets_the_config",
@@ -94,7 +105,7 @@ _EDITS = (
         "The parameter files are not installed.",
         (_CMAKE, "install(DIRECTORY launch config", "install(DIRECTORY launch"),
         says=("config/robot_params.yaml",),
-        why="what is not installed cannot be loaded by the nodes (I6) or the launch files (I5)",
+        why="neither the nodes (I6) nor the launch files (I5) can load a file that is not installed",
     ),
     _edit(
         "forgets_an_executable",
@@ -102,7 +113,7 @@ _EDITS = (
         "sensor_processor is not installed.",
         (_CMAKE, "scripts/robot_controller scripts/sensor_processor\n", "scripts/robot_controller\n"),
         says=("missing: sensor_processor",),
-        why="a node that cannot be started shows nothing",
+        why="nothing can be seen of a node that cannot be started",
     ),
     # -- F1 -------------------------------------------------------------------------------------------------------
     _edit(
@@ -123,7 +134,7 @@ _EDITS = (
     _edit(
         "silent_before_the_first_scan",
         "F1",
-        "The control loop waits for the lidar.",
+        "The control loop publishes nothing before the first scan.",
         (_DRIVER, "        safe = motion.make_safe(wanted",
          "        if self._scan_time == NEVER:\n            return\n        safe = motion.make_safe(wanted"),
         says=("before the first scan",),
@@ -146,14 +157,14 @@ _EDITS = (
     _edit(
         "ignores_the_limit",
         "F3 I6",
-        "set_speed takes any finite speed.",
+        "set_speed accepts any finite speed.",
         (_SPEED_SERVER, "if abs(speed) > limit * (1.0 + FLOAT32_SLACK):", "if abs(speed) > 1000.0:"),
         (_SPEED_SERVER, "self._speed = clamp(request.speed, -limit, limit)", "self._speed = request.speed"),
         says=("success = True", "compare abs(speed) with the limit"),
         why="overriding max_linear_speed has no effect either (I6)",
     ),
     _edit(
-        "takes_nan_for_a_speed",
+        "accepts_nan_as_a_speed",
         "F3",
         "The test for NaN is left out, and NaN passes every comparison.",
         (_SPEED_SERVER, "    if not math.isfinite(speed):\n", "    if math.isinf(speed):\n"),
@@ -167,6 +178,14 @@ _EDITS = (
         says=("say in the message which limit holds",),
     ),
     _edit(
+        "stops_when_it_refuses",
+        "F3",
+        "A refused speed sets the speed in force to 0.",
+        (_SPEED_SERVER, "            response.message = f'Speed unchanged: {refusal}'\n",
+         "            self._speed = 0.0\n            response.message = f'Speed unchanged: {refusal}'\n"),
+        says=("m/s after them",),
+    ),
+    _edit(
         "backs_up_slowly",
         "F2",
         "Backwards the robot drives at half the limit at most.",
@@ -176,19 +195,19 @@ _EDITS = (
     _edit(
         "refuses_the_limit_itself",
         "F2",
-        "Only speeds below the limit are taken.",
+        "Only speeds below the limit are accepted.",
         (_SPEED_SERVER, "if abs(speed) > limit * (1.0 + FLOAT32_SLACK):", "if abs(speed) >= limit:"),
-        says=("the limit included",),
+        says=("the limit itself is allowed",),
     ),
     _edit(
-        "states_a_limit_of_its_own",
+        "states_a_fixed_limit",
         "F3",
         "A refusal names the default limit, whatever the parameter says.",
         (_SPEED_SERVER, "is beyond the limit of {limit:.3g} m/s'", "is beyond the limit of 0.5 m/s'"),
-        says=("write the parameter's value into the message",),
+        says=("put the parameter's value into the message",),
     ),
     _edit(
-        "takes_any_speed_on_the_way",
+        "accepts_any_speed_during_a_goal",
         "F3",
         "While there is a goal, every speed is accepted, for later.",
         (_NAVIGATOR, "    # On the way\n",
@@ -201,7 +220,7 @@ _EDITS = (
         says=("answered success = True on the way to a goal",),
     ),
     _edit(
-        "zero_is_no_speed",
+        "ignores_a_speed_of_zero",
         "F2",
         "A speed of 0 is accepted and changes nothing.",
         (_SPEED_SERVER, "            self._speed = clamp(request.speed, -limit, limit)\n",
@@ -212,7 +231,7 @@ _EDITS = (
     _edit(
         "drives_into_the_wall",
         "F4 F5 F6 F11 I6",
-        "The obstacle flag is set and told, but nobody stops for it.",
+        "The obstacle flag is set and reported, but the robot does not stop.",
         (_MOTION, "    if wanted.v != 0.0 and obstacle_in_way(near, wanted.v, limits):\n        return STOP\n", ""),
         (_MOTION, "        return STOP\n    cap = speed_cap", "        return wanted\n    cap = speed_cap"),
         says=("touched the",),
@@ -221,7 +240,7 @@ _EDITS = (
     _edit(
         "stops_late",
         "F4",
-        "The obstacle stop goes by a scan that is half a second old.",
+        "The obstacle stop uses a scan that is half a second old.",
         (_DRIVER, "        self._near = measure_proximity(scan)\n",
          "        self._past = [*getattr(self, '_past', []), measure_proximity(scan)][-6:]\n"
          "        self._near = self._past[0]\n"),
@@ -232,22 +251,22 @@ _EDITS = (
         "F4",
         "Only what is within 30 degrees to each side counts as in the way.",
         (_SCANS, "SECTOR_HALF_WIDTH = math.radians(60.0)", "SECTOR_HALF_WIDTH = math.radians(30.0)"),
-        says=("60 count as ahead",),
+        says=("up to 60 count as ahead",),
     ),
     _edit(
         "never_forgets_an_obstacle",
         "F5 F7 F11",
-        "Once there was an obstacle, there is one for ever.",
+        "An obstacle that was seen once is never forgotten.",
         (_DRIVER, "        self._near = measure_proximity(scan)\n",
          "        near = measure_proximity(scan)\n"
          "        self._near = min(near, self._near, key=lambda seen: seen.ahead)\n"),
-        says=("who clears the obstacle flag",),
+        says=("where is the obstacle flag cleared",),
         why="a goal whose way was blocked is never completed (F11)",
     ),
     _edit(
         "looks_all_around",
         "F5",
-        "Anything near counts as in the way, wherever it is.",
+        "Anything near counts as in the way, in every direction.",
         (_SCANS, "        ahead=min(ahead, default=math.inf),", "        ahead=closest_reading(scan),"),
         says=("with something 0.",),
     ),
@@ -265,7 +284,7 @@ _EDITS = (
     _edit(
         "creeps_on",
         "F4",
-        "What drives slowly enough is not stopped.",
+        "A robot that drives slowly is not stopped.",
         (_DRIVER, "        safe = motion.make_safe(wanted, self._near, limits)\n",
          "        safe = wanted if abs(wanted.v) <= 0.12 and not wanted.omega else motion.make_safe(wanted, self._near, limits)\n"),
         (_DRIVER, "        if motion.make_safe(self._last_command, self._near, self._limits()) == STOP:\n"
@@ -277,7 +296,7 @@ _EDITS = (
     _edit(
         "overlooks_what_few_beams_see",
         "F4",
-        "The tenth part of the readings ahead that is closest is taken for noise.",
+        "The closest tenth of the readings ahead is dropped as noise.",
         (_SCANS, "        ahead=min(ahead, default=math.inf),",
          "        ahead=sorted(ahead)[len(ahead) // 10] if ahead else math.inf,"),
         says=("to one side",),
@@ -285,7 +304,7 @@ _EDITS = (
     _edit(
         "emergency_for_good",
         "F5",
-        "What came within the emergency distance stops the robot for good.",
+        "An obstacle within the emergency distance stops the robot for good.",
         (_DRIVER, "        safe = motion.make_safe(wanted, self._near, limits)\n",
          "        self._alarmed = getattr(self, '_alarmed', False) or (\n"
          "            self._near.anywhere < limits.emergency_stop_distance)\n"
@@ -311,7 +330,7 @@ _EDITS = (
         why="the reference filters for both nodes in one function",
     ),
     _edit(
-        "dies_of_an_empty_scan",
+        "crashes_on_an_empty_scan",
         "F6",
         "The controller looks at the first reading of every scan.",
         (_DRIVER, "        self._near = measure_proximity(scan)\n",
@@ -319,30 +338,30 @@ _EDITS = (
         says=("IndexError",),
     ),
     _edit(
-        "keeps_what_it_saw_last",
+        "keeps_the_last_valid_scan",
         "F6",
-        "A scan without any valid reading leaves what the one before it said.",
+        "A scan without a valid reading leaves the state of the scan before it.",
         (_DRIVER, "        self._near = measure_proximity(scan)\n",
          "        near = measure_proximity(scan)\n        if math.isfinite(near.anywhere):\n"
          "            self._near = near\n"),
         says=("all beams read +inf",),
     ),
     _edit(
-        "knows_the_lidar_by_heart",
+        "hard_codes_the_lidars_limits",
         "F6 F12",
-        "The limits of the lidar are two numbers in the code.",
+        "The lidar's limits are two numbers in the code.",
         (_SCANS, "in_range = scan.range_min <= distance <= scan.range_max", "in_range = 0.15 <= distance <= 12.0"),
         says=("scans full of: below range_min",),
-        why="both nodes ask the same function",
+        why="both nodes use the same function",
     ),
     _edit(
-        "leaves_the_limits_out",
+        "excludes_the_range_limits",
         "F6 F12",
         "A reading of exactly range_min or range_max does not count.",
         (_SCANS, "in_range = scan.range_min <= distance <= scan.range_max",
          "in_range = scan.range_min < distance < scan.range_max"),
         says=("the limits themselves are valid",),
-        why="both nodes ask the same function",
+        why="both nodes use the same function",
     ),
     # -- F7 -------------------------------------------------------------------------------------------------------
     _edit(
@@ -353,7 +372,7 @@ _EDITS = (
         says=("status 'OK'",),
     ),
     _edit(
-        "pose_is_never_told",
+        "never_reports_the_pose",
         "F7",
         "get_status answers with a pose of zeros.",
         (_SPEED_SERVER, "        response.pose = self._pose\n", ""),
@@ -369,14 +388,14 @@ _EDITS = (
     _edit(
         "pose_without_a_direction",
         "F7",
-        "The status tells where the robot is, and not which way it looks.",
+        "The status gives the position of the robot without its orientation.",
         (_SPEED_SERVER, "response.pose = self._pose", "response.pose.position = self._pose.position"),
         says=("odom said", "yaw 0.00"),
     ),
     _edit(
-        "once_an_obstacle_always_one",
+        "status_never_clears_the_obstacle",
         "F7",
-        "The flag in the status is never taken back.",
+        "The flag in the status is never cleared.",
         (_SPEED_SERVER, "response.obstacle_detected = self._obstacle_in_way()",
          "self._seen = getattr(self, '_seen', False) or self._obstacle_in_way()\n"
          "        response.obstacle_detected = self._seen"),
@@ -390,7 +409,7 @@ _EDITS = (
         says=("while driving backwards",),
     ),
     _edit(
-        "has_a_word_of_its_own_on_the_way",
+        "has_its_own_status_during_a_goal",
         "F7",
         "The status says NAVIGATING while there is a goal.",
         (_NAVIGATOR, "    # On the way\n",
@@ -406,7 +425,7 @@ _EDITS = (
     _edit(
         "refuses_a_goal_where_it_is",
         "F8",
-        "A goal that is reached already is rejected.",
+        "A goal that is already reached is rejected.",
         (_NAVIGATOR, "        if refusal:\n            self.get_logger().warning(f'Goal",
          "        if steering.distance_to(steering.place_of(self._pose), target.x, target.y) < 0.1:\n"
          "            refusal = 'already there'\n"
@@ -443,9 +462,16 @@ _EDITS = (
     _edit(
         "forgets_to_say_success",
         "F8",
-        "The robot arrives and the goal succeeds, but the result says nothing of it.",
+        "The robot arrives and the goal succeeds, but result.success is not set.",
         (_NAVIGATOR, "success=ending is Ending.ARRIVED, ", ""),
         says=("ended as succeeded with success = False",),
+    ),
+    _edit(
+        "leaves_final_pose_empty",
+        "F8",
+        "The result's final_pose is never filled in.",
+        (_NAVIGATOR, ", final_pose=self._pose)", ")"),
+        says=("final_pose (0.00, 0.00)",),
     ),
     _edit(
         "rolls_on_after_arrival",
@@ -458,7 +484,7 @@ _EDITS = (
     _edit(
         "goals_are_relative",
         "F8 F11",
-        "The target is taken to be relative to the robot's heading.",
+        "The target is taken as relative to the robot's heading.",
         (_STEERING, "    error = normalize_angle(math.atan2(y - place.y, x - place.x) - place.yaw)\n",
          "    error = normalize_angle(math.atan2(y, x))\n"),
         says=("no result within 40 s",),
@@ -473,7 +499,7 @@ _EDITS = (
         says=("feedback messages in",),
     ),
     _edit(
-        "no_feedback_while_turning",
+        "gives_no_feedback_while_turning",
         "F9",
         "Feedback comes only while the robot drives.",
         (_NAVIGATOR, "if goal is None or self._odom_time == NEVER:",
@@ -481,7 +507,7 @@ _EDITS = (
         says=("no feedback for",),
     ),
     _edit(
-        "silent_while_it_waits",
+        "gives_no_feedback_while_blocked",
         "F9",
         "There is no feedback while something is in the way.",
         (_NAVIGATOR, "        if goal is None or self._odom_time == NEVER:\n",
@@ -512,25 +538,25 @@ _EDITS = (
         says=("success = True",),
     ),
     _edit(
-        "hears_no_cancel_while_it_waits",
+        "ignores_a_cancel_while_blocked",
         "F10",
-        "Whether a cancel is asked for is looked at only while the way is free.",
+        "A cancel request is looked at only while the way is free.",
         (_NAVIGATOR, "if goal.handle.is_cancel_requested:",
          "if goal.handle.is_cancel_requested and not self._obstacle_in_way():"),
-        says=("while the robot waits too",),
+        says=("while the robot waits, too",),
     ),
     _edit(
-        "goes_back_to_its_speed",
+        "resumes_its_speed_after_a_goal",
         "F10",
         "When a goal is over, the robot drives on at the speed that was set before it.",
         (_NAVIGATOR, "            self._speed = 0.0  # or the robot would drive off from where it was sent\n", ""),
-        says=("forget the speed that was set before",),
+        says=("forget the speed that was set before it",),
     ),
     # -- F11 ------------------------------------------------------------------------------------------------------
     _edit(
         "gives_up_when_blocked",
         "F11",
-        "A goal is aborted as soon as something stands in the way.",
+        "A goal is aborted as soon as something is in the way.",
         (_NAVIGATOR, "        if goal.handle.is_cancel_requested:\n",
          "        if self._obstacle_in_way():\n            self._end_goal(Ending.REPLACED)\n"
          "        elif goal.handle.is_cancel_requested:\n"),
@@ -556,7 +582,7 @@ _EDITS = (
     _edit(
         "jumps_after_a_stop",
         "F11",
-        "The speed that an obstacle holds back is there at once when the way is free.",
+        "After an obstacle the robot is at its full speed at once.",
         (_DRIVER, "        safe = motion.make_safe(wanted, self._near, limits)\n", ""),
         (_DRIVER, "        self._publish(motion.speed_up_gently(self._last_command, safe, dt, limits))",
          "        self._gentle = motion.speed_up_gently(\n"
@@ -567,7 +593,7 @@ _EDITS = (
     _edit(
         "turns_too_fast",
         "F11",
-        "Turning is not held to its limit.",
+        "The turning speed is not limited.",
         (_MOTION, "        omega=clamp(wanted.omega, -limits.max_angular_speed, limits.max_angular_speed),\n",
          "        omega=clamp(wanted.omega, -1.9, 1.9),\n"),
         says=("omega = ",),
@@ -576,23 +602,24 @@ _EDITS = (
     _edit(
         "battery_as_a_ratio",
         "F12",
-        "The battery is told as 0 to 1.",
+        "The battery level is published as 0 to 1.",
         (_PROCESSOR, "return clamp(FULL_PERCENT * percentage, 0.0, FULL_PERCENT)", "return clamp(percentage, 0.0, 1.0)"),
         says=("battery_level 0.",),
     ),
     _edit(
-        "the_alarm_never_stops",
+        "logs_the_alarm_at_every_message",
         "F12",
         "A low battery is logged at every message.",
         (_PROCESSOR, "        if low and not self._battery_low:\n", "        if low:\n"),
         says=("warnings while the battery fell",),
     ),
     _edit(
-        "knows_the_thresholds_by_heart",
-        "F12",
-        "The battery alarms go by 20 and 10 percent, whatever the parameters say.",
+        "hard_codes_the_battery_threshold",
+        "F12 Q4",
+        "The battery alarm goes by 20 percent, whatever the parameter says.",
         (_PROCESSOR, "percent, self._value('battery_low_threshold'))", "percent, 20.0)"),
         says=("the level fell below 30 %",),
+        why="a parameter of the contract is a number in the code (Q4)",
     ),
     _edit(
         "alarms_at_any_level",
@@ -602,16 +629,16 @@ _EDITS = (
         says=("the level fell below 20 %",),
     ),
     _edit(
-        "says_nothing_when_nothing_is_near",
+        "publishes_nothing_when_nothing_is_near",
         "F12",
-        "A scan with no valid reading is waited out.",
+        "Nothing is published while no reading is valid.",
         (_PROCESSOR, "if self._closest is None:", "if self._closest is None or math.isinf(self._closest):"),
         says=("scans with nothing in range: no fused data came",),
     ),
     _edit(
-        "processor_dies_of_nothing",
+        "processor_crashes_without_readings",
         "F12",
-        "The minimum of no readings ends the sensor processor.",
+        "The sensor processor crashes on the minimum of no readings.",
         (_PROCESSOR, "        self._closest = closest_reading(scan)",
          "        self._closest = min(r for r in scan.ranges if scan.range_min <= r <= scan.range_max)"),
         says=("scans with nothing in range",),
@@ -619,16 +646,16 @@ _EDITS = (
     _edit(
         "keeps_the_first_imu_message",
         "F12",
-        "The IMU's first message is fused for ever.",
+        "The IMU's first message is used for ever.",
         (_PROCESSOR, "        self._angular_velocity = imu.angular_velocity\n",
          "        if self._angular_velocity == Vector3():\n"
          "            self._angular_velocity = imu.angular_velocity\n"),
         says=("angular_velocity",),
     ),
     _edit(
-        "speaks_before_the_first_scan",
+        "publishes_before_the_first_scan",
         "F13",
-        "Fused data come before anything has been seen.",
+        "Fused data come before the first scan.",
         (_PROCESSOR, "        if self._closest is None:\n            return\n",
          "        if self._closest is None:\n            self._closest = math.inf\n"),
         says=("messages before the first scan",),
@@ -679,7 +706,7 @@ _EDITS = (
         "The service is called set_velocity.",
         (_SPEED_SERVER, "SetSpeed, 'set_speed'", "SetSpeed, 'set_velocity'"),
         says=("expected service set_speed (SetSpeed); found set_velocity (",),
-        why="without the service nobody can make the robot drive",
+        why="without the service the robot cannot be made to drive",
     ),
     _edit(
         "exchanges_two_fields",
@@ -719,7 +746,7 @@ _EDITS = (
         "The scan is subscribed reliably.",
         (_DRIVER, "self.create_subscription(LaserScan, 'scan', self._on_scan, qos_profile_sensor_data)",
          "self.create_subscription(LaserScan, 'scan', self._on_scan, 10)"),
-        says=("ask for reliable publishers",),
+        says=("receive nothing from best-effort publishers",),
     ),
     # -- I5 -------------------------------------------------------------------------------------------------------
     _edit(
@@ -733,7 +760,7 @@ _EDITS = (
     _edit(
         "sets_the_parameters_in_the_launch_file",
         "I5",
-        "The YAML file is there, but the launch file does not use it.",
+        "The YAML file exists, but the launch file does not use it.",
         (_LAUNCH, "parameters=[PathJoinSubstitution([*config, 'robot_params.yaml']), use_sim_time]",
          "parameters=[{'max_linear_speed': 0.5}, use_sim_time]"),
         says=("max_linear_speed was 0.375 in the file and 0.5 in robot_controller",),
@@ -741,7 +768,7 @@ _EDITS = (
     _edit(
         "does_not_pass_on_use_sim_time",
         "I5",
-        "The second launch file declares use_sim_time and gives it to nobody.",
+        "The second launch file declares use_sim_time and does not pass it to the node.",
         ("launch/sensor_processor_launch.py", "            {'use_sim_time': LaunchConfiguration('use_sim_time')},\n", ""),
         says=("left sensor_processor with use_sim_time = False",),
     ),
@@ -755,10 +782,18 @@ _EDITS = (
     _edit(
         "names_another_node_in_the_file",
         "I5 I6",
-        "The parameter file's key is no node's name.",
+        "The key in the parameter file is not the name of a node.",
         ("config/sensor_params.yaml", "/**/sensor_processor:", "sensor_processor_node:"),
         says=("battery_low_threshold was 30.0 in the file and 20.0 in sensor_processor",),
-        why="a file that does not reach the node does so neither from a launch file (I5) nor when it is named (I6)",
+        why="the file reaches the node neither from a launch file (I5) nor by itself (I6)",
+    ),
+    _edit(
+        "pins_a_topic_name",
+        "I5",
+        "The node has its own remapping rule for the scan, which overrides those of a launch file.",
+        (_DRIVER, "super().__init__('robot_controller', **node_options)",
+         "super().__init__(\n            'robot_controller', cli_args=['--ros-args', '-r', 'scan:=scan'], **node_options)"),
+        says=("scan remapped to front/scan: the node still has scan",),
     ),
     # -- I6, I7, I8 -----------------------------------------------------------------------------------------------
     _edit(
@@ -772,9 +807,9 @@ _EDITS = (
         says=("the node started with max_linear_speed = -1",),
     ),
     _edit(
-        "takes_a_negative_threshold",
+        "accepts_a_negative_threshold",
         "I6",
-        "One parameter takes any value.",
+        "One parameter accepts any value.",
         (_PROCESSOR, "'battery_low_threshold': settings.percentage(20.0)",
          "'battery_low_threshold': settings.Setting(20.0, lambda _: True, '')"),
         says=("accepted: battery_low_threshold := -5.0",),
@@ -788,17 +823,17 @@ _EDITS = (
         says=("came as near as",),
     ),
     _edit(
-        "goes_by_wall_time",
+        "uses_wall_time",
         "I7",
-        "The control timer goes by a steady clock.",
+        "The control timer uses a steady clock.",
         (_DRIVER, "                                                self._control)\n",
          "                                                self._control, clock=STEADY)\n"),
         (_DRIVER, "NEVER = -math.inf", "from rclpy.clock import Clock, ClockType\n\n"
          "STEADY = Clock(clock_type=ClockType.STEADY_TIME)\nNEVER = -math.inf"),
-        says=("while the clock stood still",),
+        says=("while the clock was stopped",),
     ),
     _edit(
-        "stamps_by_the_wall",
+        "stamps_with_wall_time",
         "F13 I7",
         "The fused data are stamped with the system's time.",
         (_PROCESSOR, "fused.header.stamp = self.get_clock().now().to_msg()",
@@ -809,25 +844,201 @@ _EDITS = (
     _edit(
         "drives_on_after_ctrl_c",
         "I8",
-        "Nobody stops the robot when the node ends.",
+        "The robot is not stopped when the node ends.",
         (_RUNNING, "    if hasattr(node, 'stop'):\n        node.stop()\n", ""),
         says=("the last cmd_vel was",),
     ),
     _edit(
         "ends_with_a_traceback",
         "I8",
-        "Ctrl-C goes through to the node.",
+        "The node does not handle Ctrl-C.",
         (_RUNNING, "        signal.signal(number, lambda *_: asked_to_stop.set())", "        number.name"),
         says=("a traceback after SIGINT",),
     ),
     _edit(
-        "dies_in_mid_trial",
+        "crashes_when_asked_to_drive",
         "F2 F3 F4 F5 F6 F7 F11 I6 I7 I8",
         "The controller kills itself as soon as it is asked to drive.",
         (_SPEED_SERVER, "            self._speed = clamp(request.speed, -limit, limit)\n",
          "            import os\n            os.kill(os.getpid(), 9)\n"),
         says=("the node ended at", "exit status -9"),
-        why="every trial that drives by set_speed meets its end",
+        why="every trial that drives by set_speed ends there",
+    ),
+    # -- I2 -------------------------------------------------------------------------------------------------------
+    _edit(
+        "has_a_package_xml_of_format_2",
+        "I2",
+        "package.xml is of format 2, which has no groups.",
+        (_PACKAGE_XML, '<package format="3">', '<package format="2">'),
+        (_PACKAGE_XML, "  <member_of_group>rosidl_interface_packages</member_of_group>\n", ""),
+        says=('it is format "2"',),
+    ),
+    _edit(
+        "writes_out_its_licence",
+        "I2",
+        "The licence is named in words.",
+        (_PACKAGE_XML, "<license>Apache-2.0</license>", "<license>Apache License, Version 2.0</license>"),
+        says=("Apache License, Version 2.0",),
+    ),
+    _edit(
+        "calls_itself_ament_python",
+        "I2",
+        "The build type is that of a package without CMake.",
+        (_PACKAGE_XML, "<build_type>ament_cmake</build_type>", "<build_type>ament_python</build_type>"),
+        says=("<build_type> is ament_python",),
+    ),
+    _edit(
+        "does_not_declare_nav_msgs",
+        "I2",
+        "The package subscribes to Odometry and does not depend on nav_msgs.",
+        (_PACKAGE_XML, "  <exec_depend>nav_msgs</exec_depend>\n", ""),
+        says=("nav_msgs (used in",),
+    ),
+    # -- Q --------------------------------------------------------------------------------------------------------
+    _edit(
+        "leaves_an_import_behind",
+        "Q1",
+        "A module imports something that it does not use.",
+        (_CONVERSIONS, "import math\n", "import math\nimport os\n"),
+        says=("F401",),
+    ),
+    _edit(
+        "does_not_document_its_demo",
+        "Q2",
+        "The demonstration's methods have no docstrings.",
+        *((_DEMO, f'        """{line}"""\n', "") for line in (
+            "Go through the demonstration; raises NoAnswer.", "Return a service's response.",
+            "Return the future's result.", "Return the robot's status.", "Return the place STEP_M in front of the robot.",
+            "Return the handle of an accepted goal.", "Tell the distance each time it has fallen by a tenth of a metre.",
+            "Wait for the goal's end, or cancel it after DRIVE_S; return how it ended in words.")),
+        (_DEMO, '    """A client of everything that robot_controller offers."""\n\n', ""),
+        says=("67 of 76 have a docstring",),
+    ),
+    _edit(
+        "breaks_the_docstring_rules",
+        "Q2",
+        "A docstring's first line is not an imperative and has no full stop.",
+        (_CONVERSIONS, 'Return the unit quaternion of a rotation by `yaw` radians about z."""',
+         'Returns the unit quaternion of a rotation by `yaw` radians about z"""'),
+        says=("D400",),
+    ),
+    _edit(
+        "forgets_the_test_results",
+        "Q3 Q6",
+        "test_results.xml is not handed in.",
+        removes=("test_results.xml",),
+        says=("missing: test_results.xml", "there is no test_results.xml"),
+        why="the file is part of the layout (Q3), and a requirement of its own asks for it (Q6)",
+    ),
+    _edit(
+        "decides_everything_in_one_function",
+        "Q3",
+        "One function has a cyclomatic complexity of 11.",
+        (_CONVERSIONS, "def clamp(", "def compass_point(yaw: float) -> str:\n"
+         '    """Return the point of the compass that a robot with this yaw faces."""\n'
+         + "".join(f"    if yaw < {bound}:\n        return '{point}'\n" for bound, point in (
+             ("-2.75", "W"), ("-1.96", "SW"), ("-1.18", "S"), ("-0.39", "SE"), ("0.39", "E"), ("1.18", "NE"),
+             ("1.96", "N"), ("2.75", "NW"), ("3.15", "W"), ("math.inf", "?")))
+         + "    return ''\n\n\ndef clamp("),
+        says=("'compass_point' is too complex (11)",),
+    ),
+    _edit(
+        "wraps_an_angle_by_hand",
+        "Q3",
+        "An angle is normalized without the function of utils/conversions.py.",
+        (_STEERING, "    error = normalize_angle(math.atan2(y - place.y, x - place.x) - place.yaw)\n",
+         "    error = math.atan2(y - place.y, x - place.x) - place.yaw\n"
+         "    error = math.atan2(math.sin(error), math.cos(error))\n"),
+        (_STEERING, "import normalize_angle, yaw_from_quaternion", "import yaw_from_quaternion"),
+        says=("by hand",),
+    ),
+    _edit(
+        "copies_a_block",
+        "Q3",
+        "A function is copied into the module that uses it, instead of imported.",
+        (_MOTION, "def ramp(", "def held(value: float, low: float, high: float) -> float:\n"
+         '    """Return `value` within its limits."""\n'
+         "    lowest = min(low, high)\n    highest = max(low, high)\n"
+         "    if value < lowest:\n        return lowest\n    if value > highest:\n        return highest\n"
+         "    return value\n\n\ndef ramp("),
+        (_STEERING, "def place_of(", "def held(value: float, low: float, high: float) -> float:\n"
+         '    """Return `value` within its limits."""\n'
+         "    lowest = min(low, high)\n    highest = max(low, high)\n"
+         "    if value < lowest:\n        return lowest\n    if value > highest:\n        return highest\n"
+         "    return value\n\n\ndef place_of("),
+        says=("more than once",),
+    ),
+    _edit(
+        "prints_its_answers",
+        "Q4",
+        "The node prints instead of logging.",
+        (_SPEED_SERVER, """self.get_logger().info(f"{self._value('robot_name')}: {response.message}")""",
+         """print(f"{self._value('robot_name')}: {response.message}")"""),
+        says=("speed_server.py:",),
+    ),
+    _edit(
+        "sleeps_in_a_callback",
+        "Q4",
+        "The callback of get_status waits for a hundredth of a second.",
+        (_SPEED_SERVER, "import math\nfrom typing", "import math\nimport time\nfrom typing"),
+        (_SPEED_SERVER, "        response.speed = self._speed\n",
+         "        time.sleep(0.01)\n        response.speed = self._speed\n"),
+        says=("time.sleep",),
+    ),
+    _edit(
+        "leaves_the_types_out",
+        "Q4",
+        "A public function has no annotations.",
+        (_CONVERSIONS, "def clamp(value: float, low: float, high: float) -> float:", "def clamp(value, low, high):"),
+        says=("function clamp: ",),
+    ),
+    _edit(
+        "does_not_say_how_to_test_it",
+        "Q5",
+        "The README leaves the tests out.",
+        (_README, "    python -m pytest test\n\n`test_results.xml` is the report of such a run "
+         "(`python -m pytest test --junitxml=test_results.xml`).\n", "Run the tests.\n"),
+        says=("how to test it",),
+    ),
+    _edit(
+        "lists_an_old_type",
+        "Q5",
+        "The README's table gives cmd_vel a type that it no longer has.",
+        (_README, "`cmd_vel` | `geometry_msgs/msg/Twist` |", "`cmd_vel` | `geometry_msgs/msg/TwistStamped` |"),
+        says=("robot_controller: publisher cmd_vel (Twist)",),
+    ),
+    _edit(
+        "demonstrates_no_goal",
+        "Q6",
+        "The demonstration leaves the action out.",
+        (_DEMO, "        handle = self.send_goal(self.place_ahead())\n"
+         "        self.get_logger().info(f'navigate_to_position: {self.finish(handle)}')\n", ""),
+        says=("it sent no goal",),
+    ),
+    # -- T --------------------------------------------------------------------------------------------------------
+    _edit(
+        "tests_its_conversions_only",
+        "Q3 Q6 T1 T2 T3",
+        "The only tests are those of utils/conversions.py.",
+        removes=tuple(f"test/test_{tested}.py" for tested in (
+            "layers", "motion", "robot_controller", "running", "scans", "sensor_processor", "settings", "speed_server",
+            "steering")),
+        says=("no test that asserts something uses robot_controller or sensor_processor",),
+        why="the files belong to the layout (Q3) and to the report of the tests (Q6), and the nodes are not covered (T2, T3)",
+    ),
+    _edit(
+        "tests_without_asserting",
+        "T1",
+        "A test calls a function and asserts nothing.",
+        ("test/test_speed_server.py", "    assert speed_refusal(speed, 0.5) == ''\n", "    speed_refusal(speed, 0.5)\n"),
+        says=("tests assert nothing",),
+    ),
+    _edit(
+        "has_a_failing_test",
+        "T1",
+        "A test expects the wrong number.",
+        ("test/test_scans.py", "range_min=0.0, range_max=12.0)) == 1.0", "range_min=0.0, range_max=12.0)) == 2.0"),
+        says=("tests passed",),
     ),
 )  # fmt: skip
 

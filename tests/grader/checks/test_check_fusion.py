@@ -50,7 +50,7 @@ def judged(check: Callable[[Judge], None], pace: str, late_ticks: int) -> str:
 
 
 BOTH = pytest.mark.parametrize(
-    "check", [checks.test_fuses_the_latest_imu_message, checks.test_says_nothing_before_the_first_scan]
+    "check", [checks.test_fuses_the_latest_imu_message, checks.test_publishes_nothing_before_the_first_scan]
 )
 
 

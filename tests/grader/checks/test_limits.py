@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from grader.checks import check_goals as checks
+from grader.checks import check_limits as checks
 from grader.evidence import Command
 
 TICK = 0.05

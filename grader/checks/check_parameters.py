@@ -1,4 +1,4 @@
-"""I6: parameters from files, by overrides, at run time."""
+"""I6: parameters from files, from overrides and at run time."""
 
 from typing import Any
 
@@ -25,9 +25,9 @@ def test_parameter_files_load_on_both_nodes(judge: Judge) -> None:
 def test_overrides_change_the_behaviour(judge: Judge) -> None:
     """Overriding `max_linear_speed`, `obstacle_detection_threshold` and `fusion_frequency` changes behaviour."""
     wrong, unreached = [], []
-    for look in (_slow_robot, _far_sighted_robot, _slow_fusion):
+    for override in (_slow_robot, _far_sighted_robot, _slow_fusion):
         try:
-            wrong += look(judge)
+            wrong += override(judge)
         except NotReached as because:
             unreached.append(str(because))
     if len(unreached) == 3:
@@ -38,8 +38,8 @@ def test_overrides_change_the_behaviour(judge: Judge) -> None:
         judge.share(1 - lost / 3, seen, "read the parameter where you use it, not a constant")
 
 
-def test_senseless_values_are_refused_at_run_time(judge: Judge) -> None:
-    """A value that makes no sense is refused by a parameter callback at run time."""
+def test_invalid_values_are_refused_at_run_time(judge: Judge) -> None:
+    """A value that makes no sense (negative, zero rate) is refused by a parameter callback at run time."""
     asked, accepted = 0, []
     for name in ("senseless_settings", "senseless_settings_processor"):
         trial = judge.trial(name)
@@ -49,14 +49,14 @@ def test_senseless_values_are_refused_at_run_time(judge: Judge) -> None:
                 accepted.append(f"{answer.name} := {answer.wanted}")
         good = trial.parameters[-1]
         seen = f"{good.name} := {good.wanted}, which makes sense, was refused: {good.reason}"
-        judge.expect(good.accepted is True, seen, "refuse only what makes no sense")
+        judge.expect(good.accepted is True, seen, "refuse only values that make no sense")
     if accepted:
-        try_ = "refuse in the callback for every parameter what makes no sense for it"
+        try_ = "let the callback refuse, for every parameter, the values that make no sense"
         judge.share(1 - len(accepted) / asked, f"accepted: {', '.join(accepted)}", try_)
 
 
-def test_senseless_values_are_refused_at_start(judge: Judge) -> None:
-    """A value that makes no sense is refused by a parameter callback at start."""
+def test_invalid_values_are_refused_at_start(judge: Judge) -> None:
+    """A value that makes no sense (negative, zero rate) is refused by a parameter callback at start."""
     for name, parameter, value in (
         ("senseless_start", "max_linear_speed", -1.0), ("senseless_start_processor", "fusion_frequency", 0.0),
     ):  # fmt: skip
@@ -66,9 +66,9 @@ def test_senseless_values_are_refused_at_start(judge: Judge) -> None:
         if trial.ready:
             now: Any = trial.parameters[0].value if trial.parameters else None
             if now is None and trial.process is not None and trial.process.by == "itself":
-                continue  # it was on the graph for a moment, and ended: that is a refusal
+                continue  # it was on the graph for a moment and ended: that is a refusal
             if now is None:
-                raise NotReached(f"the node did not tell its {parameter}")
+                raise NotReached(f"the node did not answer when asked for {parameter}")
             judge.expect(now != value, f"the node started with {parameter} = {now}", _TRY_CALLBACK)
 
 
@@ -96,7 +96,7 @@ def _far_sighted_robot(judge: Judge) -> list[str]:
 def _slow_fusion(judge: Judge) -> list[str]:
     trial, usual = judge.trial("slow_fusion"), judge.trial("fusion")
     fused = [m.t for m in usual.messages if m.topic == "sensor_fusion_data"]
-    # From the first on: when they begin is F13's matter.
+    # From the first message on: F13 judges when they begin.
     start, end = max([usual.marks["scans"] + 0.4, *fused[:1]]), usual.marks["end"]
     before = sum(start < t <= end for t in fused) / max(end - start, 0.1)
     after = sum(1.0 < m.t <= 2.5 for m in trial.messages) / 1.5

@@ -1,0 +1,63 @@
+"""Q4: habits that hurt in a node."""
+
+from grader.checks.findings import MOST_SHOWN, listing, place, some
+from grader.checks.judge import Judge
+from grader.checks.package_text import (
+    charge,
+    label,
+    public_definitions,
+    readable,
+    unread_files,
+    unread_lines,
+    unread_share,
+)
+from grader.evidence import Finding
+
+
+def test_no_bare_except_print_or_mutable_default(judge: Judge) -> None:
+    """No bare `except`, no `print` in the package's modules, no mutable default; each one costs a quarter."""
+    bad = _habits(judge, "bare-except", "print", "mutable-default")
+    charge(judge, len(bad), 4, [listing(bad)], "name the exception; use self.get_logger(); use None as the default")
+
+
+def test_callbacks_do_not_sleep(judge: Judge) -> None:
+    """No `time.sleep` in a callback, nor in a function of the package that a callback calls; each one costs half."""
+    bad = _habits(judge, "sleep-in-callback")
+    charge(judge, len(bad), 2, [listing(bad)], "let a timer do the next step, and await a future in the action")
+
+
+def test_contract_numbers_are_parameters(judge: Judge) -> None:
+    """The numbers that the contract names as parameters are declared as parameters and read from them."""
+    uses = readable(judge).parameters
+    bad = []
+    for use in uses:
+        if not use.declared:
+            bad.append(f"{use.node}: {use.name} is not declared in the code")
+        elif not use.read:
+            bad.append(f"{use.node}: {use.name} is declared but never read")
+        else:
+            continue
+        if use.literals:
+            where = some([place(finding) for finding in use.literals])
+            bad[-1] += f" ({where} has the number {use.literals[0].text} instead)"
+    if bad:
+        try_ = "self.declare_parameter('name', default), then self.get_parameter('name').value where it counts"
+        judge.share(1 - len(bad) / len(uses), "\n".join(bad), try_)
+
+
+def test_public_functions_are_annotated(judge: Judge) -> None:
+    """Public functions have type annotations for every parameter and for the return value."""
+    functions = [thing for thing in public_definitions(judge) if thing.kind == "function"]
+    judge.expect(bool(functions), "there is no public function", "move the work of the callbacks into functions")
+    bare = [thing for thing in functions if thing.unannotated]
+    unread = unread_files(judge)
+    if bare or unread:
+        shown = [f"{label(thing)}: {', '.join(thing.unannotated[:6])}" for thing in bare[:MOST_SHOWN]]
+        said = [f"{len(bare)} of {len(functions)} lack annotations", *shown] if bare else []
+        seen = "\n".join([*said, *unread_lines(unread)])
+        share = min(1 - len(bare) / len(functions), 1 - unread_share(judge, unread))
+        judge.share(share, seen, "def clamp(value: float, low: float, high: float) -> float")
+
+
+def _habits(judge: Judge, *rules: str) -> list[Finding]:
+    return [finding for finding in readable(judge).habits if finding.rule in rules]

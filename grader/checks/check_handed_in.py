@@ -1,0 +1,83 @@
+"""Q6: what is handed in besides the nodes: the demonstration, and the test results."""
+
+from grader.checks.findings import some
+from grader.checks.judge import Failed, Judge, NotReached
+from grader.evidence import Trial
+
+_SERVICES = ("set_speed", "get_status")
+_STATUS_TOPIC = "navigate_to_position/_action/status"
+
+
+def test_demonstration_runs(judge: Judge) -> None:
+    """The demonstration script runs against the running nodes, uses a service and the action, and exits 0."""
+    if "scripts/demo.py" not in judge.quality().paths:
+        raise Failed("there is no scripts/demo.py", "write the demonstration there")
+    trial = judge.trial("demo", complete=False)
+    end = trial.others.get("demo.py")
+    if end is None or (end.by == "us" and trial.ended):
+        raise NotReached(trial.ended or "the demonstration was not started")
+    words, share = [], 1.0
+    if end.by == "us":
+        words.append(f"it had not ended after {end.wall_seconds:.0f} s")
+        share -= 0.5
+    elif end.exit_code != 0:
+        words.append(f"it ended with exit status {end.exit_code}")
+        share -= 0.5
+    called = {call.service for call in trial.calls if call.response is not None}
+    if not called and _changed_services(judge):
+        raise NotReached(
+            f"{', '.join(_changed_services(judge))} differs from the contract, so its calls cannot be observed (I3)"
+        )
+    if not called:
+        words.append(f"it called none of {', '.join(_SERVICES)}")
+        share -= 0.25
+    if not _goals(trial):
+        words.append("it sent no goal to navigate_to_position")
+        share -= 0.25
+    if words:
+        last = [line for line in end.output_tail.splitlines() if line.strip()][-3:]
+        words += [f"its last output: {' / '.join(line.strip()[:200] for line in last)}"] if last else []
+        # A script that does nothing but end well has shown nothing.
+        share = 0.0 if not called and not _goals(trial) else share
+        judge.share(share, "\n".join(words), "start both nodes in a simulator, run the script by hand, then `echo $?`")
+
+
+def test_test_results_match_the_tests(judge: Judge) -> None:
+    """`test_results.xml` is a junit report of the package's own tests."""
+    quality = judge.quality()
+    report = quality.report
+    try_ = "python -m pytest test --junitxml=test_results.xml, in the package's folder, after the last change"
+    if report is None or report.problem:
+        raise Failed(f"test_results.xml {report.problem}" if report else "there is no test_results.xml", try_)
+    judge.expect(bool(quality.tests), "the package has no tests to report on", "see T1")
+    reported = {_matched(case, quality.tests) for case in report.cases}
+    foreign = sorted({case for case in report.cases if not _matched(case, quality.tests)})
+    absent = [test for test in quality.tests if test not in reported]
+    if foreign or absent:
+        words = [f"not in the report: {some(absent)}"] if absent else []
+        words += [f"in the report, but not in the package: {some(foreign)}"] if foreign else []
+        together = len(quality.tests) + len({case.rpartition("::")[2] for case in foreign})
+        judge.share((len(quality.tests) - len(absent)) / together, "\n".join(words), try_)
+
+
+def _changed_services(judge: Judge) -> list[str]:
+    """Return the services whose definition differs from the contract's: the observer cannot see calls of them."""
+    build = judge.evidence.build
+    names = ("srv/SetSpeed", "srv/GetRobotStatus")
+    return [name for name in names if build.type_hashes.get(name) != build.contract_hashes.get(name)]
+
+
+def _goals(trial: Trial) -> set[str]:
+    """Return the goals that the action's status topic reported."""
+    return {str(message.data.get("goal")) for message in trial.messages if message.topic == _STATUS_TOPIC}
+
+
+def _matched(case: str, tests: list[str]) -> str:
+    """Return the test of the package that a case of the report belongs to, "" if there is none.
+
+    How much of the path is in the name depends on where pytest was started; the module's name always is.
+    """
+    where, _, name = case.rpartition("::")
+    parts = where.replace("/", ".").removesuffix(".py").split(".")
+    same = [test for test in tests if test.rpartition("::")[2] == name]
+    return next((test for test in same if not where or test.rpartition("::")[0] in parts), "")

@@ -1,0 +1,42 @@
+"""Q5: README.md, and its table of interfaces against the graph."""
+
+from grader.checks.findings import MOST_SHOWN
+from grader.checks.interface_table import agreement
+from grader.checks.judge import Failed, Judge, NotReached
+
+_WORDS = 20  # of prose; fewer cannot say what a package does
+
+
+def test_readme_says_what_and_how(judge: Judge) -> None:
+    """README.md says what the package does, and how to build, run and test it."""
+    quality = judge.quality()
+    readme = quality.readme
+    if readme is None:
+        others = [path for path in quality.paths if path.lower().startswith("readme")]
+        found = f"; found {', '.join(others)}" if others else ""
+        raise Failed(f"there is no README.md beside package.xml{found}", "write README.md in the package")
+    missing = []
+    if readme.words < _WORDS:
+        missing.append(f"what it does ({readme.words} words of prose; at least {_WORDS} are needed)")
+    elif readme.placeholders:
+        where = ", ".join(f"line {finding.line}: {finding.text}" for finding in readme.placeholders[:3])
+        missing.append(f"what it does; there is a placeholder ({where})")
+    commands = {"build": "colcon build", "run": "ros2 launch or ros2 run", "test": "pytest or colcon test"}
+    missing += [f"how to {what} it ({command})" for what, command in commands.items() if what not in readme.shows]
+    if missing:
+        seen = "not found:\n" + "\n".join(missing)
+        judge.share(1 - len(missing) / 4, seen, "write for a reader who is new to the package, with commands to copy")
+
+
+def test_interface_table_agrees(judge: Judge) -> None:
+    """README.md holds a table of the nodes' interfaces that agrees with the running nodes: names, types, directions."""
+    readme = judge.quality().readme
+    if readme is None:
+        raise NotReached("there is no README.md")
+    found = agreement(readme.tables, judge.evidence)
+    judge.expect(found.wanted > 0, "neither the running nodes nor the code show an interface", "see I4")
+    if found.wrong:
+        source = "the running nodes" if found.from_graph else "the code"
+        seen = "\n".join([f"compared with {source}:", *found.wrong[: MOST_SHOWN * 2]])
+        try_ = "one row for each interface: | robot_controller | subscribes | scan | sensor_msgs/msg/LaserScan |"
+        judge.share(1 - len(found.wrong) / found.wanted, seen, try_)

@@ -1,0 +1,81 @@
+"""Record the evidence in tests/evidence: that of the reference, and of each known-bad submission the part that its
+checks read.
+
+    PYTHONPATH=.:tests python -m submissions.record [NAME ...]
+
+Without names all are recorded, which takes about half an hour on two cores; `reference` is one of the names. A
+recording on which a check does not answer as submissions/known_bad.py says is not written, and the exit status is 1.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+from helpers import judging, recordings
+
+from grader import KIT, build, pipeline
+from grader.evidence import Evidence, Trial, load
+from grader.scoring import rubric
+from submissions.edits import EDITS, apply
+from submissions.known_bad import FAILS_ON
+
+REFERENCE = "reference"
+
+
+class _Noted(dict[str, Trial]):
+    """Trials that remember which of them were looked at."""
+
+    def __init__(self, trials: dict[str, Trial]) -> None:
+        super().__init__(trials)
+        self.read: set[str] = set()
+
+    def get(self, name: str, default: Trial | None = None) -> Trial | None:  # type: ignore[override]
+        """Return a trial, and note its name."""
+        self.read.add(name)
+        return super().get(name, default)
+
+
+def collected(name: str, requirements: Iterable[str], settings: pipeline.Settings) -> Evidence:
+    """Return the evidence of grading a submission on these requirements."""
+    with tempfile.TemporaryDirectory() as folder:
+        package = apply(EDITS[name] if name != REFERENCE else None, Path(folder))
+        chosen = dataclasses.replace(settings, requirements=tuple(requirements))
+        pipeline.grade(package, Path(folder) / "out", chosen)
+        return load(Path(folder) / "out" / pipeline.EVIDENCE)
+
+
+def record(name: str, settings: pipeline.Settings) -> str:
+    """Record one submission; return what is wrong with it, "" if nothing is."""
+    requirement = {check.id: r.id for r in settings.rubric.requirements for check in r.checks}
+    checks = [check for check, bad in FAILS_ON.items() if name in (bad, REFERENCE)]
+    evidence = collected(name, dict.fromkeys(requirement[check] for check in checks), settings)
+    trials = _Noted(evidence.trials)
+    evidence = dataclasses.replace(evidence, trials=trials)
+    wrong = []
+    for check in checks:
+        said = judging.ask(judging.find(check), evidence)
+        if (said.share == 1) != (name == REFERENCE):
+            wrong.append(f"{check} gives {said.share:.0%}: {said.seen}")
+    if not wrong:
+        kept = {trial: facts for trial, facts in trials.items() if trial in trials.read}
+        recordings.save(dataclasses.replace(evidence, trials=kept), name)
+    return "; ".join(wrong)
+
+
+def main(names: list[str]) -> int:
+    """Record the named submissions, or all; return 1 if one could not be recorded."""
+    settings = pipeline.Settings(rubric=rubric.load(KIT / "rubric.yaml"), cache=build.cache_folder())
+    failed = 0
+    for name in names or [REFERENCE, *dict.fromkeys(FAILS_ON.values())]:
+        wrong = record(name, settings)
+        failed += bool(wrong)
+        print(name, wrong or "recorded", flush=True)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
