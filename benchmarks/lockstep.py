@@ -2,13 +2,13 @@
 
     python -m benchmarks.lockstep [--seconds N] [--repeat N] [--smallest] [PACKAGE ...]
 
-First the smallest real node (smallest_node.py: scan, odom, a timer at 10 Hz, cmd_vel), with a single-threaded and with
-a multi-threaded executor: what ROS and lockstep cost by themselves. Then each package's robot_controller drives in an
-open field at 20 ticks a simulated second (10 Hz scans, 20 Hz odometry), walled in as in a trial, and is then sent to a
-place far away. By default: the reference, and the variants of the tests. The table is Markdown, ready for RESULTS.md.
-Start is the wall time from the process's start until the node is up and the clock runs. "per CPU s" counts the time
-that observer and node have computed: they mostly take turns, so it is near what an idle machine shows, whatever else
-this one is doing.
+First it measures the smallest real node (smallest_node.py: scan, odom, a 10 Hz timer, cmd_vel) with a single-threaded
+and with a multi-threaded executor: the cost of ROS and lockstep alone. Then each package's robot_controller drives in
+an open field at 20 ticks per simulated second (10 Hz scans, 20 Hz odometry), in the sandbox as in a trial, and is then
+sent to a distant goal. The default packages are the reference and the tests' variants. The table is Markdown, ready for
+RESULTS.md. "start s" is the wall time from the process's start until the node is up and the clock runs. "per CPU s"
+counts the CPU time of observer and node. They mostly take turns, so it is close to the result on an idle machine, even
+if this one is busy.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _ROOT = Path(__file__).parents[1]
 
 @dataclass
 class _Timing:
-    """What a run measured: wall seconds until the node was up; simulated seconds per wall and per CPU second."""
+    """The result of a run: wall seconds until the node was up; simulated seconds per wall and per CPU second."""
 
     start_s: float = math.nan
     driving: float = math.nan
@@ -54,7 +54,7 @@ AIMS = {"single": "aim 25", "multi": "aim 8"}
 
 
 def measure_smallest(executor: str, seconds: float, seed: int) -> _Timing:
-    """Run the smallest node for `seconds` of simulated time. Only inside a network of its own."""
+    """Run the smallest node for `seconds` of simulated time. Call this only in a private network namespace."""
     from sim import Simulator, load_world
     from sim.bridge import CONTROLLER, TICK_S, Bridge
 
@@ -115,7 +115,7 @@ def measure(install: str, seconds: float, seed: int) -> _Timing:
 
 
 def _cpu_s() -> float:
-    """Return the CPU time of this process and of all below it."""
+    """Return the CPU time of this process and its descendants."""
     parents: dict[int, int] = {}
     ticks: dict[int, int] = {}
     for entry in Path("/proc").iterdir():
@@ -130,7 +130,7 @@ def _cpu_s() -> float:
 
 
 def packages(folder: Path) -> Iterator[tuple[str, list[Path]]]:
-    """Yield name and package folders of the reference and of each variant of the tests."""
+    """Yield name and package folders of the reference and of each of the tests' variants."""
     sys.path.insert(0, str(_ROOT / "tests"))
     from submissions.edits import REFERENCE
     from variants import VARIANTS, make
@@ -141,7 +141,7 @@ def packages(folder: Path) -> Iterator[tuple[str, list[Path]]]:
 
 
 def _run(what: str, contract: Path, seconds: float, seed: int, home: Path) -> _Timing:
-    """Measure an install tree, or the smallest node with an executor, in a process and a network of its own."""
+    """Measure an install tree, or the smallest node with an executor, in a separate process and network namespace."""
     inside = [sys.executable, "-m", "benchmarks.lockstep", "--inside", what]
     done = subprocess.run(
         namespaces.private_network([*inside, "--seconds", str(seconds), "--seed", str(seed)]),
@@ -157,12 +157,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__.splitlines()[0], epilog="example: python -m benchmarks.lockstep"
     )
-    parser.add_argument("--seconds", type=float, default=20.0, help="simulated, per turn (default %(default)s)")
+    parser.add_argument("--seconds", type=float, default=20.0, help="simulated time per run (default %(default)s)")
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--smallest", action="store_true", help="measure the smallest node only")
     parser.add_argument("--seed", type=int, default=1, help=argparse.SUPPRESS)
     parser.add_argument("--inside", help=argparse.SUPPRESS)
-    parser.add_argument("packages", nargs="*", type=Path, help="package folders to measure instead")
+    parser.add_argument(
+        "packages", nargs="*", type=Path, help="package folders to measure (default: the reference and the variants)"
+    )
     options = parser.parse_args()
     if options.inside:
         small = options.inside in SMALLEST
@@ -200,13 +202,13 @@ def main() -> None:
                     row(name, str(built.install))
                 else:
                     failed = True
-                    print(f"{name}: does not build, or not within the time that a build is given", file=sys.stderr)
+                    print(f"{name}: does not build, or not within the time limit", file=sys.stderr)
         if failed:
             sys.exit(1)
 
 
 def _row(name: str, aim: str, runs: list[_Timing]) -> str:
-    """Return a line of the table; `aim` stands beside the factor that it is about."""
+    """Return a row of the table; `aim` is printed beside the factor for driving."""
     cells = [
         _cell([run.start_s for run in runs], worst=max),
         _cell([run.driving for run in runs], worst=min) + (f", {aim}" if aim else ""),

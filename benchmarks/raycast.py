@@ -1,9 +1,9 @@
-"""Measure one 360-beam scan: this caster, pymunk's public API, dense numpy and, where it is installed, ir-sim.
+"""Measure one 360-beam scan: this caster, pymunk's public API, dense numpy and, if installed, ir-sim.
 
     python -m benchmarks.raycast [--repeat N] [--json]
 
-All methods see the same rooms from the same poses, take turns in one run, and are held against the exact answer. Times
-are CPU times of this process (every method runs in one thread), so that other work on the machine counts little.
+All methods scan the same rooms from the same poses, take turns within one run, and are compared with the exact answer.
+Times are this process's CPU times (every method is single-threaded), so other work on the machine has little effect.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def pymunk_space(world: World) -> pymunk.Space:
 
 
 def pymunk_naive(world: World) -> Method:
-    """Return pymunk's public API as one writes it first: a filter and trigonometry per beam."""
+    """Return pymunk's public API, used naively: a filter and trigonometry for each beam."""
     space = pymunk_space(world)
 
     def scan(pose: Pose) -> np.ndarray:
@@ -72,7 +72,7 @@ def pymunk_naive(world: World) -> Method:
 
 
 def pymunk_tuned(world: World) -> Method:
-    """Return pymunk's public API at its best: one filter, ends computed at once, a bound method."""
+    """Return pymunk's public API, optimised: one filter, all ends computed at once, a bound method."""
     space = pymunk_space(world)
     query, everything = space.segment_query_first, pymunk.ShapeFilter()
     angles, reach, inf = BEAMS.angles, BEAMS.range_max, math.inf
@@ -90,7 +90,7 @@ def pymunk_tuned(world: World) -> Method:
 
 
 def numpy_dense(world: World) -> Method:
-    """Return every beam against every segment and circle, in one array."""
+    """Return a caster that tests every beam against every segment and circle, in one array."""
     shapes = Shapes.of((o.pose, o.parts()) for o in world.obstacles)
     n = shapes.edge_on.size
     points = np.stack([shapes.points.real, shapes.points.imag])
@@ -119,7 +119,7 @@ def numpy_dense(world: World) -> Method:
 
 
 def ir_sim(world: World) -> Method | None:
-    """Return ir-sim's lidar2d in the same room, None where ir-sim is not installed."""
+    """Return ir-sim's lidar2d in the same room, None if ir-sim is not installed."""
     os.environ.setdefault("MPLBACKEND", "Agg")
     try:
         import irsim
@@ -166,7 +166,7 @@ METHODS: dict[str, tuple[Callable[[World], Method | None], int]] = {
 
 
 def measure(count: int, repeat: int) -> list[dict[str, object]]:
-    """Return one row per method: median and best time of a scan in µs, and how it compares with pymunk and in value."""
+    """Return one row per method: median and best time of a scan in µs, speed relative to pymunk, and worst error."""
     world = hall(count)
     places = poses(world)
     methods = {name: (make(world), inner) for name, (make, inner) in METHODS.items()}
@@ -186,7 +186,7 @@ def measure(count: int, repeat: int) -> list[dict[str, object]]:
         if scan is None:
             rows.append({"method": name, "note": "not installed (pip install ir-sim)"})
             continue
-        # ir-sim spreads its 360 beams over the circle otherwise (both ends included), so values are not comparable.
+        # ir-sim spreads its 360 beams differently over the circle (with both ends), so its values are not comparable.
         comparable = name != "ir-sim lidar2d"
         worst = max(_apart(scan(p), answer) for p, answer in zip(places, exact, strict=True)) if comparable else None
         rows.append(
@@ -195,7 +195,7 @@ def measure(count: int, repeat: int) -> list[dict[str, object]]:
     tuned = next(row for row in rows if row["method"] == "pymunk public API, tuned")
     for row in rows:
         if "median_us" in row:
-            # Turn by turn: what slows the machine for a moment slows both.
+            # Compare turn by turn: anything that slows the machine for a moment slows both.
             pairs = zip(times["pymunk public API, tuned"], times[str(row["method"])], strict=False)
             row["times_pymunk"] = statistics.median(p / m for p, m in pairs)
     assert tuned["worst_m"] == 0.0
@@ -212,7 +212,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__.splitlines()[0], epilog="example: python -m benchmarks.raycast"
     )
-    parser.add_argument("--repeat", type=int, default=15, help="turns per method (default %(default)s)")
+    parser.add_argument("--repeat", type=int, default=15, help="runs per method (default %(default)s)")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     results = {count: measure(count, options.repeat) for count in (20, 200)}

@@ -2,7 +2,7 @@
 
     python -m benchmarks.realtime [--seconds N]
 
-20 Hz scans, 20 Hz odometry, 100 Hz IMU, 200 Hz physics, all noise on; the robot drives about and meets obstacles.
+20 Hz scans, 20 Hz odometry, 100 Hz IMU, 200 Hz physics, all noise on; the robot drives around and hits obstacles.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from sim import COURSE, Simulator
 
 
 def factors(count: int, seconds: float) -> tuple[float, float]:
-    """Return simulated seconds per second of the wall clock, and per second of this process's CPU time."""
+    """Return simulated seconds per second of wall time, and per second of this process's CPU time."""
     profile = replace(COURSE, lidar=replace(COURSE.lidar, rate_hz=(20.0, 20.0)))
     simulator = Simulator(hall(count), profile)
     scans = 0
@@ -37,7 +37,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__.splitlines()[0], epilog="example: python -m benchmarks.realtime"
     )
-    parser.add_argument("--seconds", type=float, default=20.0, help="simulated, per turn (default %(default)s)")
+    parser.add_argument("--seconds", type=float, default=20.0, help="simulated time per run (default %(default)s)")
     parser.add_argument("--repeat", type=int, default=5)
     options = parser.parse_args()
     print(f"20 Hz scans of 360 beams, 100 Hz IMU, 200 Hz physics, noise on; load {os.getloadavg()[0]:.1f}")

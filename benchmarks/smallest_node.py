@@ -1,9 +1,9 @@
-"""The smallest controller that does what a controller does: hears scan and odom, decides ten times a second.
+"""The smallest useful controller: it subscribes to scan and odom and publishes a command ten times a second.
 
     python -m benchmarks.smallest_node single|multi [--ros-args ...]
 
-With a SingleThreadedExecutor, or a MultiThreadedExecutor of as many threads as it likes. What lockstep costs with it is
-the price of ROS and of the barrier; what a larger node adds is its own.
+It runs in a SingleThreadedExecutor, or in a MultiThreadedExecutor with the default number of threads. Lockstep with
+this node shows the cost of ROS and of the barrier; a larger node adds only its own.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ NAME = "robot_controller"
 
 
 class SmallestController(Node):
-    """Subscribes scan and odom, publishes cmd_vel at 10 Hz of the node's time: straight on, slower near things."""
+    """Subscribes to scan and odom, publishes cmd_vel at 10 Hz of node time: straight ahead, stop near obstacles."""
 
     def __init__(self) -> None:
         super().__init__(NAME, parameter_overrides=[rclpy.Parameter("use_sim_time", value=True)])

@@ -1,10 +1,10 @@
-"""Measure what the walls cost: the same commands walled in and without, in pairs, and what a grading makes of them.
+"""Measure the cost of the sandbox: the same commands with and without it, in pairs, and its share of a grading.
 
-Run it:  python benchmarks/walls.py [--rounds 20] [--only F1 F14]
+Run it:  python benchmarks/sandbox_cost.py [--rounds 20] [--only F1 F14]
 
-What is compared is CPU time, ours and our children's: a busy machine makes a command wait, and charges it nothing for
-that. Each round runs both, one right after the other and in turns first, and what counts is the median of the rounds'
-differences: whatever slows the machine down for a while slows both.
+It compares CPU time, this process's and its children's, because waiting on a busy machine costs no CPU time. Each round
+runs a command both ways, one right after the other in alternating order. The result is the median of the rounds'
+differences: anything that slows down the machine for a while slows down both.
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ from pathlib import Path
 from grader import build, pipeline, sandbox
 from grader.host import procfs, ros_env
 from grader.scoring import rubric
+from grader.settings import Settings
 
 ROOT = Path(__file__).parents[1]
 REFERENCE = ROOT / "solution_pkg" / "ros2_robot_controller"
-# Starting, importing what a node imports, computing: what trials, tests and builds are made of.
-_SUBREAPER = 36  # prctl: orphans of our children become our children, and their time ours
+_SUBREAPER = 36  # prctl: orphans of our children become our children, and their CPU time ours
+# Starting, importing what a node imports, computing: trials, tests and builds consist of these.
 START, WORK = "start and end", "compute"
 COMMANDS = {
     START: ["true"],
@@ -42,7 +43,7 @@ COMMANDS = {
 
 @dataclass(frozen=True)
 class Cost:
-    """CPU milliseconds of one command without a wall, and how many more it takes behind one: quartiles and median."""
+    """CPU milliseconds of a command without the sandbox, and how many more it takes in it: quartiles and median."""
 
     bare_ms: float
     low_ms: float
@@ -51,35 +52,35 @@ class Cost:
 
 
 def main() -> int:
-    """Print, as Markdown, a table of what each command costs and what share of a grading that is."""
+    """Print a Markdown table of the cost for each command, and the sandbox's share of a grading."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--rounds", type=int, default=20, help="how often each pair is run (default 20, at least 2)")
-    parser.add_argument("--only", nargs="*", default=[], metavar="REQUIREMENT", help="grade just these (default all)")
+    parser.add_argument("--rounds", type=int, default=20, help="number of pairs (default %(default)s, at least 2)")
+    parser.add_argument("--only", nargs="*", default=[], metavar="REQUIREMENT", help="grade only these (default all)")
     options = parser.parse_args()
-    sandbox.require()  # starts what goes on beside all walls
+    sandbox.require()  # starts what all sandboxes share
     ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
-    print(f"| CPU ms, {options.rounds} pairs | without | more in a wall | half of the pairs |")
+    print(f"| CPU ms, {options.rounds} pairs | without | more in the sandbox | half of the pairs |")
     print("|---|--:|--:|--:|")
     costs = {}
     for name, command in COMMANDS.items():
         cost = costs[name] = compare(command, max(2, options.rounds))
         print(f"| {name} | {cost.bare_ms:.1f} | {cost.more_ms:.1f} | {cost.low_ms:.1f} to {cost.high_ms:.1f} |")
-    walls, seconds = grading(options.only)
+    sandboxes, seconds = grading(options.only)
     each_ms = max(cost.more_ms for name, cost in costs.items() if name != WORK)
-    # What is left of a long computation's extra cost when the wall itself is taken off.
+    # The extra cost of a long computation, without the cost of setting up the sandbox.
     dearer = max(0.0, costs[WORK].more_ms - costs["start Python"].more_ms) / costs[WORK].bare_ms
-    spent = walls * each_ms / 1000
+    spent = sandboxes * each_ms / 1000
     what = " ".join(options.only) or "everything"
-    print(f"\nA grading of the reference on {what} builds {walls} walls and takes {seconds:.0f} s of CPU time.")
-    print(f"At {each_ms:.0f} ms each they cost {spent:.1f} s, {100 * spent / seconds:.1f} % of it.")
-    print(f"What runs for long in a wall takes {100 * dearer:.1f} % more there.")
+    print(f"\nA grading of the reference on {what} starts {sandboxes} sandboxes and takes {seconds:.0f} s of CPU time.")
+    print(f"At {each_ms:.0f} ms each they take {spent:.1f} s, {100 * spent / seconds:.1f} % of it.")
+    print(f"A long computation takes {100 * dearer:.1f} % more CPU time in the sandbox.")
     return 0
 
 
 def compare(command: Sequence[str], rounds: int) -> Cost:
-    """Return what `command` costs without a wall and how much more in one, from `rounds` pairs."""
+    """Return the CPU time of `command` without the sandbox and how much more it takes in it, from `rounds` pairs."""
     environment = ros_env.environment(home=sandbox.HOME)
-    wall = sandbox.Sandbox(environment=environment)
+    box = sandbox.Sandbox(environment=environment)
     bare, more = [], []
     with tempfile.TemporaryDirectory() as home:
         outside = {**environment, "HOME": home, "ROS_LOG_DIR": home}
@@ -87,11 +88,11 @@ def compare(command: Sequence[str], rounds: int) -> Cost:
         def without() -> object:
             return subprocess.run(command, env=outside, check=True)
 
-        def walled() -> object:
-            return sandbox.run(command, wall)
+        def within() -> object:
+            return sandbox.run(command, box)
 
         for number in range(rounds):
-            first, second = (without, walled) if number % 2 else (walled, without)
+            first, second = (without, within) if number % 2 else (within, without)
             one, other = cpu_seconds(first), cpu_seconds(second)
             plain, inside = (one, other) if number % 2 else (other, one)
             bare.append(1000 * plain)
@@ -101,14 +102,14 @@ def compare(command: Sequence[str], rounds: int) -> Cost:
 
 
 def cpu_seconds(run: Callable[[], object]) -> float:
-    """Return the CPU time that `run` takes in this process and in the children that it waits for."""
+    """Return the CPU time of `run` in this process and in the children that it waits for."""
     others = _children()
     ours, theirs = _used(resource.RUSAGE_SELF), _used(resource.RUSAGE_CHILDREN)
     run()
     ours = _used(resource.RUSAGE_SELF) - ours  # without the search for orphans
     deadline = time.monotonic() + 5.0
     while (orphans := _children() - others) and time.monotonic() < deadline:
-        for orphan in orphans:  # of bubblewrap's, which does not wait for the first process in its wall
+        for orphan in orphans:  # of bubblewrap, which does not wait for the first process in its sandbox
             with contextlib.suppress(ChildProcessError):
                 os.waitpid(orphan, os.WNOHANG)
     return ours + _used(resource.RUSAGE_CHILDREN) - theirs
@@ -124,10 +125,10 @@ def _used(who: int) -> float:
 
 
 def grading(only: Sequence[str]) -> tuple[int, float]:
-    """Grade the reference; return how many walls were built and the CPU seconds that it took.
+    """Grade the reference; return the number of sandboxes and the CPU seconds.
 
-    Trials are counted by what their evidence shows: each node, and each process beside it, has a wall of its own. The
-    time of nodes that are stopped at the end of a trial is not in the sum, so the walls' share is rather less.
+    The sandboxes of trials are counted from the evidence: each node, and each process beside it, has its own. The CPU
+    time of nodes that are stopped at the end of a trial is not included, so the true share is a little smaller.
     """
     made = [0]
     plain = sandbox.Process.__init__
@@ -137,13 +138,13 @@ def grading(only: Sequence[str]) -> tuple[int, float]:
         plain(self, *arguments)  # type: ignore[arg-type]
 
     sandbox.Process.__init__ = counted  # type: ignore[method-assign]
-    settings = pipeline.Settings(rubric=rubric.load(ROOT / "rubric.yaml"), cache=build.cache_folder())
+    settings = Settings(rubric=rubric.load(ROOT / "rubric.yaml"), cache=build.cache_folder())
     found = []
     with tempfile.TemporaryDirectory() as out:
         chosen = replace(settings, requirements=tuple(only))
         seconds = cpu_seconds(lambda: found.append(pipeline.grade(REFERENCE, Path(out), chosen)))
     trials = found[0].evidence.trials.values()
-    networks = 3 if trials else 0  # the hosts' own, one for each worker
+    networks = 3 if trials else 0  # one for each worker's own network
     return made[0] + sum(1 + len(trial.others) for trial in trials) + networks, seconds
 
 
