@@ -24,6 +24,7 @@ from grader.trials.cpu_affinity import AffinityTuner
 from grader.trials.goal import SentGoal
 from grader.trials.interfaces import SERVICES, NavigateToPosition, SensorFusionData
 from grader.trials.plan import TrialPlan
+from grader.trials.request import not_started
 from grader.trials.service_proxy import ServiceProxy
 from sim.bridge import CONTROLLER, PROCESSOR, Bridge, Topics
 from sim.sensors import BatteryReading, ImuReading, Reading, ScanReading
@@ -95,16 +96,10 @@ class Observation:
         self._domain_id = domain_id
         self.ready = False
         self.interrupted = False
-        self.choices: dict[str, float] = {}
-        self.marks: dict[str, float] = {}
-        self.commands: list[evidence.Command] = []
-        self.samples: list[evidence.Sample] = []
-        self.scans: list[evidence.ScanSummary] = []
-        self.calls: list[evidence.Call] = []
+        self.recorded = not_started(plan, simulator.seed, "")
+        """The lists and dictionaries of the trial's facts, filled as it goes; `facts` completes them."""
+        self.choices, self.marks, self.commands = self.recorded.choices, self.recorded.marks, self.recorded.commands
         self.goals: list[SentGoal] = []
-        self.messages: list[evidence.Message] = []
-        self.published: list[evidence.Message] = []
-        self.parameters: list[evidence.ParameterAnswer] = []
         self.graph: evidence.Graph | None = None
         self.other_graph: evidence.Graph | None = None
         self._foreign: list[str] = []
@@ -147,28 +142,16 @@ class Observation:
 
     def facts(self, ended: str, script_error: str) -> evidence.Trial:
         """Return everything that was recorded."""
-        return evidence.Trial(
-            name=self.plan.name,
-            node=self.plan.node,
-            world=self.plan.world,
-            seed=self.simulator.seed,
+        return replace(
+            self.recorded,
             ready=self.ready,
             pace=self.bridge.pace,
             ended=ended,
             script_error=script_error,
-            choices=self.choices,
-            marks=self.marks,
-            commands=self.commands,
-            samples=self.samples,
-            scans=self.scans,
             touches=[
                 evidence.Touch(contact.time, contact.obstacle, contact.speed) for contact in self.simulator.contacts
             ],
-            calls=self.calls,
             goals=[goal.facts() for goal in self.goals],
-            messages=self.messages,
-            published=self.published,
-            parameters=self.parameters,
             scene=self._scene(),
             graph=self.graph,
             other_graph=self.other_graph,
@@ -201,7 +184,7 @@ class Observation:
             # The robot may have arrived: from the timer that stops it to the result takes some rounds.
             self.bridge.settle(_ENDING_ROUNDS)
         self._sample()
-        if len(self.samples) % _CLOCK_CHECK_TICKS == 0 and self.bridge.node.count_publishers("/clock") > 1:
+        if len(self.recorded.samples) % _CLOCK_CHECK_TICKS == 0 and self.bridge.node.count_publishers("/clock") > 1:
             self._foreign_publishers()
         if any(goal.silent for goal in self.goals):
             self.bridge.await_feedback()
@@ -215,8 +198,8 @@ class Observation:
         self, asked: float, service: str, request: dict[str, object], response: Any, problem: str
     ) -> evidence.Call:
         answered = self.t if response is not None else math.nan
-        self.calls.append(evidence.Call(asked, service, dict(request), response, answered, problem))
-        return self.calls[-1]
+        self.recorded.calls.append(evidence.Call(asked, service, dict(request), response, answered, problem))
+        return self.recorded.calls[-1]
 
     def _may_keep(self, kept: list[Any]) -> bool:
         """Return whether one more message may be kept; count it as dropped if not."""
@@ -251,16 +234,16 @@ class Observation:
 
     def _take_published(self, reading: Reading) -> None:
         if isinstance(reading, ScanReading):
-            self.scans.append(_summary(reading))
+            self.recorded.scans.append(_summary(reading))
         elif isinstance(reading, ImuReading) and self.plan.node == "sensor_processor":
             data = {
                 "linear_acceleration": [float(value) for value in reading.linear_acceleration],
                 "angular_velocity": [float(value) for value in reading.angular_velocity],
             }
-            self.published.append(evidence.Message(reading.stamp, "imu/data", data))
+            self.recorded.published.append(evidence.Message(reading.stamp, "imu/data", data))
         elif isinstance(reading, BatteryReading):
             percent = {"percentage": float(reading.percentage)}
-            self.published.append(evidence.Message(reading.stamp, "battery/state", percent))
+            self.recorded.published.append(evidence.Message(reading.stamp, "battery/state", percent))
 
     def _scene(self) -> dict[str, Any]:
         world = self.simulator.world
@@ -273,7 +256,7 @@ class Observation:
 
     def _sample(self) -> None:
         pose, twist, odometry = self.simulator.pose, self.simulator.twist, self.simulator.odometry().pose
-        self.samples.append(
+        self.recorded.samples.append(
             evidence.Sample(
                 self.t, pose.x, pose.y, pose.yaw, twist.v, twist.omega, odometry.x, odometry.y, odometry.yaw,
                 self.simulator.clearance(),

@@ -34,7 +34,7 @@ class TrialRequest:
 
 
 def not_started(plan: TrialPlan, seed: int, script_error: str, ended: str = "") -> evidence.Trial:
-    """Return the facts of a trial that never began."""
+    """Return the facts of a trial that has not begun, or never will."""
     return evidence.Trial(
         name=plan.name, node=plan.node, world=plan.world, seed=seed, ready=False, pace="lockstep",
         ended=ended, script_error=script_error,

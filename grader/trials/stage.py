@@ -174,11 +174,11 @@ class Stage(Observation):
         read = self.readers.get(topic)
 
         def take(message: Any) -> None:
-            if not self._may_keep(self.messages):
+            if not self._may_keep(self.recorded.messages):
                 return
             found = read(message) if read else plain(message)
             if found is not None:
-                self.messages.append(evidence.Message(self.t, topic, found))
+                self.recorded.messages.append(evidence.Message(self.t, topic, found))
 
         self.bridge.node.create_subscription(message_type, topic, take, depth, raw=read is not None)
 
@@ -189,9 +189,9 @@ class Stage(Observation):
         def take(message: Any) -> None:
             for status in message.status_list[:20]:
                 goal = bytes(status.goal_info.goal_id.uuid).hex()
-                if not self._may_keep(self.messages):
+                if not self._may_keep(self.recorded.messages):
                     return
-                self.messages.append(evidence.Message(self.t, topic, {"goal": goal, "status": status.status}))
+                self.recorded.messages.append(evidence.Message(self.t, topic, {"goal": goal, "status": status.status}))
 
         self.bridge.node.create_subscription(GoalStatusArray, topic, take, qos_profile_action_status_default)
 
@@ -288,5 +288,5 @@ class Stage(Observation):
                     value = plain(list(value) if isinstance(value, tuple) else value)
             except Exception as error:  # a node may answer anything; nothing of it is an error of ours
                 reason = reason or f"an answer that is not a parameter's value: {error}"[:300]
-        self.parameters.append(evidence.ParameterAnswer(self.t, name, wanted, accepted, value, reason, node))
-        return self.parameters[-1]
+        self.recorded.parameters.append(evidence.ParameterAnswer(self.t, name, wanted, accepted, value, reason, node))
+        return self.recorded.parameters[-1]
