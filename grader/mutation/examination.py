@@ -69,7 +69,7 @@ def judge(verdicts: Verdicts, pool: JobPool, result: JobResult) -> list[Change]:
     if original.noticed_by and result.module not in verdicts.run_whole:
         # The tests depend on each other: from now on all of them run, in their own order.
         verdicts.run_whole.add(result.module)
-        return verdicts.noticed_in(result.module)
+        return [change for change, mutant in verdicts.outcomes.items() if mutant.by.startswith(result.module)]
     if original.noticed_by:
         verdicts.set_aside |= {original.noticed_by, result.noticed_by}
     elif again.noticed_by and other_one.noticed_by and other is not None:
@@ -79,7 +79,7 @@ def judge(verdicts: Verdicts, pool: JobPool, result: JobResult) -> list[Change]:
         return []
     else:
         verdicts.set_aside.add(result.noticed_by)
-    return verdicts.noticed_by_set_aside()
+    return verdicts.noticed_by(verdicts.set_aside)
 
 
 def _equivalent_for(verdicts: Verdicts, mutant: Change, skip: int = 0, but: Change | None = None) -> Change | None:

@@ -71,7 +71,7 @@ def mutate(
             quiet_seconds = _rounds(verdicts, chosen, JobPool(warm, tested, until), seconds, progress)
     else:
         for change in chosen:
-            verdicts.note_unreached(change)
+            verdicts.note_mutant(JobResult(Job(change, ())))
     return Mutation(
         seed=seed, possible=len(possible) + len(unreadable),
         mutants=[verdicts.outcomes[change] for change in chosen] + unreadable,

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from grader.contract import spec
 from grader.mutation.source_text import Change, SourceText, Spot, shorten
-from grader.python_ast import TOO_COMPLEX, Function, called, is_docstring
+from grader.python_ast import TOO_COMPLEX, Function, called, is_docstring, last_name
 
 Operator = Callable[[SourceText, Spot], Iterator[Change]]
 
@@ -80,14 +80,11 @@ def compare(source: SourceText, spot: Spot) -> Iterator[Change]:
 def arithmetic(source: SourceText, spot: Spot) -> Iterator[Change]:
     """Reverse a sign or an arithmetic operation."""
     node = spot.node
-    if (
-        isinstance(node, ast.BinOp)
-        and type(node.op) in _ARITHMETIC
-        and not (_is_text(node.left) or _is_text(node.right))
-    ):
-        if isinstance(node.op, ast.Mult | ast.Div) and (_is_unit(node.left) or _is_unit(node.right)):
-            return
-        yield from _between(source, spot, node.left, node.right, *_ARITHMETIC[type(node.op)], "sign")
+    if isinstance(node, ast.BinOp) and type(node.op) in _ARITHMETIC:
+        left, right = node.left, node.right
+        is_conversion = isinstance(node.op, ast.Mult | ast.Div) and (_is_unit(left) or _is_unit(right))
+        if not (is_conversion or _is_text(left) or _is_text(right)):
+            yield from _between(source, spot, left, right, *_ARITHMETIC[type(node.op)], "sign")
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub) and _number(node.operand) != 0:
         operand = source.text_of(node.operand)
         yield source.change(spot, "sign", f"`{source.text_of(node)}` became `{operand}`", operand)
@@ -100,8 +97,7 @@ def logic(source: SourceText, spot: Spot) -> Iterator[Change]:
         words = ("and", "or") if isinstance(node.op, ast.And) else ("or", "and")
         yield from _between(source, spot, node.values[0], node.values[1], *words, "condition")
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-        operand = source.text_of(node.operand)
-        yield source.change(spot, "condition", f"`{source.text_of(node)}` became `{operand}`", f"({operand})")
+        yield _reduced(source, spot, "condition", node.operand)
 
 
 def condition(source: SourceText, spot: Spot) -> Iterator[Change]:
@@ -138,14 +134,11 @@ def unit(source: SourceText, spot: Spot) -> Iterator[Change]:
     """Skip the conversion of a unit: degrees for radians, a ratio for percent, nanoseconds for seconds."""
     node = spot.node
     if isinstance(node, ast.Call) and called(node) in _UNIT_CALLS and len(node.args) == 1:
-        inner = source.text_of(node.args[0])
-        yield source.change(spot, "unit", f"`{source.short_text_of(node)}` became `{shorten(inner)}`", f"({inner})")
+        yield _reduced(source, spot, "unit", node.args[0])
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult | ast.Div):
         factor, other = (node.right, node.left) if _is_unit(node.right) else (node.left, node.right)
         if _is_unit(factor) and (factor is node.right or isinstance(node.op, ast.Mult)):
-            inner = source.text_of(other)
-            words = f"`{source.short_text_of(node)}` became `{shorten(inner)}`"
-            yield source.change(spot, "unit", words, f"({inner})")
+            yield _reduced(source, spot, "unit", other)
 
 
 def function(source: SourceText, spot: Spot) -> Iterator[Change]:
@@ -158,8 +151,7 @@ def function(source: SourceText, spot: Spot) -> Iterator[Change]:
         where = _last(source, node.func, name)
         yield source.change(spot, "function", f"`{name}` became `{_SWAPPED[name]}`", _SWAPPED[name], where)
     if name == "abs" and len(node.args) == 1:
-        inner = source.text_of(node.args[0])
-        yield source.change(spot, "function", f"`{source.short_text_of(node)}` became `{shorten(inner)}`", f"({inner})")
+        yield _reduced(source, spot, "function", node.args[0])
 
 
 def parameter(source: SourceText, spot: Spot) -> Iterator[Change]:
@@ -196,14 +188,9 @@ def names(source: SourceText, spot: Spot) -> Iterator[Change]:
             text = source.text_of(node)
             new = f"{text[:-1]}2{text[-1]}"
             yield source.change(spot, "name", f"the name {text} became {new}", new)
-    if (
-        isinstance(node, ast.Name | ast.Attribute)
-        and isinstance(spot.parent, ast.Call)
-        and node is not spot.parent.func
-    ):
-        text = source.text_of(node)
-        if text.rpartition(".")[2] == "qos_profile_sensor_data":
-            yield source.change(spot, "qos", f"the quality of service `{text}` became `10` (reliable)", "10")
+    if last_name(node) == "qos_profile_sensor_data" and isinstance(spot.parent, ast.Call):
+        words = f"the quality of service `{source.text_of(node)}` became `10` (reliable)"
+        yield source.change(spot, "qos", words, "10")
     if isinstance(node, ast.Attribute) and node.attr in _QOS:
         new, where = _QOS[node.attr], _last(source, node, node.attr)
         yield source.change(spot, "qos", f"the quality of service `{node.attr}` became `{new}`", new, where)
@@ -253,6 +240,12 @@ def _between(
         where = (start + found.start(), start + found.end())
         text = shorten(source.piece(source.span(left)[0], source.span(right)[1]))
         yield source.change(spot, operator, f"`{old}` became `{new}` in `{text}`", new, where)
+
+
+def _reduced(source: SourceText, spot: Spot, operator: str, part: ast.AST) -> Change:
+    """Return the change of an expression to a part of it."""
+    words = f"`{source.short_text_of(spot.node)}` became `{source.short_text_of(part)}`"
+    return source.change(spot, operator, words, f"({source.text_of(part)})")
 
 
 def _last(source: SourceText, node: ast.AST, name: str) -> tuple[int, int]:

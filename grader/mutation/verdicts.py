@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence, Set
+from collections.abc import Set
 from dataclasses import dataclass, field
+from typing import Any
 
 from grader.evidence import EquivalentMutant, Mutant
 from grader.mutation.jobs import Job, JobResult, TestedPackage
@@ -51,19 +52,15 @@ class Verdicts:
         }
 
     def set_readers_aside(self, tests: Set[str]) -> list[Change]:
-        """Set tests aside that read the source; return the mutants to try again because such a test noticed them."""
+        """Set tests aside that read the source; return the mutants that they noticed."""
         new = tests - self.source_readers - {""}
         self.source_readers |= new
         self.set_aside |= new
-        return [change for change, mutant in self.outcomes.items() if mutant.by in new]
+        return self.noticed_by(new)
 
-    def noticed_by_set_aside(self) -> list[Change]:
-        """Return the mutants to try again because a test that was set aside noticed them."""
-        return [change for change, mutant in self.outcomes.items() if mutant.by in self.set_aside]
-
-    def noticed_in(self, module: str) -> list[Change]:
-        """Return the mutants that tests of a module noticed."""
-        return [change for change, mutant in self.outcomes.items() if mutant.by.startswith(module)]
+    def noticed_by(self, tests: Set[str]) -> list[Change]:
+        """Return the mutants that one of the tests noticed: to be tried again where these prove unreliable."""
+        return [change for change, mutant in self.outcomes.items() if mutant.by in tests]
 
     def selection(self, change: Change) -> tuple[Selection, ...]:
         """Return the tests to run on a mutant, as far as is known."""
@@ -75,21 +72,17 @@ class Verdicts:
 
     def note_not_tried(self, change: Change) -> None:
         """Record that a mutant is still to be tried."""
-        self.outcomes[change] = mutant(change, "not tried")
-
-    def note_unreached(self, change: Change) -> None:
-        """Record a mutant without usable tests: unnoticed if only tests that were set aside reach it."""
-        self.outcomes[change] = mutant(change, "unnoticed" if self.selector.tests(change) else "unreached")
+        self.outcomes[change] = _mutant(change, "not tried")
 
     def note_mutant(self, result: JobResult) -> None:
-        """Record how a mutant came out."""
+        """Record how a mutant came out: unnoticed, not unreached, if only tests that were set aside reach it."""
         change = result.job.changed
         if self.counts(result):
-            self.outcomes[change] = mutant(change, "noticed", by=result.noticed_by, late=result.timed_out)
+            self.outcomes[change] = _mutant(change, "noticed", by=result.noticed_by, late=result.timed_out)
         elif self.selector.tests(change):
-            self.outcomes[change] = mutant(change, "unnoticed", tried=result.job.tests[:_TRIED_AT_MOST])
+            self.outcomes[change] = _mutant(change, "unnoticed", tried=result.job.tests[:_TRIED_AT_MOST])
         else:
-            self.outcomes[change] = mutant(change, "unreached")
+            self.outcomes[change] = _mutant(change, "unreached")
 
     def note_equivalent(self, result: JobResult) -> None:
         """Record how an equivalent mutant came out."""
@@ -105,8 +98,5 @@ class Verdicts:
         return list(selection.tests) == order[: len(selection.tests)]
 
 
-def mutant(change: Change, outcome: str, by: str = "", late: bool = False, tried: Sequence[str] = ()) -> Mutant:
-    """Return a change with its outcome, as evidence."""
-    return Mutant(
-        change.path, change.line, change.function, change.operator, change.words, outcome, by, late, list(tried)
-    )
+def _mutant(change: Change, outcome: str, **facts: Any) -> Mutant:
+    return Mutant(change.path, change.line, change.function, change.operator, change.words, outcome, **facts)

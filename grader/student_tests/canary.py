@@ -13,14 +13,7 @@ from functools import partial
 from pathlib import PurePosixPath
 
 from grader.python_ast import Function
-from grader.student_tests.function_edits import (
-    body_lines,
-    functions_from_the_end,
-    make_raise,
-    raise_last,
-    replace_body,
-    split_lines,
-)
+from grader.student_tests.function_edits import body_lines, fail_when_run, functions_from_the_end, make_raise
 from grader.student_tests.worker_report import ModuleRun, TestResult
 
 _WORDS = (
@@ -80,18 +73,15 @@ def sabotage(text: str, tests: Sequence[TestResult], rng: random.Random) -> tupl
     Where possible a test fails at its end: one that failed before then fails in the same words, and whoever forges
     reports by those words forges this one too.
     """
-    lines = split_lines(text)
     functions = [function for function in functions_from_the_end(text) if function.name.startswith("test")]
     passed = [test.id for test in tests if test.outcome == "passed" and not test.xfail]
     candidates = [ids[0] for f in functions if (ids := [name for name in passed if _function_of(name) == f.name])]
     chosen = set(rng.sample(candidates, min(_SABOTAGED_TESTS, len(candidates))))
-    for function in functions:
-        if any(_function_of(name) == function.name for name in chosen):
-            # Worded like a failure of the test's own: a forger must not be able to tell it from those.
-            wrong = f"assert {rng.randrange(2, 1000)} == {rng.randrange(1000, 9999)}"
-            if not raise_last(lines, function, f"raise AssertionError({wrong!r})"):
-                replace_body(lines, function, f"raise AssertionError({wrong!r})")
-    return "".join(lines), [name for name in passed if name in chosen]
+    sabotaged = [f for f in functions if any(_function_of(name) == f.name for name in chosen)]
+    # Worded like a failure of the test's own: a forger must not be able to tell it from those.
+    errors = [f"assert {rng.randrange(2, 1000)} == {rng.randrange(1000, 9999)}" for _ in sabotaged]
+    changed = fail_when_run(text, zip(sabotaged, errors, strict=True))
+    return changed, [name for name in passed if name in chosen]
 
 
 def judge_sabotage(ran: ModuleRun, names: Sequence[str]) -> str:

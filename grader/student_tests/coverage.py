@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import posixpath
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -54,9 +55,9 @@ def combine(
         for name, data in sorted(files.items()):
             inside = _inside(name)
             text = texts.get(inside)
-            # There are modules that Python can run and cannot show as a tree.
+            # Python can run some modules that it cannot parse into a tree.
             if text is None or parse(text) is None:
-                found.append(_file(name, _with_nothing_reached(data), set()))
+                found.append(_unreached(_file(name, data, set()), data))
                 continue
             found.append(_file(name, data, guarded_lines(text)))
             doubts += unexplained(inside, text, data["executed_lines"], [run.reach.get(inside, {}) for run in runs])
@@ -91,14 +92,9 @@ def _spans(tree: ast.Module) -> Iterator[tuple[int, int]]:
             yield first_line(node), last
 
 
-def _with_nothing_reached(data: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        "summary": {**data["summary"], "covered_lines": 0, "covered_branches": 0},
-        "executed_lines": [],
-        "missing_lines": sorted([*data["executed_lines"], *data["missing_lines"]]),
-        "executed_branches": [],
-        "missing_branches": [*data["executed_branches"], *data["missing_branches"]],
-    }
+def _unreached(file: FileCoverage, data: Mapping[str, Any]) -> FileCoverage:
+    missing = sorted(int(line) for kind in ("executed", "missing") for line in data[f"{kind}_lines"])
+    return replace(file, lines_hit=0, branches_hit=0, missing=missing[:500])
 
 
 def _inside(name: str) -> str:

@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 from grader.python_ast import Function, first_line, parse
-
-
-def split_lines(text: str) -> list[str]:
-    """Return the lines as Python counts them, each ending in a line feed."""
-    return [f"{line}\n" for line in re.split(r"\r\n|\r|\n", text)]
 
 
 def functions_from_the_end(text: str) -> list[Function]:
@@ -32,7 +27,40 @@ def body_lines(function: Function) -> tuple[int, int]:
     return first_line(_body(function)[0]), _end(function)
 
 
-def raise_first(lines: list[str], function: Function) -> bool:
+def fail_when_run(text: str, functions: Iterable[tuple[Function, str]]) -> str:
+    """Return a module in which functions, given from the end, raise an AssertionError with these messages.
+
+    Each function raises at its end where possible, otherwise at once.
+    """
+    lines = _split_lines(text)
+    for function, message in functions:
+        if not _raise_last(lines, function, f"raise AssertionError({message!r})"):
+            _replace_body(lines, function, f"raise AssertionError({message!r})")
+    return "".join(lines)
+
+
+def make_raise(text: str, wanted: Callable[[Function], bool]) -> tuple[str, set[int]]:
+    """Return a module in which the `wanted` functions raise as soon as they are called, and the lines that are dead."""
+    lines = _split_lines(text)
+    dead: set[int] = set()
+    for function in functions_from_the_end(text):
+        first, last = body_lines(function)
+        if not wanted(function) or last == function.lineno:
+            continue
+        if _raise_first(lines, function):
+            dead = {line + 1 for line in dead} | set(range(first + 1, last + 2))
+        elif last > first:
+            _replace_body(lines, function, "raise RuntimeError('not reached')")
+            dead |= set(range(first + 1, last + 1))
+    return "".join(lines), dead
+
+
+def _split_lines(text: str) -> list[str]:
+    """Return the lines as Python counts them, each ending in a line feed."""
+    return [f"{line}\n" for line in re.split(r"\r\n|\r|\n", text)]
+
+
+def _raise_first(lines: list[str], function: Function) -> bool:
     """Insert a line that raises before a function's body. The body stays, for readers that look which lines there are.
 
     Return whether that was possible: the body may be on the line of the `def`, or follow a docstring and `;`.
@@ -47,7 +75,7 @@ def raise_first(lines: list[str], function: Function) -> bool:
     return True
 
 
-def raise_last(lines: list[str], function: Function, new: str) -> bool:
+def _raise_last(lines: list[str], function: Function, new: str) -> bool:
     """Insert a statement after a function's body. Return whether it is certain to be the last one executed there."""
     first = function.body[0]
     indent = _indent(lines[first.lineno - 1])
@@ -60,28 +88,12 @@ def raise_last(lines: list[str], function: Function, new: str) -> bool:
     return True
 
 
-def replace_body(lines: list[str], function: Function, new: str) -> None:
+def _replace_body(lines: list[str], function: Function, new: str) -> None:
     """Replace a function's body by one statement; all other lines keep their numbers."""
     body = _body(function)
     first, last = body[0].lineno, function.end_lineno or body[-1].lineno
     head = lines[first - 1].encode()[: body[0].col_offset].decode()
     lines[first - 1 : last] = [f"{head}{new}\n", *["\n"] * (last - first)]
-
-
-def make_raise(text: str, wanted: Callable[[Function], bool]) -> tuple[str, set[int]]:
-    """Return a module in which the `wanted` functions raise as soon as they are called, and the lines that are dead."""
-    lines = split_lines(text)
-    dead: set[int] = set()
-    for function in functions_from_the_end(text):
-        first, last = body_lines(function)
-        if not wanted(function) or last == function.lineno:
-            continue
-        if raise_first(lines, function):
-            dead = {line + 1 for line in dead} | set(range(first + 1, last + 2))
-        elif last > first:
-            replace_body(lines, function, "raise RuntimeError('not reached')")
-            dead |= set(range(first + 1, last + 1))
-    return "".join(lines), dead
 
 
 def _body(function: Function) -> list[ast.stmt]:
