@@ -19,7 +19,7 @@ from grader.evidence import Definition, Finding, Manifest, Quality, SourceFile, 
 from grader.quality import source_files
 from grader.quality.bisect_failures import run_python, run_without_culprits
 from grader.quality.definitions import definitions_of_unreadable
-from grader.quality.source_files import Source
+from grader.quality.source_files import PythonFile
 from grader.sanitize import printable
 
 # flake8's own rules. With ROS from apt, ament_flake8 brings plugins for quotes, import order and more; the wheels do
@@ -54,17 +54,18 @@ def analyse_package(package: Path, interfaces: Path | None = None, *, lint: bool
         with ThreadPoolExecutor(2) as pool:
             style = pool.submit(run_without_culprits, lambda items: _flake8(items, scratch), good)
             docstrings = pool.submit(run_without_culprits, lambda items: _pep257(items, scratch), good)
-            (linted, too_much), (violations, too_much_too) = style.result(), docstrings.result()
-        return _combine(found, every, [*unreadable, *too_much, *too_much_too], linted or [], violations or {})
+            (linted, too_hard), (violations, too_hard_too) = style.result(), docstrings.result()
+        too_much = {source.path for source in (*unreadable, *too_hard, *too_hard_too)}
+        return _combine(found, every, too_much, linted or [], violations or {})
 
 
 def _facts(
-    package: Path, interfaces: Path | None, good: Sequence[Source], scratch: Path
-) -> tuple[Quality, list[Source]]:
+    package: Path, interfaces: Path | None, good: Sequence[PythonFile], scratch: Path
+) -> tuple[Quality, list[PythonFile]]:
     """Return what the worker finds, and the files that it cannot read."""
     beside = str(interfaces.resolve()) if interfaces else ""
 
-    def run(items: Sequence[Source]) -> Quality | None:
+    def run(items: Sequence[PythonFile]) -> Quality | None:
         listing = scratch / f"sources-{len(items)}-{items[0].copy[:4] if items else ''}.json"
         listing.write_text(json.dumps([[item.path, item.copy] for item in items]))
         done = run_python(["-m", "grader.quality.worker", str(package.resolve()), beside, str(listing)], scratch)
@@ -79,7 +80,7 @@ def _facts(
     return found, unreadable
 
 
-def _flake8(items: Sequence[Source], scratch: Path) -> list[Finding] | None:
+def _flake8(items: Sequence[PythonFile], scratch: Path) -> list[Finding] | None:
     """Return flake8's findings under ament_flake8's configuration, too complex functions among them."""
     if not items:
         return []
@@ -107,7 +108,7 @@ def _flake8(items: Sequence[Source], scratch: Path) -> list[Finding] | None:
     return found
 
 
-def _pep257(items: Sequence[Source], scratch: Path) -> _Violations | None:
+def _pep257(items: Sequence[PythonFile], scratch: Path) -> _Violations | None:
     """Return what docstrings violate of ament_pep257's rules."""
     if not items:
         return {}
@@ -130,9 +131,9 @@ def _raise_if_broken(tool: str, done: subprocess.CompletedProcess[str] | None) -
 
 
 def _combine(
-    found: Quality, every: Sequence[Source], too_much: Sequence[Source], linted: Sequence[Finding], broken: _Violations
+    found: Quality, every: Sequence[PythonFile], too_much: set[str], linted: Sequence[Finding], broken: _Violations
 ) -> Quality:
-    files = _files(found, every, {source.path for source in too_much})
+    files = _files(found, every, too_much)
     readable = {file.path for file in files if not file.problem}
     linted = [finding for finding in linted if finding.path in readable]
     style = [finding for finding in linted if _RULES.match(finding.rule)]
@@ -161,7 +162,7 @@ def _combine(
     )
 
 
-def _files(found: Quality, every: Sequence[Source], too_much: set[str]) -> list[SourceFile]:
+def _files(found: Quality, every: Sequence[PythonFile], too_much: set[str]) -> list[SourceFile]:
     """Return every file, ordered by path, with its lines and the reason why it cannot be read, if so."""
     files = {file.path: file for file in found.files}
     for source in every:

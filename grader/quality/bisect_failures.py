@@ -17,22 +17,14 @@ R = TypeVar("R")
 
 CPU_SECONDS = 60  # a whole package takes 1 to 2, one at the reading limits 20
 _WALL_SECONDS = 300.0  # far above, for a busy machine: the limit on CPU time is the one that decides
-_MAX_BYTES = 2 * 1024**3
+_MAX_MEMORY = 2 * 1024**3  # bytes
 _SEARCH_SECONDS = 120.0
 
 
 def run_python(arguments: Sequence[str], folder: Path) -> subprocess.CompletedProcess[str] | None:
     """Run our Python with `arguments` in `folder`, isolated. Return None if it exceeded its limits or crashed."""
-    command = [
-        "prlimit",
-        f"--as={_MAX_BYTES}",
-        f"--cpu={CPU_SECONDS}",
-        "--core=0",
-        "--",
-        sys.executable,
-        "-I",
-        *arguments,
-    ]
+    limits = [f"--as={_MAX_MEMORY}", f"--cpu={CPU_SECONDS}", "--core=0"]
+    command = ["prlimit", *limits, "--", sys.executable, "-I", *arguments]
     # The variable keeps the ROS wheels from starting Python a second time: no ROS is needed here.
     environment = {"PATH": os.environ.get("PATH", ""), "LANG": "C.UTF-8", "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
     try:

@@ -36,7 +36,7 @@ _NOQA = re.compile(rb"noqa", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class Source:
+class PythonFile:
     """One Python file. `copy` is the path of the copy for the tools; `problem` says why there is none."""
 
     path: str
@@ -63,18 +63,18 @@ class Source:
         return found
 
 
-def find(package: Path) -> list[Source]:
+def find(package: Path) -> list[PythonFile]:
     """Return the package's Python files, ordered by path, up to the reading limits."""
-    found: list[Source] = []
+    found: list[PythonFile] = []
     total = 0
     for path in sorted(_python(package), key=_rank):
         if len(found) == reading_limits.MAX_FILES or total > reading_limits.MAX_TOTAL_BYTES:
             many = len(found) == reading_limits.MAX_FILES
-            found.append(Source(path, b"", problem=reading_limits.TOO_MANY if many else reading_limits.TOO_MUCH))
+            found.append(PythonFile(path, b"", problem=reading_limits.TOO_MANY if many else reading_limits.TOO_MUCH))
             break
         data = _start(package / path, reading_limits.MAX_BYTES + 1)
         total += len(data)
-        found.append(Source(path, data, problem=_problem(data)))
+        found.append(PythonFile(path, data, problem=_problem(data)))
     return sorted(found, key=lambda source: source.path)
 
 
@@ -139,7 +139,7 @@ def _is_of_tools(folder: Path) -> bool:
     return folder.name in _OF_TOOLS or (folder / "pyvenv.cfg").is_file()
 
 
-def copy(sources: list[Source], folder: Path) -> list[Source]:
+def copy(sources: list[PythonFile], folder: Path) -> list[PythonFile]:
     """Copy the readable sources below `folder`, with `noqa` misspelt, and return all sources with their copies' paths.
 
     Each goes into a folder of its own, under its own name without odd characters, to keep the tools' output readable.

@@ -227,8 +227,8 @@ def facts_with(*files: SourceFile) -> Quality:
 
 
 def test_long_lines_count_as_several_in_an_unreadable_file():
-    assert source_files.Source("m/a.py", b"x = 1\n" * 20).rough_lines == 20
-    assert source_files.Source("m/a.py", b"x = 1;" * 400).rough_lines == 25
+    assert source_files.PythonFile("m/a.py", b"x = 1\n" * 20).rough_lines == 20
+    assert source_files.PythonFile("m/a.py", b"x = 1;" * 400).rough_lines == 25
 
 
 # -- padding ----------------------------------------------------------------------------------------------------------
