@@ -108,10 +108,10 @@ def _raised(cell: NotebookNode) -> bool:
 
 
 def environment(workspace: Path, kit: Path = KIT) -> dict[str, str]:
-    """Return the environment of a kernel whose package lies in `workspace`, with the `grader` and `sim` of `kit`."""
+    """Return the environment of a kernel whose workspace is `workspace`, with the `grader` and `sim` of `kit`."""
     workspace.mkdir(parents=True, exist_ok=True)
     path = os.environ.get("PYTHONPATH", "").split(os.pathsep)
-    # Not `os.environ | ...`: another thread may remove a name meanwhile, as pytest does with that of the last test.
+    # Not `os.environ | ...`: another thread may remove a variable in between, as pytest does with PYTEST_CURRENT_TEST.
     outer = {name: value for name in list(os.environ) if (value := os.environ.get(name)) is not None}
     return outer | {
         VARIABLE: str(workspace),

@@ -1,7 +1,7 @@
 """Which file each notebook adds to the package, and `start_at`, which lays out the work of the earlier notebooks.
 
-The texts of the files lie packed in checkpoints.bin, unless the instructor has left them out of the students' kit.
-A checkout has no such file: there an entry point names the function that makes the texts out of the solutions.
+The students' kit has the texts of the files packed in checkpoints.bin, unless the instructor has left them out. In a
+checkout, an entry point names the function that makes them out of the solutions.
 """
 
 from __future__ import annotations

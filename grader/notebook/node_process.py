@@ -52,7 +52,7 @@ class NodeProcess:
             os.kill(self._popen.pid, signal.SIGINT)
 
     def thread_times(self) -> dict[int, tuple[float, float]]:
-        """Return nothing: what a notebook shows of an end is wall time."""
+        """Return nothing: a notebook shows the wall time of a node's end."""
         return {}
 
     def pin_to(self, cores: Iterable[int]) -> None:
@@ -64,7 +64,7 @@ class NodeProcess:
         return ""
 
     @property
-    def last_words(self) -> str:
+    def last_line(self) -> str:
         """Return the last line that the node has printed, "" if there is none or the node has not ended."""
         lines = [line.strip() for line in self.output.splitlines() if line.strip()]
         return lines[-1][:300] if lines and self.exit_code() is not None else ""

@@ -174,8 +174,8 @@ def _made_by_a_tool(folder: Path) -> bool:
     """Return whether a tool made the folder. A student's own `log` is not: a build tree has a marker in it."""
     if folder.name.startswith(".") or folder.name in _CACHES or folder.name.endswith(".egg-info"):
         return True
-    held = {path.name for path in folder.iterdir()}
-    return VENV_MARKER in held or (folder.name in BUILD_NAMES and bool(held & BUILD_MARKERS))
+    names = {path.name for path in folder.iterdir()}
+    return VENV_MARKER in names or (folder.name in BUILD_NAMES and bool(names & BUILD_MARKERS))
 
 
 def _refuse_large(files: dict[str, Path]) -> None:

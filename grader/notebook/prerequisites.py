@@ -85,10 +85,10 @@ def first_error(found: Build) -> str:
     # CMake explains an error in the indented lines below it, colcon in the next one.
     explained = itertools.takewhile(lambda line: line.startswith("  ") or not line.strip(), lines[first + 1 :])
     below = [*explained] or (lines[first + 1 : first + 2] if lines[first].endswith(":") else [])
-    said = " ".join(line.strip() for line in [lines[first], *below] if line.strip())
+    text = " ".join(line.strip() for line in [lines[first], *below] if line.strip())
     # rosidl's own error comes at the end of the command that failed.
-    said = said[max(0, said.find("Error processing")) :]
-    return re.sub(r"/ws/src/[^/\s']+/+|\bsubmission/(?=package\.xml)", "", said)[:500]
+    text = text[max(0, text.find("Error processing")) :]
+    return re.sub(r"/ws/src/[^/\s']+/+|\bsubmission/(?=package\.xml)", "", text)[:500]
 
 
 def advice(because: str) -> str:

@@ -252,7 +252,7 @@ class Run:
         try:
             self._stage.open()
         except TrialOver as over:
-            self._give_up(f"{over}{_last_words(process)}")
+            self._give_up(f"{over}{_last_line(process)}")
 
     def _tick(self) -> None:
         with self._lock:
@@ -265,7 +265,7 @@ class Run:
                     return
                 except TrialOver as over:  # before the tick: from here on the robot stands still
                     self.simulator.command(0.0, 0.0)
-                    self._give_up(f"{over}{_last_words(self._process)}")
+                    self._give_up(f"{over}{_last_line(self._process)}")
             self._recorder.take(self.simulator.step(TICK_S))
 
     def _active_stage(self) -> WatchedStage | None:
@@ -320,9 +320,9 @@ def _finish(process: NodeProcess, stage: WatchedStage) -> None:
     stage.close()
 
 
-def _last_words(process: NodeProcess | None) -> str:
+def _last_line(process: NodeProcess | None) -> str:
     """Return the last line that the node printed, if it has ended by itself."""
-    return f"; its last words: {process.last_words}" if process is not None and process.last_words else ""
+    return f"; its last output: {process.last_line}" if process is not None and process.last_line else ""
 
 
 def _pose() -> Any:

@@ -55,7 +55,7 @@ def test_answers_come_in_the_order_asked_for_and_once(workspace: Workspace) -> N
 
 @pytest.mark.sandbox
 def test_requirements_about_text_are_judged_without_a_build(package: Path, no_build: None) -> None:
-    (package / "CMakeLists.txt").write_text("this is no CMake (")
+    (package / "CMakeLists.txt").write_text("not CMake (")
     checked = notebook.check("I2", "Q1", "Q2", "Q4")
     assert checked.passed, checked
 
@@ -107,7 +107,7 @@ def test_a_failed_trial_is_shown_as_a_picture(package: Path) -> None:
 @pytest.mark.ros
 @pytest.mark.sandbox
 @pytest.mark.slow
-def test_the_last_words_of_a_node_that_dies_are_shown(package: Path) -> None:
+def test_the_last_output_of_a_node_that_dies_is_shown(package: Path) -> None:
     module = package / PACKAGE / "driver.py"
     module.write_text(module.read_text().replace("        self._speed = 0.0", "        self._speed = nought", 1))
     said = repr(notebook.check("F1"))
