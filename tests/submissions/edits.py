@@ -44,7 +44,8 @@ class Edit:
         sentence: what is wrong.
         changes: the texts that it replaces: file, old, new.
         removes: the files that it removes.
-        costs: the requirements that lose points by it. T1 to T3 are named only where the edit is about the tests.
+        costs: the requirements that lose points by it, of those that are judged by the build and the trials; of the
+            others (Q, T, I2) only those that the edit is about.
         says: words that the report must contain.
         why: why it costs more than one requirement.
     """

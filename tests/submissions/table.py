@@ -1,6 +1,9 @@
-"""Print fault x requirement: grade the reference with each named edit and show what it costs.
+"""Print edit x requirement: grade the reference with each named edit and show what it costs.
 
-Run it in the tests folder:  python -m submissions.table [EDIT ...]
+    PYTHONPATH=.:tests python -m submissions.table [EDIT ...]
+
+An edit is graded on everything that is judged by the build and the trials, and on the requirements that it is about.
+The exit status is 1 if one costs anything but `Edit.costs`.
 """
 
 from __future__ import annotations
@@ -11,10 +14,11 @@ import tempfile
 from pathlib import Path
 
 from grader import KIT, build, pipeline
+from grader.mutation.source import Mutants
+from grader.quality.source import PackageText
 from grader.scoring import rubric
+from grader.student_tests.source import StudentTestRuns
 from submissions.edits import EDITS, apply
-
-ROOT = KIT
 
 
 def costs(name: str, settings: pipeline.Settings) -> dict[str, float]:
@@ -27,25 +31,25 @@ def costs(name: str, settings: pipeline.Settings) -> dict[str, float]:
 
 
 def judged_by_trial(whole: rubric.Rubric) -> tuple[str, ...]:
-    """Return the requirements of Functionality and ROS 2 integration that have checks, but for package.xml's."""
-    found = [r.id for r in whole.requirements if r.id[0] in "FI" and r.id != "I2" and r.checks]
-    return tuple(found)
+    """Return the requirements that are judged by the build and the trials, not by text or the package's own tests."""
+    others = PackageText().serves | StudentTestRuns().serves | Mutants().serves
+    return tuple(r.id for r in whole.requirements if r.checks and r.id not in others)
 
 
 def main(names: list[str]) -> int:
     """Print the table; return 1 if an edit costs anything but what it should."""
-    whole = rubric.load(ROOT / "rubric.yaml")
-    settings = dataclasses.replace(
-        pipeline.Settings(rubric=whole, cache=build.cache_folder()), requirements=judged_by_trial(whole)
-    )
+    whole = rubric.load(KIT / "rubric.yaml")
+    settings = pipeline.Settings(rubric=whole, cache=build.cache_folder())
+    always = judged_by_trial(whole)
+    columns = [r.id for r in whole.requirements if r.checks]
     width = max(map(len, EDITS))
-    print(" " * width, *(f"{name:>4}" for name in settings.requirements))
+    print(" " * width, *(f"{column:>4}" for column in columns))
     wrong = 0
     for name in names or list(EDITS):
-        lost = costs(name, settings)
-        cells = [f"{-lost[r]:>4g}" if r in lost else "   ." for r in settings.requirements]
-        expected = EDITS[name].costs & set(settings.requirements)
-        verdict = "" if set(lost) == expected else f"  expected {' '.join(sorted(expected))}"
+        edit = EDITS[name]
+        lost = costs(name, dataclasses.replace(settings, requirements=(*always, *sorted(edit.costs - set(always)))))
+        cells = [f"{-lost[r]:>4g}" if r in lost else "   ." for r in columns]
+        verdict = "" if set(lost) == edit.costs else f"  expected {' '.join(sorted(edit.costs))}"
         wrong += bool(verdict)
         print(f"{name:<{width}}", *cells, verdict, flush=True)
     return 1 if wrong else 0
