@@ -1,1 +1,1 @@
-"""The `ros2` command, with `launch` where the real one is absent. Imports nothing of the kit outside this folder."""
+"""The `ros2` command, with `launch` where the real one is missing. Imports nothing of the kit outside this folder."""

@@ -1,4 +1,4 @@
-"""Run the command wherever this folder lies: `python3 FOLDER launch PACKAGE FILE`."""
+"""Run the command from any place and name of this folder: `python3 FOLDER launch PACKAGE FILE`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ def _main() -> int:
         from .cli import main
 
         return main()
-    # Started by the folder's path: Python has put the folder itself in front of its path, where it would hide others.
+    # Started by the folder's path: Python has put the folder itself first on sys.path, where it hides other modules.
     here = Path(__file__).resolve().parent
     sys.path[:] = [entry for entry in sys.path if Path(entry or ".").resolve() != here]
     spec = importlib.util.spec_from_file_location(

@@ -1,6 +1,6 @@
 # Prepare a terminal for ROS 2 from wheels. Where a tutorial says `source /opt/ros/jazzy/setup.bash`, source this file.
 #
-# It activates the kit's environment, lets a plain `colcon build` find what it needs, and has names complete with Tab.
+# It activates the kit's environment, lets a plain `colcon build` find what it needs, and completes names with Tab.
 
 _kit="$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)"
 if [ -z "$VIRTUAL_ENV" ] && [ -f "$_kit/.venv/bin/activate" ]; then

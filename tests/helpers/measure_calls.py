@@ -1,4 +1,4 @@
-"""Print how long calls of the `ros2` command take on this machine, the best and the middle of five; no test."""
+"""Print how long calls of the `ros2` command take on this machine, the minimum and median of five. Not a test."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CALLS = (
 
 
 def main() -> None:
-    """Time each call beside a node that idles in the same domain."""
+    """Time each call beside an idle node in the same domain."""
     env = {**os.environ, "ROS2_COURSE_KIT_OWN": "1", "ROS_DOMAIN_ID": "61"}
     idle = subprocess.Popen([sys.executable, "-c", "import rclpy; rclpy.init(); rclpy.spin(rclpy.create_node('idle'))"],
                             env=env, stderr=subprocess.DEVNULL)  # fmt: skip

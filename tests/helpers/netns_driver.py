@@ -1,4 +1,4 @@
-"""Runs commands in the network that it is started in: reads one JSON object per line, answers with one."""
+"""Run commands in this process's network namespace: read one JSON object per line, answer each with one."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""Run the command and launches, and read what they leave."""
+"""Run the `ros2` command and launches, and read the records of these."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from typing import Any
 from grader import KIT
 
 ROOT = KIT
-COMMAND = ROOT / "grader" / "ros2"  # a folder that Python runs, as the grader does inside a wall
+COMMAND = ROOT / "grader" / "ros2"  # a folder that Python runs, as in the grader's sandbox
 FILES = KIT / "tests" / "grader" / "ros2" / "launch_files"
 
 
 @dataclass
 class Run:
-    """What a launch left."""
+    """The result of a launch."""
 
     code: int
     out: str
@@ -32,25 +32,25 @@ class Run:
 
     @property
     def commands(self) -> list[str]:
-        """The command lines in the order of the labels, with the places of this run left out."""
+        """The command lines in the order of the labels, without the folders of this run."""
         found = {e["process"]: " ".join(e["cmd"]) for e in self.events if e["event"] == "started"}
         ordered = sorted(found.items(), key=lambda item: int(item[0].rpartition("-")[2]))
         return [tidy(text, self.prefix) for _, text in ordered]
 
     def ended(self, process: str) -> dict[str, Any]:
-        """How a process ended."""
+        """Return the last record of how a process ended."""
         return next(e for e in reversed(self.events) if e["event"] == "ended" and e["process"] == process)
 
 
 def tidy(text: str, prefix: Path) -> str:
-    """Return a command line without what differs from run to run."""
+    """Return a command line without the parts that differ from run to run."""
     text = re.sub(r"\S*/launch_params_\S+", "DICT", text)
     text = text.replace(f"{prefix}/lib/demo/", "").replace(f"{prefix}/share/demo", "SHARE")
     return text.replace(str(FILES), "HERE")
 
 
 def environment(prefix: Path, home: Path, **more: str) -> dict[str, str]:
-    """Return an environment written from nothing."""
+    """Return an environment built from scratch."""
     return {
         "PATH": f"{sys.prefix}/bin:/usr/bin:/bin",
         "HOME": str(home),
@@ -58,7 +58,7 @@ def environment(prefix: Path, home: Path, **more: str) -> dict[str, str]:
         "ROS_LOG_DIR": str(home / "log"),
         "TMPDIR": str(home),
         "ROS2_COURSE_KIT_OWN": "1",
-        # Launching needs none of the libraries of the wheels, so their second start of Python is spared.
+        # Launching needs none of the wheels' libraries, so skip their second start of Python.
         "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1",
         "PYTHONDONTWRITEBYTECODE": "1",
         **more,
@@ -66,12 +66,12 @@ def environment(prefix: Path, home: Path, **more: str) -> dict[str, str]:
 
 
 def events(record: Path) -> list[dict[str, Any]]:
-    """Return what a record has so far."""
+    """Return the events in a record so far."""
     return [json.loads(line) for line in record.read_text().splitlines()] if record.is_file() else []
 
 
 class Launcher:
-    """A launch under way."""
+    """A running launch."""
 
     def __init__(self, prefix: Path, home: Path, file: str | Path, *args: str, **more: str) -> None:
         self.prefix, self.record = prefix, home / "record.jsonl"
@@ -91,20 +91,20 @@ class Launcher:
         until(lambda: {e.get("process") for e in events(self.record) if e["event"] == "started"} >= set(processes))
 
     def signal(self, number: signal.Signals) -> None:
-        """Signal the launcher alone."""
+        """Signal only the launcher."""
         self.process.send_signal(number)
 
     def end(self) -> Run:
-        """Wait for the end."""
+        """Wait for the end and return the result."""
         out, err = self.process.communicate(timeout=60)
         return Run(self.process.returncode, out, err, events(self.record), self.prefix)
 
 
 def until(holds: Callable[[], Any], limit_s: float = 30.0) -> None:
-    """Wait for a condition."""
+    """Wait until a condition holds."""
     end = time.monotonic() + limit_s
     while not holds():
-        assert time.monotonic() < end, "the condition did not come to hold"
+        assert time.monotonic() < end, "the condition was not met in time"
         time.sleep(0.01)
 
 
@@ -123,7 +123,7 @@ def generate_launch_description():
 
 
 def write(folder: Path, *entities: str) -> Path:
-    """Write a launch file of these entities; they begin in line 11."""
+    """Write a launch file of these entities, which begin in line 11."""
     file = folder / "made.launch.py"
     file.write_text(HEAD.format(entities=", ".join(entities)))
     return file

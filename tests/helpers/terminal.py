@@ -1,4 +1,4 @@
-"""Real terminals for tests: bash on a pty, typed into and read from as a person would, in a network of their own."""
+"""Real terminals for tests: bash on a pty in a network of its own, used as by a person."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-# No program prints this prompt; it tells that a line has ended, and its exit code.
+# No program prints this prompt, so it marks the end of a line, with its exit code.
 PROMPT = re.compile(r"<<(\d+)>> $")
 CONTROLS = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\x1b[()][A-Z0-9]|\x1b[=>]|\x1b\][^\x07]*\x07")
 STEP_S = 0.2
@@ -25,7 +25,7 @@ STEP_S = 0.2
 
 @contextmanager
 def desk(folder: Path, env: dict[str, str]) -> Iterator[Callable[[], Terminal]]:
-    """Yield a function that opens a terminal in `folder`. All of them share a network that holds nobody else."""
+    """Yield a function that opens a terminal in `folder`. The terminals share a network with no other process in it."""
     here, there = socket.socketpair()
     process = subprocess.Popen(
         ["bwrap", "--dev-bind", "/", "/", "--tmpfs", "/dev/shm", "--unshare-net", "--die-with-parent", "--chdir",
@@ -46,12 +46,12 @@ def desk(folder: Path, env: dict[str, str]) -> Iterator[Callable[[], Terminal]]:
     finally:
         for terminal in terminals:
             terminal.close()
-        here.close()  # the process waits for its shells, and those for what they run
+        here.close()  # the process waits for its shells, and these for their commands
         process.wait(timeout=60)
 
 
 def serve(requests: socket.socket) -> None:
-    """Start a shell on a new pty for each byte that comes, and send the pty's other end back; wait for the shells."""
+    """For each byte received, start a shell on a new pty and send back its other end; then wait for the shells."""
     shells = []
     while requests.recv(1):
         pid, fd = pty.fork()
@@ -75,7 +75,7 @@ class Terminal:
     def __init__(self, fd: int) -> None:
         self.code = 0
         self._fd, self._text = fd, ""
-        # So wide that no line is broken.
+        # Wide enough that no line is wrapped.
         fcntl.ioctl(fd, termios.TIOCSWINSZ, struct.pack("HHHH", 50, 500, 0, 0))
         self.type("bind 'set enable-bracketed-paste off'; VIRTUAL_ENV_DISABLE_PROMPT=1; PS1='<<$?>> '\n")
         self._until(lambda: self._text.endswith("<<0>> "), 30.0, "the first prompt")
@@ -85,29 +85,29 @@ class Terminal:
         os.write(self._fd, keys.encode())
 
     def run(self, line: str, limit_s: float = 90.0) -> str:
-        """Type a line, wait for its end, and return what it printed."""
+        """Type a line, wait for its end, and return its output."""
         self.start(line)
         return self.end(limit_s)
 
     def start(self, line: str) -> None:
-        """Type a line, and do not wait for its end."""
+        """Type a line without waiting for its end."""
         self._text = ""
         self.type(line + "\n")
         self._until(lambda: "\n" in self._text, 30.0, "the echo of what was typed")
         self._text = self._text.split("\n", 1)[1]
 
     def wait_for(self, pattern: str, limit_s: float = 90.0) -> str:
-        """Return what has been printed since the line was typed, once it holds a pattern."""
+        """Return the output since the line was typed, once it holds a pattern."""
         self._until(lambda: re.search(pattern, self._text, re.MULTILINE) is not None, limit_s, repr(pattern))
         return self._text
 
     def interrupt(self, limit_s: float = 60.0) -> str:
-        """Press Ctrl-C, wait for the line's end, and return what it printed."""
+        """Press Ctrl-C, wait for the line's end, and return its output."""
         self.type("\x03")
         return self.end(limit_s)
 
     def end(self, limit_s: float = 90.0) -> str:
-        """Wait for the line's end, and return what it printed."""
+        """Wait for the line's end, and return its output."""
         self._until(lambda: PROMPT.search(self._text) is not None, limit_s, "the prompt")
         found = PROMPT.search(self._text)
         assert found is not None
@@ -115,7 +115,7 @@ class Terminal:
         return self._text[: found.start()]
 
     def complete(self, beginning: str, holds: str, limit_s: float = 60.0) -> str:
-        """Type the beginning of a line, press Tab twice, and return what is shown once it holds a text; run nothing."""
+        """Type the beginning of a line, press Tab twice, and return the screen once it holds a text; run nothing."""
         self._text = ""
         self.type(beginning + "\t\t")
         self._until(lambda: holds in self._text, limit_s, repr(holds))
@@ -126,13 +126,13 @@ class Terminal:
         return shown
 
     def close(self) -> None:
-        """Close the window, which hangs up on what runs in it."""
+        """Close the window, which sends SIGHUP to its processes."""
         os.close(self._fd)
 
     def _until(self, holds: Callable[[], bool], limit_s: float, what: str) -> None:
         end = time.monotonic() + limit_s
         while not holds():
-            assert time.monotonic() < end, f"waited in vain for {what}; the terminal shows:\n{self._text}"
+            assert time.monotonic() < end, f"{what} did not appear in time; the terminal shows:\n{self._text}"
             if select.select([self._fd], [], [], STEP_S)[0]:
                 new = os.read(self._fd, 65536).decode(errors="replace")
                 self._text = CONTROLS.sub("", self._text + new).replace("\r\n", "\n")

@@ -1,1 +1,1 @@
-"""The `ros2` commands, one module each: words and flags as the real command has them."""
+"""The `ros2` commands, one module each, with the arguments and flags of the real ones."""

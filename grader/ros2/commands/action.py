@@ -1,7 +1,7 @@
 """`ros2 action`: list the actions, and send a goal."""
 
 # mypy: disallow-untyped-calls=False
-# rclpy is typed in parts: a call of an untyped function there says nothing about our code.
+# rclpy is only partly typed, so calling its untyped functions is allowed here.
 
 from __future__ import annotations
 

@@ -1,8 +1,5 @@
 """`ros2 bag`: record topics to an MCAP file and play them back, byte for byte, with the package `rosbags`."""
 
-# mypy: disallow-untyped-calls=False
-# rclpy is typed in parts: a call of an untyped function there says nothing about our code.
-
 from __future__ import annotations
 
 import argparse

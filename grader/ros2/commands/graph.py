@@ -1,7 +1,7 @@
 """The ROS graph, seen by a node of ours. There is no daemon: each call waits until discovery has come to rest."""
 
 # mypy: disallow-untyped-calls=False
-# rclpy is typed in parts: a call of an untyped function there says nothing about our code.
+# rclpy is only partly typed, so calling its untyped functions is allowed here.
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ LICENSES = ("Apache-2.0", "BSL-1.0", "BSD-2.0", "BSD-2-Clause", "BSD-3-Clause", 
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare words and flags."""
+    """Declare arguments and flags."""
     parser.add_argument("package_name", help="The package name")
     parser.add_argument("--package-format", "--package_format", choices=("2", "3"), default="3", help="format")
     parser.add_argument("--description", default="TODO: Package description", help="The description of the package")

@@ -1,7 +1,7 @@
 """Quality-of-service profiles: from the flags of a command, and matched to the publishers of a topic."""
 
 # mypy: disallow-untyped-calls=False
-# rclpy is typed in parts: a call of an untyped function there says nothing about our code.
+# rclpy is only partly typed, so calling its untyped functions is allowed here.
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from .refusals import Refusal
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare words and flags."""
+    """Declare arguments and flags."""
     parser.add_argument("--prefix", help="Prefix command, which should go before the executable, such as 'gdb --args'")
     arguments.add(parser, "package_name", complete_package, help="Name of the ROS package")
     arguments.add(parser, "executable_name", complete_executable, help="Name of the executable")

@@ -1,8 +1,5 @@
 """Let a node work until something holds. Ctrl-C never arrives in the middle of rclpy's C++."""
 
-# mypy: disallow-untyped-calls=False
-# rclpy is typed in parts: a call of an untyped function there says nothing about our code.
-
 from __future__ import annotations
 
 import contextlib

@@ -1,8 +1,5 @@
 """`ros2 topic hz | bw | delay`: measure the rate, bandwidth and delay of a topic."""
 
-# mypy: disallow-untyped-calls=False
-# rclpy is typed in parts: a call of an untyped function there says nothing about our code.
-
 from __future__ import annotations
 
 import argparse

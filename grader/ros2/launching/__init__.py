@@ -1,1 +1,1 @@
-"""Stands in for `launch` and `launch_ros` in the process that runs a launch file. Imports nothing outside."""
+"""A stand-in for `launch` and `launch_ros` in the process that runs a launch file."""

@@ -1,4 +1,4 @@
-"""`ros2 launch`: find the launch file, take its arguments, run it or show what it declares."""
+"""`ros2 launch`: find a launch file, read the arguments to it, and run it or show what it declares."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ENDINGS = (".py", ".xml", ".yaml", ".yml")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declare the words and flags of `ros2 launch`."""
+    """Declare arguments and flags."""
     parser.add_argument(
         "-n", "--noninteractive", action="store_true", help="Run the launch system non-interactively, with no terminal"
     )
@@ -83,7 +83,13 @@ def main(args: argparse.Namespace) -> int:
 
 
 def find(package: str, file: str | None, words: list[str]) -> tuple[Path, list[str]]:
-    """Return the launch file and the words that are arguments to it."""
+    """Return the launch file and the words that are arguments to it.
+
+    Args:
+        package: the name of a package, or the path of a launch file.
+        file: the name of the launch file, or an argument if `package` is a path.
+        words: the words after these.
+    """
     if Path(package).is_file() and package.endswith(ENDINGS):
         return Path(package).absolute(), ([file] if file is not None else []) + words
     if file is None:
@@ -176,7 +182,7 @@ def _complete_files(prefix: str, parsed_args: argparse.Namespace, **_: object) -
 
 
 def _complete_arguments(prefix: str, parsed_args: argparse.Namespace, **_: object) -> list[str]:
-    modules.install()  # the file imports them
+    modules.install()  # the launch file imports them
     try:
         path, _words = find(parsed_args.package_name, parsed_args.launch_file_name, [])
         names = [argument.name for argument, _ in read_any(path).declared_arguments()]

@@ -1,8 +1,8 @@
-"""Sees to it that no process outlives the launch that started it, however the launch ends.
+"""Ensure that no process outlives the launch that started it, however the launch ends.
 
-Two safeguards. Each child asks the kernel to be killed when its parent dies (Linux: PR_SET_PDEATHSIG). That does not
-reach what the child itself has started, so a small second process waits at the end of a pipe: when the launch is gone,
-also by SIGKILL, it kills each child's whole process group and removes the temporary parameter files.
+There are two safeguards. Each child asks the kernel to be killed when its parent dies (Linux: PR_SET_PDEATHSIG). That
+does not reach the child's own children, so a small second process waits at the end of a pipe: when the launch is gone,
+even by SIGKILL, it kills each child's whole process group and removes the temporary parameter files.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ PR_SET_PDEATHSIG = 1
 
 
 def die_with_parent() -> Callable[[], None]:
-    """Return what a child has to call before it becomes its command."""
+    """Return the function that a child has to call before it becomes its command."""
     parent = os.getpid()
     try:
         prctl = ctypes.CDLL(None).prctl
-    except (OSError, AttributeError):  # not Linux: the guard alone has to do
+    except (OSError, AttributeError):  # not Linux: only the guard is left
         return lambda: None
 
     def ask() -> None:
         prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # it died between fork and here
+        if os.getppid() != parent:  # the parent died between fork and here
             os._exit(1)
 
     return ask
@@ -49,11 +49,11 @@ class Guard:
         os.close(reading)
 
     def group(self, pgid: int) -> None:
-        """Have a process group killed at the end."""
+        """Register a process group to be killed at the end."""
         self._tell(f"group {pgid}")
 
     def folder(self, path: Path) -> None:
-        """Have a folder removed at the end."""
+        """Register a folder to be removed at the end."""
         self._tell(f"folder {path}")
 
     def _tell(self, line: str) -> None:
@@ -61,18 +61,18 @@ class Guard:
             os.write(self._writing, (line + "\n").encode())
 
     def close(self) -> None:
-        """Let the end come, and wait until everything is gone."""
+        """Kill and remove everything registered, and wait until it is gone."""
         os.close(self._writing)
         with contextlib.suppress(ChildProcessError):
             os.waitpid(self.pid, 0)
 
 
 def _watch(reading: int) -> None:
-    os.setsid()  # a terminal's Ctrl-C and whoever signals the launch's group shall not reach this process
+    os.setsid()  # so that a terminal's Ctrl-C, or a signal to the launch's group, does not reach this process
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, signal.SIG_IGN)
     nowhere = os.open(os.devnull, os.O_RDWR)
-    for fd in (0, 1, 2):  # whoever waits for the end of the launch's output shall not wait for this process
+    for fd in (0, 1, 2):  # so that a reader of the launch's output does not wait for this process
         os.dup2(nowhere, fd)
     for name in os.listdir("/proc/self/fd") if Path("/proc/self/fd").is_dir() else ():  # noqa: PTH208 - names suffice
         if (fd := int(name)) > 2 and fd != reading:

@@ -49,7 +49,7 @@ def _pick(module: ModuleType, *names: str) -> dict[str, Any]:
 
 
 def table() -> dict[str, dict[str, Any]]:
-    """Return the names by module."""
+    """Return the supported names by module."""
     process_events = _classes(events.RunningProcessEvent, events) | _pick(events, "ShutdownProcess")
     matchers = _pick(events, "matches_action")
     some_substitutions = _pick(entities, "SomeSubstitutionsType")

@@ -16,7 +16,7 @@ def find_prefix(package: str) -> Path:
     """Return the prefix that a package is installed in.
 
     Raises:
-        PackageNotFoundError: there is none; the message says what to do about it, if that is known.
+        PackageNotFoundError: no prefix holds it; the message says what to do about that, if it is known.
     """
     if (found := packages.prefix(package)) is not None:
         return found

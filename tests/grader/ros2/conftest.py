@@ -1,4 +1,4 @@
-"""A package `demo` whose executables are shell scripts, and launches of files against it."""
+"""A package `demo` whose executables are shell scripts, and fixtures that launch it."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from helpers.ros2_runs import COMMAND, FILES, Launcher, environment
 SCRIPTS = {
     "show": 'echo "ARGV $*"',
     "wait": "exec sleep 600",
-    # Has a child of its own, which the kernel does not tell of the launcher's death.
+    # Has a child of its own, which the kernel does not signal when the launcher dies.
     "family": 'sleep "$1" & wait',
     "stubborn": "trap '' INT TERM\nwhile :; do sleep 0.1; done",
-    # Counts what it is sent, and goes a little later, so that a second signal would be seen.
+    # Counts the signals, and ends a little later, so that a second signal would be counted.
     "counting": "trap 'n=$((n+1)); echo INT $n' INT\necho ready\nwhile [ -z \"$n\" ]; do sleep 0.05; done\n"
     "i=0; while [ $i -lt 6 ]; do sleep 0.05; i=$((i+1)); done; exit $n",
     "fail": "exit 3",

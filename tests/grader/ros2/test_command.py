@@ -1,4 +1,4 @@
-"""The `ros2` command without a graph: packages, interfaces, `run`, completion, and stepping aside."""
+"""The `ros2` command without a graph: packages, interfaces, `run`, completion, and giving way to the real one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 from helpers.ros2_runs import COMMAND, FILES, environment
 
 
-def test_interfaces_are_shown_with_what_is_inside_them(ros2):
+def test_an_interface_is_shown_with_the_types_of_its_fields(ros2):
     shown = ros2("interface", "show", "--no-comments", "geometry_msgs/msg/TwistStamped")
     assert shown.stdout == (
         "std_msgs/Header header\n"
@@ -52,14 +52,14 @@ def test_interfaces_are_shown_with_what_is_inside_them(ros2):
         (["pkg", "create", "Bad-Name"], 1, "", "Package name 'Bad-Name' is not allowed"),
     ],
 )
-def test_words_and_exit_codes(ros2, words, code, out, err):
+def test_output_and_exit_code(ros2, words, code, out, err):
     done = ros2(*words)
     assert done.returncode == code
     assert done.stdout.startswith(out)
     assert err in done.stderr
 
 
-def test_lists(ros2, demo):
+def test_packages_executables_and_interfaces_are_listed(ros2, demo):
     assert ros2("pkg", "executables", "demo").stdout.splitlines()[0] == "demo counting"
     assert ros2("pkg", "prefix", "--share", "demo").stdout == f"{demo}/share/demo\n"
     assert {"demo", "rclpy", "std_msgs"} <= set(ros2("pkg", "list").stdout.split())
@@ -69,7 +69,7 @@ def test_lists(ros2, demo):
     assert "    std_srvs/srv/Trigger\n" in ros2("interface", "list", "-s").stdout
 
 
-def test_a_package_that_is_built_but_not_sourced_says_so(ros2, tmp_path):
+def test_a_package_that_is_built_but_not_sourced_is_reported(ros2, tmp_path):
     (tmp_path / "install/mine/share/mine").mkdir(parents=True)
     said = ros2("run", "mine", "x").stderr
     assert said == (
@@ -124,7 +124,7 @@ def test_a_new_package_builds(ros2, tmp_path, build_type):
         ('ros2 service call /s std_srvs/srv/SetBool "', {"{data: false}"}),
     ],
 )
-def test_names_complete(demo, tmp_path, line, expected):
+def test_tab_completes_names(demo, tmp_path, line, expected):
     completing = {
         "_ARGCOMPLETE": "1",
         "_ARGCOMPLETE_IFS": "\n",
@@ -137,7 +137,7 @@ def test_names_complete(demo, tmp_path, line, expected):
     assert {word.strip() for word in (tmp_path / "answer").read_text().split("\n")} >= expected
 
 
-def test_it_steps_aside_for_the_real_command(ros2, tmp_path):
+def test_the_real_command_runs_in_place_of_ours(ros2, tmp_path):
     real = tmp_path / "opt" / "ros2"
     real.parent.mkdir()
     real.write_text("#!/bin/sh\n# from ros2cli\necho the real one: $*\n")
@@ -148,16 +148,16 @@ def test_it_steps_aside_for_the_real_command(ros2, tmp_path):
     assert "rclpy" in ros2("pkg", "list", PATH=path, ROS2_COURSE_KIT_OWN="").stdout
 
 
-def test_ctrl_c_that_was_put_off_while_python_started_reaches_the_node(demo, tmp_path):
-    """The command blocks the signal when it starts itself again; nothing that it runs may inherit that."""
+def test_ctrl_c_that_was_blocked_while_python_started_reaches_the_node(demo, tmp_path):
+    """The command blocks the signal when it restarts itself; nothing that it runs may inherit that."""
 
-    def put_off() -> None:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)  # whoever starts the tests in the background has it ignored
+    def block() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # in tests started in the background it is ignored
         signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
 
     started = subprocess.Popen(
         [sys.executable, COMMAND, "run", "demo", "counting"],
-        env=environment(demo, tmp_path), stdout=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=put_off,
+        env=environment(demo, tmp_path), stdout=subprocess.PIPE, text=True, start_new_session=True, preexec_fn=block,
     )  # fmt: skip
     assert started.stdout is not None
     assert started.stdout.readline() == "ready\n"
@@ -166,8 +166,8 @@ def test_ctrl_c_that_was_put_off_while_python_started_reaches_the_node(demo, tmp
     assert started.returncode == 1
 
 
-def test_the_folder_works_alone(ros2, demo, tmp_path):
-    """The grader mounts it alone, under any name, beside the wheels."""
+def test_the_folder_works_by_itself_under_any_name(ros2, demo, tmp_path):
+    """The grader mounts only this folder into the sandbox, beside the wheels."""
     shutil.copytree(COMMAND, tmp_path / "kit", ignore=shutil.ignore_patterns("__pycache__"))
     run = subprocess.run(
         [sys.executable, tmp_path / "kit", "launch", "demo", "one.launch.py"],
@@ -175,3 +175,17 @@ def test_the_folder_works_alone(ros2, demo, tmp_path):
     )  # fmt: skip
     assert run.returncode == 0
     assert "[show-1] ARGV" in run.stdout
+
+
+def test_sourcing_the_setup_file_prepares_a_terminal():
+    """In place of /opt/ros/jazzy/setup.bash: packages, a plain `colcon build`, and Tab."""
+    script = (
+        f"source {COMMAND}/setup.bash && printf '%s\\n' $CMAKE_PREFIX_PATH $CMAKE_TOOLCHAIN_FILE && complete -p ros2"
+    )
+    shell = subprocess.run(
+        ["bash", "-c", script], env={"PATH": "/usr/bin:/bin"}, capture_output=True, text=True, check=True
+    )
+    prefix, toolchain, tab = shell.stdout.splitlines()
+    assert prefix == str(COMMAND.parents[1] / ".venv")
+    assert toolchain == str(COMMAND / "wheels.cmake")
+    assert "_python_argcomplete" in tab

@@ -1,6 +1,6 @@
-"""A dozen launch files in different habits, and the command lines they yield.
+"""A dozen launch files in different styles, and the command lines that they start.
 
-Each expectation was compared with what the real launch 3.4.3 and launch_ros 0.26.6 start for the same file.
+Each expectation was compared with those that the real launch 3.4.3 and launch_ros 0.26.6 start for the same file.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import re
 PARAMS = "--params-file SHARE/config/demo.yaml"
 
 
-def test_a_list_of_nodes(launch):
+def test_a_list_of_nodes_is_started(launch):
     run = launch("plain_list.launch.py").end()
     assert run.commands == [
         f"show --ros-args -r __node:=first {PARAMS}",
@@ -22,13 +22,13 @@ def test_a_list_of_nodes(launch):
     assert "[show-2] ARGV" not in run.out, "output='log' keeps what a node prints off the screen"
 
 
-def test_actions_added_one_by_one(launch):
+def test_actions_can_be_added_one_by_one(launch):
     run = launch("add_action.launch.py", "who:=you", "unknown:=ignored").end()
     assert run.commands == ["show hello you --ros-args", f"show --ros-args {PARAMS}"]
     assert [e["process"] for e in run.events if e["event"] == "started"] == ["greeter-1", "show-2"]
 
 
-def test_arguments_and_conditions(launch):
+def test_conditions_depend_on_arguments(launch):
     run = launch("arguments.launch.py").end()
     assert run.commands == [
         "show tb4 --ros-args",
@@ -44,7 +44,7 @@ def test_arguments_and_conditions(launch):
     assert "[echo-8] ab other" in run.out
 
 
-def test_arguments_given(launch):
+def test_given_arguments_replace_defaults(launch):
     run = launch("arguments.launch.py", "sim:=false", "speed:=1", "speed:=3").end()
     assert run.commands[1:] == [
         "show real:false --ros-args",
@@ -84,7 +84,7 @@ def test_groups_scope_configurations_and_environment(launch):
     ]
 
 
-def test_namespaces_and_what_holds_for_a_whole_group(launch):
+def test_namespaces_and_settings_hold_for_a_whole_group(launch):
     run = launch("namespaces.launch.py").end()
     inside = "-p use_sim_time:=True"
     assert run.commands == [
@@ -99,7 +99,7 @@ def test_namespaces_and_what_holds_for_a_whole_group(launch):
     ]
 
 
-def test_parameters_of_all_kinds(launch):
+def test_parameters_become_files(launch):
     run = launch("parameters.launch.py", "n:=5").end()
     assert run.commands == [
         "show --ros-args -r __node:=typed -r __ns:=/ns --params-file DICT --params-file DICT",
@@ -109,12 +109,12 @@ def test_parameters_of_all_kinds(launch):
     assert re.search(r"\[WARNING\].*Parameter file path is not a file: \S+/config/missing.yaml", run.out)
 
 
-def test_a_function_that_sees_the_values(launch):
+def test_an_opaque_function_sees_the_values(launch):
     run = launch("opaque.launch.py", "count:=3").end()
     assert run.commands == [f"show demo! --ros-args -r __node:=robot{i}" for i in range(3)]
 
 
-def test_one_thing_after_another(launch):
+def test_timers_and_events_start_one_thing_after_another(launch):
     run = launch("events.launch.py").end()
     assert sorted(run.commands) == [
         "show first --ros-args",
@@ -129,7 +129,7 @@ def test_one_thing_after_another(launch):
     assert said[-1] == "bye: idle"
 
 
-def test_plain_processes(launch):
+def test_plain_processes_are_run(launch):
     run = launch("processes.launch.py").end()
     assert run.commands == [
         "echo $DEMO2 | tr a-z A-Z",
@@ -148,7 +148,7 @@ def test_plain_processes(launch):
     assert run.code == 0, "that a process fails is no failure of the launch"
 
 
-def test_respawn_and_a_process_that_is_required(launch):
+def test_a_process_respawns_and_a_required_one_ends_the_launch(launch):
     run = launch("respawning.launch.py").end()
     starts = [e["process"] for e in run.events if e["event"] == "started"]
     assert starts.count("show-1") == 3, "started once and twice again"
@@ -156,11 +156,11 @@ def test_respawn_and_a_process_that_is_required(launch):
     assert run.code == 0
 
 
-def test_a_launch_file_that_runs_itself(launch, demo, tmp_path, ros2):
+def test_a_launch_file_can_run_itself(launch, demo, tmp_path, ros2):
     assert launch("main_guard.launch.py", "y:=5").end().commands == ["show 5 --ros-args"]
 
 
-def test_a_package_and_the_name_of_its_launch_file(ros2):
+def test_a_launch_file_is_found_in_its_package(ros2):
     """The file is looked for in the whole share folder, and what it logs goes below ROS_LOG_DIR."""
     done = ros2("launch", "demo", "one.launch.py")
     assert done.returncode == 0

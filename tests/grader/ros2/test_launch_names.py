@@ -1,6 +1,6 @@
-"""The names that launch files of students use, by how often, and what each means.
+"""The names that launch files of students use, by frequency, and what each means.
 
-The 49 names were counted in 533 launch files of 79 repositories; each row names the test that holds its semantics.
+The 49 names were counted in 533 launch files of 79 repositories; each row names the test of its semantics.
 """
 
 from __future__ import annotations
@@ -22,56 +22,61 @@ from grader.ros2.launching import modules
 from grader.ros2.launching.context import LaunchContext
 
 TABLE = [
-    # tier, where the real one lies, name, the test of its semantics
-    (0, "launch", "LaunchDescription", "test_a_list_of_nodes"),
-    (0, "launch_ros.actions", "Node", "test_a_list_of_nodes"),
-    (0, "launch", "LaunchDescription.add_action", "test_actions_added_one_by_one"),
-    (0, "ament_index_python.packages", "get_package_share_directory", "test_a_list_of_nodes"),
+    # tier, module of the real one, name, test of its semantics
+    (0, "launch", "LaunchDescription", "test_a_list_of_nodes_is_started"),
+    (0, "launch_ros.actions", "Node", "test_a_list_of_nodes_is_started"),
+    (0, "launch", "LaunchDescription.add_action", "test_actions_can_be_added_one_by_one"),
+    (0, "ament_index_python.packages", "get_package_share_directory", "test_a_list_of_nodes_is_started"),
     (0, "ament_index_python.packages", "get_package_share_path", "test_the_index_knows_a_sourced_package"),
     (0, "ament_index_python.packages", "get_package_prefix", "test_the_index_knows_a_sourced_package"),
     (1, "launch.actions", "DeclareLaunchArgument", "test_a_default_is_set_only_where_there_is_no_value"),
     (1, "launch.substitutions", "LaunchConfiguration", "test_a_configuration_is_read_when_the_action_runs"),
     (1, "launch.actions", "IncludeLaunchDescription", "test_an_include_leaks_and_a_group_around_it_does_not"),
     (1, "launch.launch_description_sources", "PythonLaunchDescriptionSource", "test_a_source_serves_one_include"),
-    (2, "launch.actions", "ExecuteProcess", "test_plain_processes"),
+    (2, "launch.actions", "ExecuteProcess", "test_plain_processes_are_run"),
     (2, "launch.conditions", "IfCondition", "test_a_condition_is_true_false_1_or_0"),
     (2, "launch.conditions", "UnlessCondition", "test_a_condition_is_true_false_1_or_0"),
-    (2, "launch_ros.substitutions", "FindPackageShare", "test_places_of_packages"),
-    (2, "launch_ros.substitutions", "FindPackageShare.find", "test_places_of_packages"),
-    (2, "launch.substitutions", "PathJoinSubstitution", "test_texts_are_put_together"),
-    (2, "launch.substitutions", "TextSubstitution", "test_texts_are_put_together"),
-    (2, "launch.substitutions", "LaunchConfiguration.perform", "test_a_function_that_sees_the_values"),
-    (2, "launch.actions", "LogInfo", "test_arguments_and_conditions"),
-    (3, "launch.actions", "TimerAction", "test_one_thing_after_another"),
-    (3, "launch.substitutions", "Command", "test_a_command_gives_what_it_prints"),
-    (3, "launch_ros.parameter_descriptions", "ParameterValue", "test_the_types_of_parameter_values"),
-    (3, "launch.substitutions", "PythonExpression", "test_an_expression_knows_math"),
-    (3, "launch.substitutions", "EnvironmentVariable", "test_the_environment"),
-    (3, "launch.actions", "SetEnvironmentVariable", "test_the_environment"),
-    (3, "launch.actions", "OpaqueFunction", "test_a_function_that_sees_the_values"),
+    (2, "launch_ros.substitutions", "FindPackageShare", "test_find_package_share_gives_the_share_folder"),
+    (2, "launch_ros.substitutions", "FindPackageShare.find", "test_find_package_share_gives_the_share_folder"),
+    (2, "launch.substitutions", "PathJoinSubstitution", "test_parts_are_joined"),
+    (2, "launch.substitutions", "TextSubstitution", "test_parts_are_joined"),
+    (2, "launch.substitutions", "LaunchConfiguration.perform", "test_an_opaque_function_sees_the_values"),
+    (2, "launch.actions", "LogInfo", "test_conditions_depend_on_arguments"),
+    (3, "launch.actions", "TimerAction", "test_timers_and_events_start_one_thing_after_another"),
+    (3, "launch.substitutions", "Command", "test_a_command_gives_its_output"),
+    (3, "launch_ros.parameter_descriptions", "ParameterValue", "test_parameter_values_get_their_types"),
+    (3, "launch.substitutions", "PythonExpression", "test_an_expression_can_use_math"),
+    (3, "launch.substitutions", "EnvironmentVariable", "test_environment_variables_are_read_and_set"),
+    (3, "launch.actions", "SetEnvironmentVariable", "test_environment_variables_are_read_and_set"),
+    (3, "launch.actions", "OpaqueFunction", "test_an_opaque_function_sees_the_values"),
     (3, "launch.actions", "GroupAction", "test_groups_scope_configurations_and_environment"),
-    (4, "launch.actions", "RegisterEventHandler", "test_one_thing_after_another"),
-    (4, "launch.event_handlers", "OnProcessExit", "test_one_thing_after_another"),
-    (4, "launch.event_handlers", "OnProcessStart", "test_one_thing_after_another"),
-    (4, "launch.event_handlers", "OnProcessIO", "test_one_thing_after_another"),
-    (4, "launch.event_handlers", "OnShutdown", "test_one_thing_after_another"),
-    (4, "launch.event_handlers", "OnExecutionComplete", "test_one_thing_after_another"),
-    (4, "launch.actions", "EmitEvent", "test_respawn_and_a_process_that_is_required"),
-    (4, "launch.actions", "Shutdown", "test_respawn_and_a_process_that_is_required"),
-    (5, "launch_ros.actions", "PushRosNamespace", "test_namespaces_and_what_holds_for_a_whole_group"),
+    (4, "launch.actions", "RegisterEventHandler", "test_timers_and_events_start_one_thing_after_another"),
+    (4, "launch.event_handlers", "OnProcessExit", "test_timers_and_events_start_one_thing_after_another"),
+    (4, "launch.event_handlers", "OnProcessStart", "test_timers_and_events_start_one_thing_after_another"),
+    (4, "launch.event_handlers", "OnProcessIO", "test_timers_and_events_start_one_thing_after_another"),
+    (4, "launch.event_handlers", "OnShutdown", "test_timers_and_events_start_one_thing_after_another"),
+    (4, "launch.event_handlers", "OnExecutionComplete", "test_timers_and_events_start_one_thing_after_another"),
+    (4, "launch.actions", "EmitEvent", "test_a_process_respawns_and_a_required_one_ends_the_launch"),
+    (4, "launch.actions", "Shutdown", "test_a_process_respawns_and_a_required_one_ends_the_launch"),
+    (5, "launch_ros.actions", "PushRosNamespace", "test_namespaces_and_settings_hold_for_a_whole_group"),
     (5, "launch_ros.actions", "SetParameter", "test_a_list_set_for_all_nodes_becomes_text"),
-    (5, "launch_ros.parameter_descriptions", "ParameterFile", "test_what_a_parameter_file_may_hold"),
-    (5, "launch.substitutions", "FindExecutable", "test_plain_processes"),
-    (5, "launch_ros.substitutions", "ExecutableInPackage", "test_places_of_packages"),
+    (
+        5,
+        "launch_ros.parameter_descriptions",
+        "ParameterFile",
+        "test_expressions_in_a_parameter_file_are_replaced",
+    ),
+    (5, "launch.substitutions", "FindExecutable", "test_plain_processes_are_run"),
+    (5, "launch_ros.substitutions", "ExecutableInPackage", "test_find_package_share_gives_the_share_folder"),
     (5, "launch.substitutions", "ThisLaunchFileDir", "test_an_include_leaks_and_a_group_around_it_does_not"),
     (5, "launch.actions", "SetLaunchConfiguration", "test_a_configuration_is_read_when_the_action_runs"),
-    (5, "launch.substitutions", "EqualsSubstitution", "test_what_is_equal"),
-    (5, "launch.conditions", "LaunchConfigurationEquals", "test_arguments_and_conditions"),
-    (5, "launch.conditions", "LaunchConfigurationNotEquals", "test_arguments_and_conditions"),
-    (5, "launch.substitutions", "FileContent", "test_plain_processes"),
+    (5, "launch.substitutions", "EqualsSubstitution", "test_texts_are_compared_as_truths_numbers_and_letters"),
+    (5, "launch.conditions", "LaunchConfigurationEquals", "test_conditions_depend_on_arguments"),
+    (5, "launch.conditions", "LaunchConfigurationNotEquals", "test_conditions_depend_on_arguments"),
+    (5, "launch.substitutions", "FileContent", "test_plain_processes_are_run"),
     (5, "launch.launch_description_sources", "AnyLaunchDescriptionSource", "test_a_source_serves_one_include"),
-    (5, "launch.substitutions", "LocalSubstitution", "test_one_thing_after_another"),
-    (5, "launch", "LaunchDescription.add_entity", "test_actions_added_one_by_one"),
+    (5, "launch.substitutions", "LocalSubstitution", "test_timers_and_events_start_one_thing_after_another"),
+    (5, "launch", "LaunchDescription.add_entity", "test_actions_can_be_added_one_by_one"),
 ]
 ALSO = [
     ("launch.events", "Shutdown"),
@@ -100,7 +105,7 @@ def test_the_table_has_the_49_names_and_each_its_test():
 
 
 def test_the_page_lists_the_49_names():
-    """As `Name`, a method as `.name()`; one more comes for its likeness to another."""
+    """As `Name`, a method as `.name()`; NotEqualsSubstitution is listed too, beside its opposite."""
     page = (ROOT / "docs/launch.md").read_text()
     rows = [line for line in page.splitlines() if line.startswith("| ")]
     shown = {name for row in rows for name in re.findall(r"`(\w+|\.\w+\(\))`", row)}
@@ -109,7 +114,7 @@ def test_the_page_lists_the_49_names():
 
 
 def test_each_name_is_at_its_real_place_and_only_where_a_launch_file_runs():
-    """Before, `launch` cannot be imported; PyPI's module of that name, found first, is no reason to keep away."""
+    """Elsewhere `launch` cannot be imported. An unrelated module of that name, as on PyPI, is not taken for it."""
     rows = [(module, name) for _, module, name, _ in TABLE] + ALSO
     code = f"""
 import importlib, sys, types
@@ -150,8 +155,8 @@ def test_the_real_ones_are_left_alone(tmp_path):
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 
-class Stage:
-    """Visits actions as a launch does, but starts nothing."""
+class Visitor:
+    """Visits actions like a launch, but starts nothing."""
 
     def __init__(self, demo: Path, folder: Path) -> None:
         self.names: dict[str, Any] = {}
@@ -197,7 +202,7 @@ class Stage:
         return str(substitution.perform(self.context))
 
     def parameters(self, values: dict[str, Any], **rest: Any) -> dict[str, Any]:
-        """Return what a node finds in the file made for a dictionary."""
+        """Return the parameters in the file that is written for a dictionary."""
         import yaml
 
         self.visit(self.Node(package="demo", executable="show", parameters=[values], **rest))
@@ -207,9 +212,9 @@ class Stage:
 
 
 @pytest.fixture
-def stage(demo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
+def visitor(demo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.setenv("AMENT_PREFIX_PATH", f"{demo}:{sys.prefix}")
-    made = Stage(demo, tmp_path)
+    made = Visitor(demo, tmp_path)
     before = dict(os.environ)
     yield made
     os.environ.clear()
@@ -217,48 +222,48 @@ def stage(demo: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Any:
     made.loop.close()
 
 
-def show(stage: Any, *words: Any, **rest: Any) -> Any:
-    return stage.Node(package="demo", executable="show", arguments=list(words), **rest)
+def show(visitor: Any, *words: Any, **rest: Any) -> Any:
+    return visitor.Node(package="demo", executable="show", arguments=list(words), **rest)
 
 
-def test_the_index_knows_a_sourced_package(stage, demo):
+def test_the_index_knows_a_sourced_package(visitor, demo):
     from ament_index_python.packages import get_package_prefix, get_package_share_path
 
     assert get_package_prefix("demo") == str(demo)
     assert get_package_share_path("demo") == demo / "share/demo"
 
 
-def test_a_default_is_set_only_where_there_is_no_value(stage):
-    first, second = (stage.DeclareLaunchArgument("x", default_value=value) for value in ("1", "2"))
-    x = stage.LaunchConfiguration("x")
-    assert stage.visit(first, second, show(stage, x)) == ["show 1 --ros-args"]
+def test_a_default_is_set_only_where_there_is_no_value(visitor):
+    first, second = (visitor.DeclareLaunchArgument("x", default_value=value) for value in ("1", "2"))
+    x = visitor.LaunchConfiguration("x")
+    assert visitor.visit(first, second, show(visitor, x)) == ["show 1 --ros-args"]
     with pytest.raises(RuntimeError, match="Required launch argument 'y'"):
-        stage.visit(stage.DeclareLaunchArgument("y"))
+        visitor.visit(visitor.DeclareLaunchArgument("y"))
 
 
-def test_a_configuration_is_read_when_the_action_runs(stage):
-    x = stage.LaunchConfiguration("x", default="none")
-    lines = stage.visit(
-        show(stage, x),
-        stage.SetLaunchConfiguration("x", "1"),
-        show(stage, x),
-        stage.SetLaunchConfiguration(name="x", value=[x, "2"]),
-        show(stage, [x, "!"]),
+def test_a_configuration_is_read_when_the_action_runs(visitor):
+    x = visitor.LaunchConfiguration("x", default="none")
+    lines = visitor.visit(
+        show(visitor, x),
+        visitor.SetLaunchConfiguration("x", "1"),
+        show(visitor, x),
+        visitor.SetLaunchConfiguration(name="x", value=[x, "2"]),
+        show(visitor, [x, "!"]),
     )
     assert lines == ["show none --ros-args", "show 1 --ros-args", "show 12! --ros-args"]
 
 
-def test_a_source_serves_one_include(stage):
-    """The description in it is made once, and a process of it is executed once."""
-    source = stage.AnyLaunchDescriptionSource(str(FILES / "plain_list.launch.py"))
+def test_a_source_serves_one_include(visitor):
+    """Its description is made once, and each process in it is executed once."""
+    source = visitor.AnyLaunchDescriptionSource(str(FILES / "plain_list.launch.py"))
     modules_before = list(sys.meta_path)
     sys.modules.pop("launch", None)
     assert modules.install()
     try:
-        stage.visit(stage.IncludeLaunchDescription(source))
-        again = stage.IncludeLaunchDescription(source)
+        visitor.visit(visitor.IncludeLaunchDescription(source))
+        again = visitor.IncludeLaunchDescription(source)
         with pytest.raises(RuntimeError, match="executed more than once"):
-            stage.visit(again)
+            visitor.visit(again)
     finally:
         sys.meta_path[:] = modules_before
         for name in [name for name in sys.modules if name.split(".")[0] in ("launch", "launch_ros")]:
@@ -268,43 +273,43 @@ def test_a_source_serves_one_include(stage):
 @pytest.mark.parametrize(
     ("text", "value"), [("true", True), (" True ", True), ("1", True), ("FALSE", False), ("0", False)]
 )
-def test_a_condition_is_true_false_1_or_0(stage, text, value):
-    assert stage.IfCondition(text).evaluate(stage.context) is value
-    assert stage.UnlessCondition([text]).evaluate(stage.context) is not value
+def test_a_condition_is_true_false_1_or_0(visitor, text, value):
+    assert visitor.IfCondition(text).evaluate(visitor.context) is value
+    assert visitor.UnlessCondition([text]).evaluate(visitor.context) is not value
     for wrong in ("yes", "", "2"):
         with pytest.raises(RuntimeError, match="invalid condition expression"):
-            stage.IfCondition(wrong).evaluate(stage.context)
+            visitor.IfCondition(wrong).evaluate(visitor.context)
 
 
-def test_places_of_packages(stage, demo):
-    share = stage.FindPackageShare("demo")
-    assert (stage.text(share), share.find("demo")) == (f"{demo}/share/demo",) * 2
-    assert stage.text(share / "config" / "demo.yaml") == f"{demo}/share/demo/config/demo.yaml"
-    assert stage.text(stage.ExecutableInPackage("show", "demo")) == f"{demo}/lib/demo/show"
+def test_find_package_share_gives_the_share_folder(visitor, demo):
+    share = visitor.FindPackageShare("demo")
+    assert (visitor.text(share), share.find("demo")) == (f"{demo}/share/demo",) * 2
+    assert visitor.text(share / "config" / "demo.yaml") == f"{demo}/share/demo/config/demo.yaml"
+    assert visitor.text(visitor.ExecutableInPackage("show", "demo")) == f"{demo}/lib/demo/show"
     with pytest.raises(RuntimeError, match="executable 'ls' not found on the libexec directory"):
-        stage.text(stage.ExecutableInPackage(executable="ls", package="demo"))
+        visitor.text(visitor.ExecutableInPackage(executable="ls", package="demo"))
 
 
-def test_texts_are_put_together(stage):
-    stage.context.launch_configurations["x"] = "b"
-    parts = ["a", stage.LaunchConfiguration("x"), [stage.TextSubstitution(text="c"), ".yaml"]]
-    assert stage.text(stage.PathJoinSubstitution(parts)) == "a/b/c.yaml"
+def test_parts_are_joined(visitor):
+    visitor.context.launch_configurations["x"] = "b"
+    parts = ["a", visitor.LaunchConfiguration("x"), [visitor.TextSubstitution(text="c"), ".yaml"]]
+    assert visitor.text(visitor.PathJoinSubstitution(parts)) == "a/b/c.yaml"
     with pytest.raises(TypeError):
-        stage.TextSubstitution(text=5)
+        visitor.TextSubstitution(text=5)
 
 
-def test_a_command_gives_what_it_prints(stage):
-    assert stage.text(stage.Command(["echo ", "'a b' c"])) == "a b c\n"
+def test_a_command_gives_its_output(visitor):
+    assert visitor.text(visitor.Command(["echo ", "'a b' c"])) == "a b c\n"
     with pytest.raises(RuntimeError, match="showed stderr output"):
-        stage.text(stage.Command("sh -c 'echo oh >&2'"))
-    assert stage.text(stage.Command("sh -c 'echo oh >&2; echo x'", on_stderr="ignore")) == "x\n"
+        visitor.text(visitor.Command("sh -c 'echo oh >&2'"))
+    assert visitor.text(visitor.Command("sh -c 'echo oh >&2; echo x'", on_stderr="ignore")) == "x\n"
 
 
-def test_the_types_of_parameter_values(stage):
-    """A plain text stays text; what a substitution gives is read as YAML, unless its type is said."""
-    config = stage.LaunchConfiguration
-    stage.context.launch_configurations |= {"int": "0x10", "list": "[1, 2]", "on": "on", "empty": "", "float": "1e3"}
-    found = stage.parameters(
+def test_parameter_values_get_their_types(visitor):
+    """A plain text stays text; the text of a substitution is read as YAML, unless a type is given."""
+    config = visitor.LaunchConfiguration
+    visitor.context.launch_configurations |= {"int": "0x10", "list": "[1, 2]", "on": "on", "empty": "", "float": "1e3"}
+    found = visitor.parameters(
         {
             "text": "1",
             "int": config("int"),
@@ -316,8 +321,8 @@ def test_the_types_of_parameter_values(stage):
             "words": ["a", "1"],
             "floats": (1, 2.5),
             "deep": {"er": {"still": True}},
-            "said": stage.ParameterValue(config("int"), value_type=str),
-            "number": stage.ParameterValue(config("float"), value_type=float),
+            "said": visitor.ParameterValue(config("int"), value_type=str),
+            "number": visitor.ParameterValue(config("float"), value_type=float),
         },
         name="n",
     )
@@ -335,75 +340,75 @@ def test_the_types_of_parameter_values(stage):
         "said": "0x10",
         "number": 1000.0,
     }
-    assert stage.key == "/**", "the node's full name is known only with its namespace"
-    stage.parameters({"a": 1}, name="n", namespace="ns")
-    assert stage.key == "/ns/n"
+    assert visitor.key == "/**", "the node's full name is known only with its namespace"
+    visitor.parameters({"a": 1}, name="n", namespace="ns")
+    assert visitor.key == "/ns/n"
     for wrong in ("{a: 1}", "[1, a]", "[]", "~", "2024-01-01"):
         with pytest.raises(TypeError):
-            stage.parameters({"x": config("wrong", default=wrong)})
+            visitor.parameters({"x": config("wrong", default=wrong)})
     with pytest.raises(ValueError, match="Unable to parse"):
-        stage.parameters({"x": config("wrong", default="a: b: c")})
+        visitor.parameters({"x": config("wrong", default="a: b: c")})
 
 
-def test_an_expression_knows_math(stage):
-    stage.context.launch_configurations["x"] = "4"
-    x = stage.LaunchConfiguration("x")
-    assert stage.text(stage.PythonExpression(["int(sqrt(", x, ")) + math.floor(2.5)"])) == "4"
-    assert stage.text(stage.PythonExpression(["'", x, "' == '4'"])) == "True"
-    assert stage.text(stage.PythonExpression("os.sep", ["os"])) == "/"
+def test_an_expression_can_use_math(visitor):
+    visitor.context.launch_configurations["x"] = "4"
+    x = visitor.LaunchConfiguration("x")
+    assert visitor.text(visitor.PythonExpression(["int(sqrt(", x, ")) + math.floor(2.5)"])) == "4"
+    assert visitor.text(visitor.PythonExpression(["'", x, "' == '4'"])) == "True"
+    assert visitor.text(visitor.PythonExpression("os.sep", ["os"])) == "/"
 
 
-def test_the_environment(stage):
-    name = stage.EnvironmentVariable("DEMO_ENV", default_value="none")
-    stage.visit(show(stage, name), stage.SetEnvironmentVariable("DEMO_ENV", "set"), show(stage, name))
-    assert [one.process_details["cmd"][1] for one in stage.started] == ["none", "set"]
-    assert stage.started[1].process_details["env"]["DEMO_ENV"] == "set"
-    assert "DEMO_ENV" not in stage.started[0].process_details["env"]
+def test_environment_variables_are_read_and_set(visitor):
+    name = visitor.EnvironmentVariable("DEMO_ENV", default_value="none")
+    visitor.visit(show(visitor, name), visitor.SetEnvironmentVariable("DEMO_ENV", "set"), show(visitor, name))
+    assert [one.process_details["cmd"][1] for one in visitor.started] == ["none", "set"]
+    assert visitor.started[1].process_details["env"]["DEMO_ENV"] == "set"
+    assert "DEMO_ENV" not in visitor.started[0].process_details["env"]
     with pytest.raises(RuntimeError, match="environment variable 'NOT_THERE' does not exist"):
-        stage.text(stage.EnvironmentVariable("NOT_THERE"))
+        visitor.text(visitor.EnvironmentVariable("NOT_THERE"))
 
 
-def test_a_list_set_for_all_nodes_becomes_text(stage):
-    """A quirk of the real one, kept: no node reads round brackets as a list."""
-    lines = stage.visit(stage.SetParameter("a", [1, 2]), stage.SetParameter(name="b", value="x y"), show(stage))
+def test_a_list_set_for_all_nodes_becomes_text(visitor):
+    """A quirk of the real one: no node reads round brackets as a list."""
+    lines = visitor.visit(visitor.SetParameter("a", [1, 2]), visitor.SetParameter(name="b", value="x y"), show(visitor))
     assert lines == ["show --ros-args -p a:=(1, 2) -p b:=x y"]
 
 
-def test_what_a_parameter_file_may_hold(stage):
-    """It is passed on as it is; only where substitutions are allowed a copy with their values goes in its place."""
-    stage.context.launch_configurations["n"] = "7"
+def test_expressions_in_a_parameter_file_are_replaced(visitor):
+    """It is passed on unchanged; with `allow_substs=True`, a copy with the values filled in is passed on instead."""
+    visitor.context.launch_configurations["n"] = "7"
     wild = FILES / "config/wild.yaml"
     for allowed, path in ((False, str(wild)), (True, "DICT")):
-        file = stage.ParameterFile(wild, allow_substs=allowed)
-        assert stage.visit(show(stage, parameters=[file]))[-1] == f"show --ros-args --params-file {path}".replace(
+        file = visitor.ParameterFile(wild, allow_substs=allowed)
+        assert visitor.visit(show(visitor, parameters=[file]))[-1] == f"show --ros-args --params-file {path}".replace(
             str(FILES), "HERE"
         )
-    assert "n: 7\n" in stage.files[0]
-    assert "home: nowhere\n" in stage.files[0]
-    wild = stage.folder / "odd.yaml"
+    assert "n: 7\n" in visitor.files[0]
+    assert "home: nowhere\n" in visitor.files[0]
+    wild = visitor.folder / "odd.yaml"
     wild.write_text("x: $(eval 1)")
     with pytest.raises(RuntimeError, match=r"\$\(eval 1\) in a parameter file is not supported"):
-        stage.visit(show(stage, parameters=[stage.ParameterFile(wild, allow_substs=True)]))
+        visitor.visit(show(visitor, parameters=[visitor.ParameterFile(wild, allow_substs=True)]))
 
 
-def test_what_is_equal(stage):
+def test_texts_are_compared_as_truths_numbers_and_letters(visitor):
     pairs = [("TRUE", "1", "true"), ("1.0", "1", "true"), ("a", "A", "false"), (1, 1.0, "true"), ("", "", "true")]
     for left, right, answer in pairs:
-        assert stage.text(stage.EqualsSubstitution(left, right)) == answer
+        assert visitor.text(visitor.EqualsSubstitution(left, right)) == answer
         opposite = {"true": "false", "false": "true"}[answer]
-        assert stage.text(stage.NotEqualsSubstitution(left, right)) == opposite
+        assert visitor.text(visitor.NotEqualsSubstitution(left, right)) == opposite
 
 
-def test_the_keywords_of_a_node_are_those_of_the_real_one(stage):
+def test_the_keywords_of_a_node_are_those_of_the_real_one(visitor):
     on_exit: Callable[..., None] = lambda *_: None  # noqa: E731 - as a launch file has it
-    node = stage.Node(
+    node = visitor.Node(
         package="demo", executable="show", name="n", namespace="ns", output={"stdout": "screen", "stderr": "log"},
-        parameters=[{"a": 1}], arguments=["x"], remappings=[("a", "b")], condition=stage.IfCondition("1"),
+        parameters=[{"a": 1}], arguments=["x"], remappings=[("a", "b")], condition=visitor.IfCondition("1"),
         emulate_tty=True, respawn=True, respawn_delay=2.0, respawn_max_retries=3, on_exit=on_exit, prefix="nice",
         exec_name="label", ros_arguments=["--log-level", "info"], additional_env={"A": "b"}, cwd="/", shell=False,
         sigterm_timeout="1", sigkill_timeout="1", log_cmd=False, cached_output=True, output_format="{line}",
     )  # fmt: skip
-    (line,) = stage.visit(node)
+    (line,) = visitor.visit(node)
     assert line == (
         "nice show x --ros-args --log-level info --ros-args -r __node:=n -r __ns:=/ns --params-file DICT -r a:=b"
     )

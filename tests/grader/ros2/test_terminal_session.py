@@ -1,4 +1,4 @@
-"""The session of docs/ros2-session.md, typed into real terminals, and names that complete with Tab."""
+"""The session of docs/ros2-session.md, typed into real terminals, and completion with Tab."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from grader.host import ros_env
 
 PAGE = ROOT / "docs" / "ros2-session.md"
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
-# On a busy machine an answer to discovery may come late, and a list may be short by it: then a person looks again.
+# On a busy machine a node may be discovered late and be missing from a list: a person would look again.
 LOOKS_AT_THE_GRAPH = re.compile(r"ros2 \w+ (list|info)\b")
 LOOKS = 5
-HERE = "here"  # the window in which lines are typed one after the other; in the others they go on
+HERE = "here"  # in this window each line is waited for; in the others lines keep running
 
 pytestmark = [
     pytest.mark.ros,
@@ -32,10 +32,10 @@ pytestmark = [
 
 @dataclass
 class Step:
-    """A line of the page, and what is printed: to its end, or until Ctrl-C is pressed and after it."""
+    """A line of the page and its output: to its end, or until Ctrl-C is pressed and after it."""
 
     window: str
-    line: str  # "" for Ctrl-C in a window whose line goes on
+    line: str  # "" for Ctrl-C in a window whose line is still running
     shown: list[str] = field(default_factory=list)
 
 
@@ -45,7 +45,7 @@ def blocks(page: str, language: str) -> list[tuple[str, str]]:
 
 
 def steps(page: str) -> list[Step]:
-    """Return what the page has typed."""
+    """Return the lines that the page types."""
     found: list[Step] = []
     for window, text in blocks(page, "console"):
         for line in text.splitlines():
@@ -59,9 +59,9 @@ def steps(page: str) -> list[Step]:
 
 
 def pattern(lines: list[str]) -> str:
-    """Return what matches the lines with any numbers in them; … stands for any text, alone in a line for any lines.
+    """Return a pattern for the lines with any numbers in them; … matches any text, alone in a line any lines.
 
-    The terminal writes ^C where Ctrl-C is pressed, which may be in the middle of what is printed.
+    The terminal writes ^C where Ctrl-C is pressed, which may be in the middle of the output.
     """
     parts = []
     for line in lines:
@@ -76,17 +76,17 @@ def pattern(lines: list[str]) -> str:
 
 
 def fits(shown: list[str], said: str) -> bool:
-    """Return whether what was printed is what the page shows."""
+    """Return whether the output is as the page shows it."""
     said = said.replace("^C", "", 1)
     return re.fullmatch(pattern(shown), said if said.endswith("\n") or not said else said + "\n") is not None
 
 
 def play(step: Step, terminal: Terminal) -> None:
-    """Type a line and compare."""
+    """Type a line and compare its output."""
     stop = next((i for i, line in enumerate(step.shown) if line.startswith("^C")), None)
     shown = step.shown
     if not step.line:
-        said, shown = terminal.interrupt(), ["…", *shown]  # what came before is shown further up
+        said, shown = terminal.interrupt(), ["…", *shown]  # the earlier output is shown further up
     elif stop is not None:
         terminal.start(step.line)
         terminal.wait_for(r"\A" + pattern(shown[:stop]))
@@ -101,7 +101,7 @@ def play(step: Step, terminal: Terminal) -> None:
         if fits(shown, said) or not LOOKS_AT_THE_GRAPH.match(step.line):
             break
         said = terminal.run(step.line)
-    assert fits(shown, said), f"$ {step.line}\n{said}\nis not as the page has it:\n" + "\n".join(shown)
+    assert fits(shown, said), f"$ {step.line}\n{said}\nis not as on the page:\n" + "\n".join(shown)
     assert "Traceback" not in said
     if step.line == "echo $?":
         assert said.split() == shown
@@ -118,12 +118,12 @@ def window(tmp_path_factory: pytest.TempPathFactory, reference: Path) -> Iterato
         yield open_one
 
 
-def test_the_session_goes_as_the_page_says(window):
-    """Topics, services, an action with feedback, parameters, a bag recorded and played; Ctrl-C; wrong words."""
+def test_the_session_goes_as_on_the_page(window):
+    """Topics, services, an action with feedback, parameters, a bag recorded and played; Ctrl-C; wrong input."""
     page = PAGE.read_text()
     opened: dict[str, Terminal] = {}
     for step in steps(page):
-        if step.window == "build":  # done by the fixture, and by the test below
+        if step.window == "build":  # done by the fixture and by the last test
             continue
         if step.window not in opened:
             opened[step.window] = window()
@@ -169,14 +169,14 @@ def test_tab_completes(beside_the_robot, typed, completed):
         ("ros2 topic bw /scan", "from", 2),
         ("ros2 topic pub -r 50 /chatter std_msgs/msg/String", "#3", 2),
         ("ros2 topic hz /nobody", "WARNING", 2),
-        ("ros2 bag record -o early /odom", "Listening", 0),  # and what there is is a bag, below
+        ("ros2 bag record -o early /odom", "Listening", 0),  # the next line plays it
         ("ros2 bag play -l early", "Set rate", 2),
         ("ros2 action send_goal /navigate_to_position ros2_robot_controller/action/NavigateToPosition "
          "'{target_pose: {position: {x: 6.0}}, tolerance: 0.1}'", "Goal accepted", 2),
     ],
 )  # fmt: skip
 def test_ctrl_c_ends_a_line(beside_the_robot, line, until, code):
-    """With an exit code, without a traceback, and with nothing left behind."""
+    """With an exit code, and without a traceback."""
     beside_the_robot.start(line)
     beside_the_robot.wait_for(until)
     said = beside_the_robot.interrupt()

@@ -1,4 +1,4 @@
-"""Groups put configurations and environment back, unless they are not scoped; without forwarding they begin empty."""
+"""Groups restore configurations and environment, unless they are not scoped; without forwarding they begin empty."""
 
 from launch import LaunchDescription
 from launch.actions import GroupAction, SetEnvironmentVariable, SetLaunchConfiguration

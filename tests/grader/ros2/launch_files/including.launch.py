@@ -1,4 +1,4 @@
-"""An include leaks: what it was given and what it declares is there afterwards, unless a group is around it."""
+"""An include leaks: its arguments, given and declared, remain set afterwards, unless a group is around it."""
 # ruff: noqa: PTH118, PTH120 - as launch files are written
 
 import os

@@ -1,4 +1,4 @@
-"""Namespaces of nodes, of groups, and both; what holds for all nodes of a group."""
+"""Namespaces of nodes, of groups, and both; settings for all nodes of a group."""
 
 from launch import LaunchDescription
 from launch.actions import GroupAction

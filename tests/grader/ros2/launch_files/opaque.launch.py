@@ -1,4 +1,4 @@
-"""A function that sees the values and returns what to start."""
+"""A function that sees the values and returns the nodes to start."""
 
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction

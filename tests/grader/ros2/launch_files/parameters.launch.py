@@ -1,4 +1,4 @@
-"""Parameters as dictionaries, files and values with a said type."""
+"""Parameters as dictionaries, files, and values with a given type."""
 
 from pathlib import Path
 

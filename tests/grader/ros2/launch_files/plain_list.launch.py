@@ -1,4 +1,4 @@
-"""Names imported one by one, a list of entities, the place of a file by ament_index_python."""
+"""Names imported one by one, a list of entities, a file found with ament_index_python."""
 # ruff: noqa: PTH118 - as launch files are written
 
 import os

@@ -1,4 +1,4 @@
-"""A process that comes back, and one whose end ends everything."""
+"""A process that respawns, and one whose end ends the launch."""
 
 from launch import LaunchDescription
 from launch.actions import EmitEvent, ExecuteProcess, RegisterEventHandler, Shutdown, TimerAction

@@ -1,4 +1,4 @@
-"""However a launch ends, its processes end with it, each told once, and it leaves a record and no files."""
+"""However a launch ends, its processes end with it, each signalled once, and it leaves a record and no files."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from helpers.ros2_runs import COMMAND, FILES, environment, events, until, write
 
 @pytest.fixture
 def mark() -> str:
-    """A number of seconds that no other process sleeps, by which ours are found again."""
+    """Return a number of seconds that no other process sleeps, to find ours by."""
     return f"600.{uuid.uuid4().int % 10**9:09d}"
 
 
@@ -33,7 +33,7 @@ def alive(mark: str) -> list[str]:
 
 
 def family(mark: str) -> str:
-    """A process with a child of its own that ignores nothing but is told nothing either, and a parameter file."""
+    """Return an entity: a process with a child that is never signalled itself, and a parameter file."""
     return f"demo('family', '{mark}', parameters=[{{'a': 1}}])"
 
 
@@ -57,7 +57,7 @@ def test_no_orphan_after_a_signal(launch, tmp_path, mark, number, code):
     until(lambda: not list(tmp_path.glob("launch_params_*")))
 
 
-def test_no_orphan_after_an_exception_later(launch, tmp_path, mark):
+def test_no_orphan_after_an_exception_during_the_launch(launch, tmp_path, mark):
     later = "TimerAction(period=0.3, actions=[demo('show', LaunchConfiguration('not_there'))])"
     run = launch(write(tmp_path, family(mark), later)).end()
     assert run.code == 1
@@ -67,7 +67,7 @@ def test_no_orphan_after_an_exception_later(launch, tmp_path, mark):
 
 
 def test_nothing_starts_when_the_description_fails_in_the_middle(launch, tmp_path, mark):
-    """The real launch has started the first by then, and leaves it behind."""
+    """The real launch has started the first process by then, and leaves it running."""
     run = launch(write(tmp_path, family(mark), "Node(package='demo', executable='nope')")).end()
     assert run.code == 1
     assert re.search(r"executable 'nope' not found .*; it holds .*show.* \(\S*made.launch.py, line 11\)", run.out)
@@ -76,7 +76,7 @@ def test_nothing_starts_when_the_description_fails_in_the_middle(launch, tmp_pat
     assert not alive(mark)
 
 
-def test_sigint_then_sigterm_then_sigkill(launch, tmp_path):
+def test_a_stubborn_process_gets_sigint_then_sigterm_then_sigkill(launch, tmp_path):
     started = launch(
         write(tmp_path, "demo('stubborn')", "demo('wait')"), "sigterm_timeout:=0.3", "sigkill_timeout:=0.3"
     )
@@ -98,7 +98,7 @@ def test_a_second_sigint_is_ignored(launch, tmp_path):
 
 
 def test_ctrl_c_at_a_terminal_reaches_a_process_once(demo, tmp_path):
-    """A terminal signals the whole foreground group: the processes are in none, and the launch passes it on once."""
+    """A terminal signals its foreground group. The processes are in others; the launch passes the signal on once."""
     file, record = write(tmp_path, "demo('counting')"), tmp_path / "record.jsonl"
     pid, terminal = pty.fork()
     if pid == 0:
@@ -122,7 +122,7 @@ def test_ctrl_c_at_a_terminal_reaches_a_process_once(demo, tmp_path):
 
 
 def test_no_orphan_when_the_terminal_is_closed(demo, tmp_path, mark):
-    """Writing to a terminal that is gone fails, and that must not stop the launch from ending its processes."""
+    """Writing to a closed terminal fails, and that must not stop the launch from ending its processes."""
     file = write(tmp_path, family(mark))
     pid, terminal = pty.fork()
     if pid == 0:
@@ -134,7 +134,7 @@ def test_no_orphan_when_the_terminal_is_closed(demo, tmp_path, mark):
     until(lambda: not alive(mark))
 
 
-def test_the_record_says_how_each_ended(launch, tmp_path):
+def test_the_record_holds_how_each_process_ended(launch, tmp_path):
     run = launch(write(tmp_path, "demo('fail', name='n', namespace='ns')", "demo('show')")).end()
     (started,) = [e for e in run.events if e["event"] == "started" and e["process"] == "fail-1"]
     assert (started["package"], started["executable"], started["node"]) == ("demo", "fail", "/ns/n")
@@ -145,7 +145,7 @@ def test_the_record_says_how_each_ended(launch, tmp_path):
     assert run.events[-1]["event"] == "launch_ended"
 
 
-def test_the_record_is_also_asked_for_by_the_environment(ros2, tmp_path):
+def test_the_environment_can_ask_for_the_record(ros2, tmp_path):
     ros2("launch", FILES / "plain_list.launch.py", ROS2_LAUNCH_RECORD=str(tmp_path / "there.jsonl"))
     assert [e["event"] for e in events(tmp_path / "there.jsonl")].count("ended") == 3
 

@@ -1,6 +1,6 @@
 """The `ros2` command beside the reference nodes, in a network of their own.
 
-What is expected was compared with what the real ros2cli 0.32.2 prints beside the same nodes.
+The expected output was compared with that of the real ros2cli 0.32.2 beside the same nodes.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def ros2(tmp_path_factory: pytest.TempPathFactory, reference: Path) -> Iterator[
     log = folder / "nodes.log"
     ask("launch", TYPE, "robot_controller_launch.py", background=str(log))
     until(lambda: log.is_file() and "is ready" in log.read_text())
-    # The second says nothing when it has started; it answers when it has.
+    # The second prints nothing when it has started; but then it answers.
     until(lambda: ask("param", "get", "/sensor_processor", "use_sim_time").code == 0)
     ask.folder = folder  # type: ignore[attr-defined]  # a place for the tests' files
     yield ask
@@ -73,7 +73,7 @@ def test_a_list_of_nodes_is_never_empty_beside_running_nodes(ros2):
     until(lambda: ros2("node", "list", "-c").out == "2\n")
 
 
-def test_topics(ros2):
+def test_topics_are_listed_and_described(ros2):
     listed = ros2("topic", "list", "-t").out.splitlines()
     assert "/cmd_vel [geometry_msgs/msg/Twist]" in listed
     assert f"/sensor_fusion_data [{TYPE}/msg/SensorFusionData]" in listed
@@ -99,7 +99,7 @@ def test_echo_prints_yaml(ros2):
 
 
 def test_pub_reaches_a_node(ros2):
-    """A scan of one near reading: the node then sees an obstacle."""
+    """With a filled-in header; a wrong field is refused."""
     scan = "{header: auto, angle_increment: 0.1, range_min: 0.1, range_max: 5.0, ranges: [0.3]}"
     done = ros2("topic", "pub", "--once", "/scan", "sensor_msgs/msg/LaserScan", scan)
     assert "publisher: beginning loop\npublishing #1: sensor_msgs.msg.LaserScan(header=" in done.out
@@ -108,14 +108,14 @@ def test_pub_reaches_a_node(ros2):
     assert (wrong.code, wrong.err) == (1, "Failed to populate field: 'String' object has no attribute 'dat'\n")
 
 
-def test_the_rate_of_a_topic(ros2):
+def test_hz_measures_the_rate_of_a_topic(ros2):
     said = ros2("topic", "hz", "/cmd_vel", interrupt_s=8).out
     rate = float(re.findall(r"average rate: ([0-9.]+)", said)[-1])
     assert 5 < rate < 15
     assert re.search(r"\tmin: [0-9.]+s max: [0-9.]+s std dev: [0-9.]+s window: \d+", said)
 
 
-def test_services(ros2):
+def test_services_are_listed_and_called(ros2):
     assert f"/set_speed [{TYPE}/srv/SetSpeed]\n" in ros2("service", "list", "-t").out
     assert ros2("service", "type", "/set_speed").out == f"{TYPE}/srv/SetSpeed\n"
     called = ros2("service", "call", "/set_speed", f"{TYPE}/srv/SetSpeed", "{speed: 9.0}").out
@@ -132,7 +132,7 @@ def test_a_node_is_described(ros2):
     assert ros2("node", "info", "/nope").err == "Unable to find node '/nope'\n"
 
 
-def test_an_action_with_feedback(ros2):
+def test_a_goal_is_sent_and_followed_with_feedback(ros2):
     expected = f"/navigate_to_position [{TYPE}/action/NavigateToPosition]\n"
     until(lambda: ros2("action", "list", "-t").out == expected)
     assert "Action servers: 1\n    /robot_controller\n" in ros2("action", "info", "/navigate_to_position").out
@@ -145,7 +145,7 @@ def test_an_action_with_feedback(ros2):
     assert sent.out.endswith("Goal finished with status: SUCCEEDED\n")
 
 
-def test_parameters(ros2):
+def test_parameters_are_listed_set_dumped_and_loaded(ros2):
     node = "/sensor_processor"
     assert "  fusion_frequency\n" in ros2("param", "list", node).out
     assert ros2("param", "get", node, "fusion_frequency").out == "Double value is: 20.0\n"
@@ -170,7 +170,7 @@ def test_a_bag_is_recorded_and_played(ros2):
     said = ros2.folder / "record.log"
     recorder = ros2("bag", "record", "-o", bag, "/cmd_vel", background=str(said))
     until(lambda: "Subscribed to topic '/cmd_vel'" in said.read_text())
-    ros2("topic", "echo", "--once", "/cmd_vel")  # by then some more have come
+    ros2("topic", "echo", "--once", "/cmd_vel")  # by then more messages have arrived
     os.kill(recorder.pid, signal.SIGINT)
     until(lambda: "Recording stopped" in said.read_text())
     info = ros2("bag", "info", bag).out

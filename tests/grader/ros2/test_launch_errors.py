@@ -1,0 +1,117 @@
+"""An error is one message: the feature, the file and the line, and what to do instead."""
+
+from __future__ import annotations
+
+import pytest
+from helpers.ros2_runs import write
+
+
+@pytest.mark.parametrize(
+    ("entity", "words"),
+    [
+        ("Node(package='rviz2', executable='rviz2')", "rviz2 cannot be installed with pip; look at the robot with"),
+        ("Node(package='mine', executable='x')", "\"package 'mine' not found, searching: ["),
+        ("Node(package='demo', node_executable='show')", "since ROS 2 Galactic it is called 'executable'"),
+        ("demo('show', name='a b')", "Invalid node name 'a b'"),
+        ("demo('show', namespace='9')", "Invalid namespace '/9'"),
+        ("DeclareLaunchArgument('r', description='Need.')", "missing required argument 'r' (description: 'Need.')"),
+        ("DeclareLaunchArgument('c', default_value='z', choices=['a'])", "Valid options are: ['a']"),
+        ("demo('show', LaunchConfiguration('no'))", "launch configuration 'no' does not exist"),
+        ("demo('show', EnvironmentVariable('NO_X'))", "environment variable 'NO_X' does not exist"),
+        ("demo('show', Command('false'))", "executed command failed. Command: false"),
+        ("demo('show', PythonExpression('1/0'))", "'1/0' fails: ZeroDivisionError"),
+        ("*(lambda n: [n, n])(demo('show'))", "executed more than once"),
+        ("demo('show', parameters=[{'a': [1, 'b']}])", "non-empty sequence of one type"),
+        ("demo('show', parameters=[{'a': []}])", "non-empty sequence of one type"),
+        ("demo('show', parameters={'a': 1})", "Expected 'parameters' to be a list"),
+        ("demo('show', remappings=['a:=b'])", "remappings is a list of pairs (from, to), got 'a:=b'"),
+        ("IncludeLaunchDescription('there.launch.xml')", "the XML launch file there.launch.xml is not supported"),
+        ("IncludeLaunchDescription('/there.launch.py')", "No such file or directory: '/there.launch.py'"),
+    ],
+)
+def test_an_impossible_entity_is_one_message(launch, tmp_path, entity, words):
+    run = launch(write(tmp_path, entity)).end()
+    assert run.code == 1
+    assert words in run.out
+    assert "Traceback" not in run.out + run.err
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        (
+            "from launch_ros.actions import ComposableNodeContainer\nComposableNodeContainer(name='c')",
+            "line 2: ComposableNodeContainer of launch_ros.actions is not supported by the launch of this kit. Start",
+        ),
+        (
+            "from launch_xml.launch_description_sources import XMLLaunchDescriptionSource as X\nX('a.xml')",
+            "line 2: XMLLaunchDescriptionSource of launch_xml.launch_description_sources is not supported",
+        ),
+        ("from nav2_common.launch import RewrittenYaml", "No module named 'nav2_common'"),
+        ("from launch.actions import Nodes", "cannot import name 'Nodes' from 'launch.actions'"),
+        ("def generate_launch_description(:", "SyntaxError"),
+        ("x = 1", "does not contain the required function 'generate_launch_description()'"),
+        ("def generate_launch_description(): pass", "returns NoneType, not a LaunchDescription"),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_one_message(launch, tmp_path, line, words):
+    file = tmp_path / "made.launch.py"
+    file.write_text(line + "\n")
+    run = launch(file).end()
+    assert run.code == 1
+    assert words in run.out
+    assert "made.launch.py" in run.out
+    assert "Traceback" not in run.out + run.err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["nowhere", "x.launch.py"], "Package 'nowhere' not found: \"package 'nowhere' not found, searching: ["),
+        (
+            ["demo", "x.launch.py"],
+            "file 'x.launch.py' was not found in the share directory of package 'demo' which is at",
+        ),
+        (["demo", "one.launch.py", "rate=1"], "malformed launch argument 'rate=1', expected format '<name>:=<value>'"),
+        (["demo"], "'demo' is not a file: ros2 launch takes a package and the name of its launch file, or a path"),
+    ],
+)
+def test_a_wrong_command_line_is_one_message(ros2, words, said):
+    done = ros2("launch", *words)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert said in done.stderr
+
+
+def test_a_lifecycle_node_is_started_as_a_plain_one_with_a_warning(launch, tmp_path):
+    run = launch(
+        write(
+            tmp_path,
+            "LifecycleNode(package='demo', executable='show', name='n', namespace='')".replace(
+                "LifecycleNode", "__import__('launch_ros.actions', fromlist=['x']).LifecycleNode"
+            ),
+        )
+    ).end()
+    assert run.commands == ["show --ros-args -r __node:=n -r __ns:=/"]
+    assert "a LifecycleNode is started as a plain node" in run.out
+
+
+def test_show_args_describes_the_defaults(ros2, tmp_path):
+    """They are not evaluated: only `generate_launch_description` runs."""
+    file = write(
+        tmp_path,
+        "DeclareLaunchArgument('a', default_value=['x', LaunchConfiguration('b'), EnvironmentVariable('NOT_SET')])",
+        "DeclareLaunchArgument('b', description='Needed.', choices=['1', '2'])",
+        "GroupAction([DeclareLaunchArgument('c', default_value='')], condition=__import__('launch.conditions', "
+        "fromlist=['x']).IfCondition('true'))",
+    )
+    shown = ros2("launch", "-s", file)
+    assert shown.stdout == (
+        "Arguments (pass arguments as '<name>:=<value>'):\n"
+        "\n    'a':\n        no description given\n        (default: 'x' + LaunchConfig('b') + EnvVar('NOT_SET'))\n"
+        "\n    'b':\n        Needed. Valid choices are: ['1', '2']\n"
+        "\n    'c':*\n        no description given\n        (default: '')\n"
+        "\n* argument(s) which are only used if specific conditions occur\n"
+    )
+    assert shown.returncode == 0
+    file.write_text("from launch import LaunchDescription\ngenerate_launch_description = LaunchDescription\n")
+    assert ros2("launch", "--show-args", file).stdout.endswith("\n  No arguments.\n")
