@@ -1,4 +1,4 @@
-"""Kill a grading with -9 at random moments and look at what is left; then grade again in the same place.
+"""Kill gradings with SIGKILL at random moments, look for what they leave, and grade again in the same folder.
 
 Run it:  PYTHONPATH=.:tests python tests/helpers/kill_runs.py --runs 100 [--only F1 F14 T1] [--seed 0]
 """
@@ -22,7 +22,7 @@ from grader import KIT, evidence
 
 ROOT = KIT
 REFERENCE = ROOT / "solution_pkg" / "ros2_robot_controller"
-_SUBREAPER = 36  # prctl: orphans of our children become our children, so none can hide
+_SUBREAPER = 36  # prctl: orphaned descendants become our children, so none can escape
 _LEFT_S = 10.0
 
 
@@ -33,7 +33,7 @@ def start(out: Path, only: list[str], package: Path = REFERENCE) -> subprocess.P
 
 
 def children() -> list[str]:
-    """Return the processes below us that still live: their ids and names."""
+    """Return the ids and names of our child processes that are still running."""
     found = []
     for entry in Path("/proc").iterdir():
         with contextlib.suppress(OSError, ValueError):
@@ -45,14 +45,14 @@ def children() -> list[str]:
 
 
 def reap() -> None:
-    """Let go of the dead among those we have inherited."""
+    """Reap the dead among the processes that we have inherited."""
     with contextlib.suppress(ChildProcessError):
         while os.waitpid(-1, os.WNOHANG)[0]:
             pass
 
 
 def kill_once(out: Path, only: list[str], after: float) -> list[str]:
-    """Kill a grading after so many seconds and return what it left that it should not have."""
+    """Kill a grading after `after` seconds and return what it should not have left."""
     mounts = Path("/proc/mounts").read_text()
     grading = start(out, only)
     with contextlib.suppress(subprocess.TimeoutExpired):
@@ -74,7 +74,7 @@ def kill_once(out: Path, only: list[str], after: float) -> list[str]:
 
 
 def unreadable(out: Path) -> list[str]:
-    """Return which results are there by half."""
+    """Return which results are incomplete."""
     wrong = []
     with contextlib.suppress(FileNotFoundError):
         try:
@@ -90,11 +90,11 @@ def unreadable(out: Path) -> list[str]:
 
 
 def grade_again(out: Path, only: list[str]) -> tuple[dict[str, float], list[str]]:
-    """Grade in the same place; return the points, and what is wrong."""
+    """Grade in the same folder; return the points and the problems."""
     grading = start(out, only)
-    _, said = grading.communicate()
+    _, errors = grading.communicate()
     if grading.returncode:
-        return {}, [f"the second run failed with status {grading.returncode}: {said.decode()[-500:]}"]
+        return {}, [f"the second run failed with status {grading.returncode}: {errors.decode()[-500:]}"]
     report = json.loads((out / "report.json").read_text())
     points = {r["id"]: r["points"] for r in report["requirements"] if r["id"] in only}
     left = sorted(path.name for path in out.iterdir() if path.name.startswith("."))
@@ -102,15 +102,17 @@ def grade_again(out: Path, only: list[str]) -> tuple[dict[str, float], list[str]
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Kill gradings, tell of each, and return 1 if anything was wrong."""
+    """Kill gradings, report each, and return 1 if there was any problem."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=10, help="how many gradings to kill (default 10)")
     parser.add_argument("--only", nargs="+", default=["F1", "F14", "I5", "T1"], help="requirements to grade")
-    parser.add_argument("--seed", type=int, default=0, help="decides the moments")
-    parser.add_argument("--again-every", type=int, default=10, help="grade whole after so many kills (default 10)")
+    parser.add_argument("--seed", type=int, default=0, help="seed of the random moments")
+    parser.add_argument(
+        "--again-every", type=int, default=10, help="grade fully after this many kills (default 10)"
+    )
     options = parser.parse_args(arguments)
     ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
-    chance = random.Random(options.seed)
+    rng = random.Random(options.seed)
     bad = 0
     with tempfile.TemporaryDirectory(prefix="kill-") as folder:
         out = Path(folder) / "out"
@@ -118,7 +120,7 @@ def main(arguments: list[str] | None = None) -> int:
         expected, wrong = grade_again(out, options.only)
         whole = time.monotonic() - began
         for number in range(options.runs):
-            after = chance.uniform(0.0, whole)
+            after = rng.uniform(0.0, whole)
             wrong += kill_once(out, options.only, after)
             if number % options.again_every == options.again_every - 1 or number == options.runs - 1:
                 points, more = grade_again(out, options.only)
@@ -129,7 +131,7 @@ def main(arguments: list[str] | None = None) -> int:
             )
             bad += bool(wrong)
             wrong = []
-    print(f"{options.runs} gradings were killed; {bad} left something or spoilt the next one.")
+    print(f"{options.runs} gradings were killed; {bad} left something behind or spoilt the next one.")
     return 1 if bad else 0
 
 

@@ -1,1 +1,1 @@
-"""Attacks on the grader as submissions that can be run: `grader attack`."""
+"""Attacks on the grader, as submissions that can be graded: `grader self-test`."""

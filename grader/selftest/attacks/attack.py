@@ -1,4 +1,4 @@
-"""What an attack is: a small named edit of a package, what it tries, and the right outcome. Data only."""
+"""An attack as data: a small edit of a package, what it tries, and the right outcome; and functions that make edits."""
 
 from __future__ import annotations
 
@@ -6,78 +6,61 @@ import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-PACKAGE = "ros2_robot_controller"
+from grader.contract.spec import PACKAGE
 
 Change = Callable[[Path], None]
 """An edit of a package's folder."""
 Pack = Callable[[Path, Path], Path]
-"""Makes what is handed in, below a folder, from the package."""
+"""Packs a package into a submission below a folder, and returns the submission."""
 
 _NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache", "build", "install", "log")
 
 
 @dataclass(frozen=True)
 class Attack:
-    """One attempt at points that were not earned, or at what does not belong to the submission.
+    """One attempt to gain points that were not earned, or to reach what does not belong to the submission.
 
-    In texts `@SECRET@`, `@TOKEN@`, `@PORT@`, `@RESULTS@`, `@NEIGHBOUR@`, `@KIT@` stand for what the scene of the attack
-    plants on the host (scene.py).
+    In texts, `@SECRET@`, `@TOKEN@`, `@PORT@`, `@RESULTS@`, `@NEIGHBOUR@` and `@KIT@` are replaced by the values of this
+    host (honeytokens.py).
 
     Attributes:
-        name: what it is called.
+        name: its name on the command line.
         tries: what it tries, as a sentence.
-        stopped: what stops it, in words.
-        number: its number in the catalogue of known attacks on autograders; 0 for one that we added.
-        needs: the requirements that have to be graded to see what comes of it.
         changes: its edits of the package.
-        weak: the weakness that the package has, with and without the attack: what there is to win.
-        costs: the requirements that may lose points by it; all others must come out as without it.
+        needs: the requirements to grade in order to see its effect.
+        costs: the requirements that may lose points by it; all others must keep theirs.
+        stopped: what stops it.
+        number: its number in the list of known attacks on autograders; 0 for one that the kit has added.
+        weak: the weakness that the package has with and without the attack: what there is to gain.
         flag: the kind of integrity flag that it must raise, "" where there is nothing to be seen of it.
-        proof: words that must stand in the evidence, to show that it was really carried out.
-        pack: how it is handed in, if not as a folder.
+        proof: text that must be in the evidence, to show that it was really carried out.
+        pack: how it is packed, if it is not submitted as a folder.
         refused: words of the refusal, if it is not graded at all.
-        build_seconds: how long it may build, if not as long as any.
-        no_door: why there is nothing here that it could be tried on; then it is not run.
+        not_applicable: why it cannot be tried on this grader; then it is not run.
+        build_seconds: time limit for its build, if not the usual one.
     """
 
     name: str
     tries: str
+    changes: tuple[Change, ...]
+    needs: tuple[str, ...]
+    costs: frozenset[str]
     stopped: str = ""
     number: int = 0
-    needs: tuple[str, ...] = ()
-    changes: tuple[Change, ...] = ()
     weak: str = ""
-    costs: frozenset[str] = frozenset()
     flag: str = ""
     proof: str = ""
     pack: Pack | None = None
     refused: str = ""
-    no_door: str = ""
+    not_applicable: str = ""
     build_seconds: float = 0.0
 
 
-def attack(
-    name: str,
-    tries: str,
-    *changes: Change,
-    stopped: str = "",
-    number: int = 0,
-    needs: str = "",
-    weak: str = "",
-    costs: str = "",
-    flag: str = "",
-    proof: str = "",
-    pack: Pack | None = None,
-    refused: str = "",
-    no_door: str = "",
-    build_seconds: float = 0.0,
-) -> Attack:
-    """Return an attack; `needs` and `costs` are requirements separated by blanks."""
-    return Attack(
-        name, tries, stopped, number, tuple(needs.split()), changes, weak, frozenset(costs.split()), flag, proof,
-        pack, refused, no_door, build_seconds,
-    )  # fmt: skip
+def attack(name: str, tries: str, *changes: Change, needs: str = "", costs: str = "", **others: Any) -> Attack:
+    """Return an attack; `needs` and `costs` are requirements separated by spaces, `others` its other attributes."""
+    return Attack(name, tries, changes, tuple(needs.split()), frozenset(costs.split()), **others)
 
 
 def copy(package: Path, folder: Path) -> Path:
@@ -88,7 +71,7 @@ def copy(package: Path, folder: Path) -> Path:
 
 
 def put(path: str, text: str, *, executable: bool = False) -> Change:
-    """Write a file of the package."""
+    """Return a change that writes a file."""
 
     def change(package: Path) -> None:
         file = package / path
@@ -101,7 +84,7 @@ def put(path: str, text: str, *, executable: bool = False) -> Change:
 
 
 def append(path: str, text: str) -> Change:
-    """Add text to the end of a file."""
+    """Return a change that adds text to the end of a file."""
 
     def change(package: Path) -> None:
         file = package / path
@@ -111,19 +94,19 @@ def append(path: str, text: str) -> Change:
 
 
 def replace(path: str, old: str, new: str) -> Change:
-    """Replace a text that must stand in a file exactly once."""
+    """Return a change that replaces a text that must occur in a file exactly once."""
 
     def change(package: Path) -> None:
         text = (package / path).read_text()
         if text.count(old) != 1:
-            raise ValueError(f"{old!r} stands {text.count(old)} times in {path}, not once")
+            raise ValueError(f"{old!r} occurs {text.count(old)} times in {path}, not once")
         (package / path).write_text(text.replace(old, new))
 
     return change
 
 
 def remove(path: str) -> Change:
-    """Take a file or a folder away."""
+    """Return a change that removes a file or a folder."""
 
     def change(package: Path) -> None:
         target = package / path
@@ -136,9 +119,10 @@ def remove(path: str) -> Change:
 
 
 def node(payload: str, executable: str = "robot_controller", *, before: str = "") -> Change:
-    """Run `payload` when a node starts, then the node. It may use os, sys, subprocess, threading, time.
+    """Return a change that runs `payload` when a node starts, and then the node.
 
-    What it prints stands in the trial's evidence. A payload that fails says so, and the node starts all the same.
+    The payload may use os, sys, subprocess, threading and time. Its output is in the trial's evidence. A payload that
+    fails prints the exception, and the node starts nevertheless.
     """
     indented = "".join(f"    {line}\n" if line else "\n" for line in payload.strip().splitlines())
     text = (
@@ -151,7 +135,7 @@ def node(payload: str, executable: str = "robot_controller", *, before: str = ""
 
 
 def beside(payload: str, executable: str = "robot_controller") -> Change:
-    """Run `payload` beside a node; it may use `node`, its own, `spin(seconds)` and `spin_until(holds)`."""
+    """Return a change that runs `payload` beside a node; it may use its own `node`, `spin(s)` and `spin_until(f)`."""
     indented = "".join(f"        {line}\n" if line else "\n" for line in payload.strip().splitlines())
     text = (
         "context = rclpy.Context()\nrclpy.init(context=context)\n"
@@ -170,28 +154,27 @@ def beside(payload: str, executable: str = "robot_controller") -> Change:
 
 
 def cmake(text: str) -> Change:
-    """Put commands into CMakeLists.txt before its end."""
+    """Return a change that adds commands to CMakeLists.txt before its end."""
     return replace("CMakeLists.txt", "\nament_package()", f"\n{text.strip()}\n\nament_package()")
 
 
 @dataclass(frozen=True)
-class Filled:
-    """Words that stand for what a scene has planted, and what they stand for."""
+class Placeholders:
+    """The values on this host of the placeholders in an attack's texts."""
 
-    words: Mapping[str, str] = field(default_factory=dict)
+    values: Mapping[str, str] = field(default_factory=dict)
 
-    def text(self, text: str) -> str:
-        """Return `text` with the words filled in."""
-        for word, value in self.words.items():
-            text = text.replace(f"@{word}@", value)
+    def fill(self, text: str) -> str:
+        """Return `text` with the placeholders filled in."""
+        for name, value in self.values.items():
+            text = text.replace(f"@{name}@", value)
         return text
 
-    def folder(self, package: Path) -> None:
-        """Fill in the words in every file of the package."""
+    def fill_folder(self, package: Path) -> None:
+        """Fill in the placeholders in every file of the package."""
         for path in package.rglob("*"):
             if path.is_file() and not path.is_symlink():
                 old = path.read_bytes()
-                if b"@" in old:
-                    new = self.text(old.decode("utf-8", "surrogateescape")).encode("utf-8", "surrogateescape")
-                    if new != old:
-                        path.write_bytes(new)
+                new = self.fill(old.decode("utf-8", "surrogateescape")).encode("utf-8", "surrogateescape")
+                if new != old:
+                    path.write_bytes(new)

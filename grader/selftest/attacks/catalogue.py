@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
-from grader.selftest.attacks import not_applicable, on_answers, on_build, on_intake, on_nodes, on_tests, on_text
-from grader.selftest.attacks.attack import Attack
+from grader.selftest.attacks import on_answers, on_build, on_intake, on_nodes, on_tests, on_text
+from grader.selftest.attacks.attack import Attack, attack
 
-_MODULES = (on_intake, on_build, on_nodes, on_answers, on_tests, on_text, not_applicable)
+_NOT_APPLICABLE = (
+    attack(
+        "edits_the_database", "Edits or locks the gradebook's database.", number=18,
+        not_applicable="the kit has no database: each grading is a folder of files that only the grader writes",
+    ),
+    attack(
+        "unpickles_a_result", "Leaves a pickle for the grader to load.", number=10,
+        not_applicable="the grader never unpickles anything; attacks by tests that write pickles are run above",
+    ),
+)  # fmt: skip
+_ALL = (on_intake.ATTACKS, on_build.ATTACKS, on_nodes.ATTACKS, on_answers.ATTACKS, on_tests.ATTACKS, on_text.ATTACKS)
 
-ATTACKS: dict[str, Attack] = {each.name: each for module in _MODULES for each in module.ATTACKS}
+ATTACKS: dict[str, Attack] = {each.name: each for attacks in (*_ALL, _NOT_APPLICABLE) for each in attacks}
 
 KNOWN = 43
-"""How many attacks on autograders the catalogue lists that we started from; each number occurs at least once here."""
+"""The size of the list of known attacks on autograders from which this one started; each number occurs here."""

@@ -1,45 +1,52 @@
-"""The verb `grader attack`: its arguments, its printing, its exit status."""
+"""The verb `grader self-test`: its arguments, its output, its exit status."""
 
 from __future__ import annotations
 
 import argparse
 import sys
+import textwrap
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from grader import KIT
 from grader.contract.spec import PACKAGE
+from grader.errors import EXIT_USAGE, GraderError
+
+if TYPE_CHECKING:
+    from grader.selftest.attacks.attack_run import AttackResult
+
+_WIDTH = 78
 
 
 def add(verbs: Any) -> None:
     """Add the verb to the command line."""
     parser = verbs.add_parser(
-        "attack",
-        help="attack the grader on this machine, and say what stopped each attack",
+        "self-test",
+        help="attack the grader on this machine, and report what stopped each attack",
         description="Grade the reference package with one attack after the other built in, and compare with the same\n"
-        "package without: no attack may win points, reach the host or spoil a grading. Takes about half an hour.",
-        epilog="Example:  grader attack --only fork_bomb calls_home\n"
-        "Exit status: 0 all contained, 1 one was not, 2 wrong usage, 3 a fault of ours.",
+        "package without it: no attack may gain points, reach the host or spoil a grading. Takes about half an hour.",
+        epilog="Example:  grader self-test --only fork_bomb calls_home\n"
+        "Exit status: 0 all contained, 1 one was not, 2 wrong usage, 3 an error of the kit or host.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--only", nargs="+", metavar="NAME", help="these attacks only")
-    parser.add_argument("--list", action="store_true", help="name the attacks and run none")
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="run only these attacks")
+    parser.add_argument("--list", action="store_true", help="list the attacks and run none")
     parser.add_argument("--reference", type=Path, help="the package to build attacks into (default: the reference)")
-    parser.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
+    parser.add_argument("--cache", type=Path, help="the folder for builds (default: in the user's cache folder)")
     parser.set_defaults(run=main)
 
 
 def main(options: argparse.Namespace) -> int:
-    """Run the attacks and print how each came out as it ends."""
+    """Run the attacks and print the result of each as it ends."""
     from grader import build, pipeline
-    from grader.errors import EXIT_USAGE, GraderError
     from grader.scoring import rubric
-    from grader.selftest.attacks import attack_run, summary
+    from grader.selftest.attacks import attack_run
     from grader.selftest.attacks.catalogue import ATTACKS
 
     unknown = [name for name in options.only or [] if name not in ATTACKS]
     if unknown:
-        print(f"grader: there is no attack {', '.join(unknown)}; --list names them all.", file=sys.stderr)
+        print(f"grader: unknown attack {', '.join(unknown)}; --list shows all names.", file=sys.stderr)
         return EXIT_USAGE
     chosen = [ATTACKS[name] for name in options.only] if options.only else list(ATTACKS.values())
     width = max(len(each.name) for each in chosen)
@@ -51,20 +58,53 @@ def main(options: argparse.Namespace) -> int:
     if not (reference / "package.xml").is_file():
         raise GraderError(f"There is no package in {reference}. Name the reference package with --reference.")
     settings = pipeline.Settings(rubric=rubric.load(rubric.RUBRIC), cache=options.cache or build.cache_folder())
-    for line in _defences():
-        print(line)
-    carried = attack_run.run(
-        chosen, reference, settings, done=lambda one: print(f"\n{summary.row(one, width)}", flush=True)
-    )
-    print(f"\n{summary.summary(carried)}")
-    return 0 if all(each.contained for each in carried) else 1
+    print("\n".join(_defences()))
+    results = attack_run.run(chosen, reference, settings, done=lambda one: print(f"\n{row(one, width)}", flush=True))
+    print(f"\n{summary(results)}")
+    return 0 if all(each.contained for each in results) else 1
 
 
 def _defences() -> list[str]:
-    """Return the defences that this host lacks, in the doctor's words."""
+    """Return which defences this host lacks, in the doctor's words."""
     from grader.host import doctor
 
     lacking = [diagnosis for diagnosis in doctor.examine_sandbox() if diagnosis.state is not doctor.State.OK]
     if not lacking:
-        return ["All defences stand: walls, networks of their own, cgroups for memory and processes."]
+        return ["All defences work: the sandbox, its networks, cgroups for memory and processes."]
     return ["This host lacks defences:", *(f"  {each.name}: {each.found}" for each in lacking)]
+
+
+def row(result: AttackResult, name_width: int) -> str:
+    """Return an attack's line and, below it, what it tried and what stopped it."""
+    attack = result.attack
+    verdict, points = "contained" if result.contained else "NOT CONTAINED", "refused"
+    if attack.not_applicable:
+        verdict, points = "not applicable", ""
+    elif not result.refused:
+        points = f"{_sum(result.points, attack.needs)} of {_sum(result.baseline, attack.needs)}"
+    kinds = ", ".join(dict.fromkeys(flag.kind for flag in result.flags)) or "-"
+    head = f"{attack.name:<{name_width}}  {verdict:<14}  {points:<14}  flag: {kinds:<20}  {result.seconds:5.1f} s"
+    lines = [head.rstrip(), *_wrapped("tried", attack.tries)]
+    lines += _wrapped("why", attack.not_applicable) if attack.not_applicable else _wrapped("stopped", attack.stopped)
+    for problem in result.problems:
+        lines += _wrapped("PROBLEM", problem)
+    return "\n".join(lines)
+
+
+def summary(results: Sequence[AttackResult]) -> str:
+    """Return the last line: how many attacks were contained."""
+    run = [each for each in results if not each.attack.not_applicable]
+    bad = [each.attack.name for each in run if not each.contained]
+    others = f"; {len(results) - len(run)} do not apply here" if len(results) > len(run) else ""
+    if bad:
+        return f"{len(bad)} of {len(run)} attacks were NOT contained: {', '.join(bad)}{others}."
+    return f"All {len(run)} attacks were contained{others}."
+
+
+def _sum(points: dict[str, float], needs: Iterable[str]) -> str:
+    return f"{sum(points.get(name, 0.0) for name in needs):.4g}"
+
+
+def _wrapped(word: str, text: str) -> list[str]:
+    first, *more = textwrap.wrap(text, _WIDTH) or [""]
+    return [f"    {word:<9} {first}", *(f"{'':14}{line}" for line in more)]

@@ -1,4 +1,4 @@
-"""The scene of an attack: what is planted on the host to be read, changed or reached, and what became of it."""
+"""Honeytokens: things planted on the host for an attack to read, change or reach, and what became of them."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from pathlib import Path
 
 from grader import KIT
 from grader.host import ros_env
-from grader.selftest.attacks.attack import Filled
+from grader.selftest.attacks.attack import Placeholders
 
 SECRET_VARIABLE = "GRADER_ATTACK_SECRET"
 _GRADER = KIT / "grader"
 _SETTLE_S = 2.0
 
 
-class Scene:
-    """A neighbour's results, a file and a variable with a secret, and an open port: nothing may touch or tell them."""
+class Honeytokens:
+    """Another submission's report, a file and a variable with a secret, and an open port. No attack may reach them."""
 
     def __init__(self, folder: Path) -> None:
         self.token = f"canary{secrets.token_hex(8)}"
@@ -46,15 +46,15 @@ class Scene:
             thread.start()
 
     @property
-    def filled(self) -> Filled:
-        """Return what the words of an attack stand for here."""
-        return Filled({
+    def placeholders(self) -> Placeholders:
+        """Return the values of the placeholders in an attack's texts."""
+        return Placeholders({
             "SECRET": str(self.secret), "TOKEN": self.token, "PORT": str(self._server.getsockname()[1]),
             "RESULTS": str(self.results), "NEIGHBOUR": str(self.neighbour / "report.json"), "KIT": str(_GRADER),
         })  # fmt: skip
 
     def damage(self) -> list[str]:
-        """Return what is not as it was, in words; nothing if the attack was kept in."""
+        """Return a phrase for each thing on the host that was changed, reached or left running."""
         found = [f"{name} was changed" for name, state in self._state().items() if state != self._before[name]]
         if self.calls:
             found.append(f"a port of the host was reached {self.calls} times")
@@ -63,8 +63,8 @@ class Scene:
             time.sleep(0.02)
         return found + [f"the process {pid} still runs" for pid in left]
 
-    def told(self, *folders: Path) -> list[str]:
-        """Return the files below `folders` in which the secret is told."""
+    def leaks(self, *folders: Path) -> list[str]:
+        """Return the names of the files below `folders` that contain the secret."""
         token = self.hidden.encode()
         paths = [path for folder in folders for path in folder.rglob("*") if path.is_file() and not path.is_symlink()]
         return [path.name for path in paths if token in path.read_bytes()]
@@ -78,7 +78,7 @@ class Scene:
 
     @property
     def hidden(self) -> str:
-        """Return the secret. The token itself may stand in the attack's own files; its reverse is known here alone."""
+        """Return the secret: the token reversed, because the token itself may be in the attack's own files."""
         return self.token[::-1]
 
     def _state(self) -> dict[str, object]:
@@ -88,7 +88,7 @@ class Scene:
             "the roster": self.secret.read_text(),
             "the kit": _digest(_GRADER),
             "the Python packages": _listing(ros_env.SITE_PACKAGES),
-            "the home folder": _listing(home, but=(".cache", ".bash_history", ".python_history")),
+            "the home folder": _listing(home, ignore=(".cache", ".bash_history", ".python_history")),
             "shared memory": sorted(path.name for path in Path("/dev/shm").iterdir() if "canary" in path.name),
         }
 
@@ -115,32 +115,29 @@ class Scene:
 
 
 @contextlib.contextmanager
-def scene() -> Iterator[Scene]:
-    """Set the scene, with the secret in our own environment too, and take it down again."""
+def planted() -> Iterator[Honeytokens]:
+    """Plant the honeytokens, also a secret in the grader's own environment, and remove them again."""
     with tempfile.TemporaryDirectory(prefix="attack-") as folder:
-        made = Scene(Path(folder))
-        os.environ[SECRET_VARIABLE] = made.hidden
+        tokens = Honeytokens(Path(folder))
+        os.environ[SECRET_VARIABLE] = tokens.hidden
         try:
-            yield made
+            yield tokens
         finally:
             del os.environ[SECRET_VARIABLE]
-            made.close()
+            tokens.close()
 
 
 def _digest(folder: Path) -> str:
-    """Return a hash of the kit's own marks: the file that attacks try to change, and the names beside it."""
+    """Return a hash of the file in the kit that attacks try to change, and of the names beside it."""
     names = "\n".join(sorted(path.name for path in folder.iterdir() if path.suffix != ".py"))
     return hashlib.sha256((folder / "__init__.py").read_bytes() + names.encode()).hexdigest()
 
 
-def _listing(folder: Path, but: tuple[str, ...] = ()) -> list[tuple[str, int]]:
+def _listing(folder: Path, ignore: tuple[str, ...] = ()) -> list[tuple[str, int]]:
     with contextlib.suppress(OSError), os.scandir(folder) as entries:
         return sorted(
             (e.name, e.stat(follow_symlinks=False).st_mtime_ns if e.is_file() else 0)
             for e in entries
-            if e.name not in but
+            if e.name not in ignore
         )
     return []
-
-
-__all__ = ["SECRET_VARIABLE", "Scene", "scene"]

@@ -1,19 +1,19 @@
-"""Attacks by the build and by what it installs: CMake and Python tools run the submission's code."""
+"""Attacks by the build and by the files that it installs: CMake and Python tools run the submission's code."""
 
-# ruff: noqa: E501 - attacks are quoted as they stand
+# ruff: noqa: E501 - quoted code has long lines
 
 from __future__ import annotations
 
 from grader.selftest.attacks.attack import Attack, append, attack, cmake, put
 
-# What a command said is told again at the end: of a build's log the tail is kept.
+# Repeats a command's output at the end: of a build's log only the tail is kept.
 _PROBE = """execute_process(COMMAND sh -c [[{}]]
   OUTPUT_FILE ${{CMAKE_BINARY_DIR}}/said.txt ERROR_FILE ${{CMAKE_BINARY_DIR}}/said_too.txt)
 install(CODE "file(READ ${{CMAKE_BINARY_DIR}}/said.txt said)\nfile(READ ${{CMAKE_BINARY_DIR}}/said_too.txt too)
 message(STATUS \\"ATTACK \\${{said}} \\${{too}}\\")")"""
 _SITE = "${PYTHON_INSTALL_DIR}"
 _FORGED = '{"type_hashes": [{"type_name": "ros2_robot_controller/msg/SensorFusionData", "hash_string": "@HASH@"}]}'
-# What the contract's definition hashes to; anybody can build it and read it.
+# The hash of the contract's definition, which anyone can build and read.
 _CONTRACT_HASH = "RIHS01_4594d365e707447f5bb0938855c190dc03d2b24dbca7a1fbb1bf1432ba507c23"
 
 
@@ -32,14 +32,14 @@ python3 -c 'import socket; socket.create_connection(("127.0.0.1", @PORT@), 2)'
 env | grep -i -E 'secret|token'
 """)),
         number=34, needs="I1", weak="", proof="ATTACK",
-        stopped="a build runs behind a wall of its own: no network, the compiler cache read-only",
+        stopped="a build runs in a sandbox of its own: no network, and a read-only compiler cache",
     ),
     attack(
         "leaves_a_daemon_at_build",
         "CMakeLists.txt starts a process that outlives the build.",
         cmake(_shell("setsid sh -c 'while :; do sleep 1; done' @TOKEN@ >/dev/null 2>&1 </dev/null & echo started")),
         number=15, needs="I1", proof="ATTACK started",
-        stopped="the build's wall falls with its first process, and everything in it",
+        stopped="the sandbox is a pid namespace: when its first process ends, the kernel kills all others",
     ),
     attack(
         "forges_a_type_hash",
@@ -47,7 +47,7 @@ env | grep -i -E 'secret|token'
         put("forged/SensorFusionData.json", _FORGED.replace("@HASH@", _CONTRACT_HASH)),
         cmake("install(FILES forged/SensorFusionData.json DESTINATION share/${PROJECT_NAME}/msg)"),
         needs="I3", weak="other type", flag="forged type",
-        stopped="hashes are computed from the definitions' text, behind a wall, by ROS's own tools",
+        stopped="hashes are computed from the definitions' text, in a sandbox, by ROS's own tools",
     ),
     attack(
         "forges_an_interface_text",
@@ -58,17 +58,17 @@ env | grep -i -E 'secret|token'
             "geometry_msgs/Vector3 linear_acceleration\ngeometry_msgs/Vector3 angular_velocity\n"),
         cmake("install(FILES forged/SensorFusionData.json forged/SensorFusionData.msg DESTINATION share/${PROJECT_NAME}/msg)"),
         needs="I3", weak="other type", flag="forged type",
-        stopped="what was handed in counts, not what the build installed",
+        stopped="the submitted text counts, not the installed one",
     ),
     attack(
         "customizes_python",
-        "The build installs sitecustomize.py, which runs in every Python that is started with the install tree.",
+        "The build installs sitecustomize.py, which runs in every Python started with the install tree.",
         put("extra/sitecustomize.py",
             "import os\nimport sys\nprint('ATTACK', os.path.basename(sys.argv[0] if hasattr(sys, 'argv') else ''), flush=True)\n"
             "try:\n    open('@NEIGHBOUR@', 'w').write('{}')\nexcept OSError:\n    pass\n"),
         cmake(f"install(FILES extra/sitecustomize.py DESTINATION {_SITE})"),
         number=6, needs="F1", weak="creeps", flag="python start-up",
-        stopped="no Python on our side is started with the install tree; it is named all the same",
+        stopped="the grader starts no Python of its own with the install tree; the file is flagged nevertheless",
     ),
     attack(
         "extends_pytest",
@@ -80,7 +80,7 @@ env | grep -i -E 'secret|token'
             "    result = yield\n    result.get_result().outcome = 'passed'\n"),
         cmake(f"install(DIRECTORY extra/evil.dist-info DESTINATION {_SITE})\ninstall(FILES extra/evil_plugin.py DESTINATION {_SITE})"),
         number=5, needs="T1", weak="failing tests", flag="entry point",
-        stopped="pytest's loading of entry points is switched off, and its reports are held against known results",
+        stopped="pytest loads no entry points here, and its reports are compared with known results",
     ),
     attack(
         "extends_ros2_and_launch",
@@ -91,28 +91,28 @@ env | grep -i -E 'secret|token'
         put("extra/evil.py", "raise SystemExit(0)\n"),
         cmake(f"install(DIRECTORY extra/evil.dist-info DESTINATION {_SITE})\ninstall(FILES extra/evil.py DESTINATION {_SITE})"),
         number=7, needs="F1", weak="creeps", flag="entry point",
-        stopped="nothing on our side sees the install tree; our ros2 command knows no entry points",
+        stopped="no program of the grader sees the install tree; its ros2 command has no entry points",
     ),
     attack(
         "shadows_modules",
-        "The build installs rclpy, numpy and geometry_msgs of its own, which publish zeros for everything.",
+        "The build installs a numpy and a pytest of its own, which only print.",
         put("extra/numpy.py", "print('ATTACK numpy', flush=True)\n"),
         put("extra/pytest.py", "print('ATTACK pytest', flush=True)\n"),
         cmake(f"install(FILES extra/numpy.py extra/pytest.py DESTINATION {_SITE})"),
         number=8, needs="F1 T1", weak="failing tests", costs="F1 T1", flag="module shadowing",
-        stopped="only the submission's own processes see them; the tests' worker has loaded its own before",
+        stopped="only the submission's own processes see them; the tests' worker has loaded the real ones before",
     ),
     attack(
         "hooks_into_sourcing",
-        "The package brings hooks that run when its install tree is sourced.",
+        "The package has hooks that run when its install tree is sourced.",
         put("env/evil.sh.in", "echo ATTACK sourced\necho x > @NEIGHBOUR@\n"),
         cmake("ament_environment_hooks(env/evil.sh.in)"),
         put("colcon.pkg", '{"hooks": ["share/ros2_robot_controller/environment/evil.sh"]}'),
-        number=34, needs="I1", stopped="nobody sources the install tree: environments are written from nothing",
+        number=34, needs="I1", stopped="the grader never sources the install tree; it writes environments from scratch",
     ),
     attack(
         "links_out_of_the_tree",
-        "The build installs links to the host's folders where the grader reads and mounts, and a pipe to hold it up.",
+        "The build installs links to the host's folders where the grader reads and mounts, and a pipe to block it.",
         cmake("install(CODE [[\n"
               "  set(top \"$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}\")\n"
               "  file(MAKE_DIRECTORY \"${top}/share/ros2_robot_controller/links\")\n"
@@ -122,31 +122,31 @@ env | grep -i -E 'secret|token'
               "  execute_process(COMMAND mkfifo ${top}/share/ros2_robot_controller/srv/Pipe.json)\n"
               "]])"),
         number=19, needs="I1", flag="link out",
-        stopped="links out of the tree and pipes are taken away before anybody reads, and flagged",
+        stopped="links out of the tree and pipes are removed before anything is read, and flagged",
     ),
     attack(
-        "holds_up_a_reader",
-        "The build puts a pipe in the place of an interface's description, for the grader to wait at.",
+        "blocks_a_reader",
+        "The build puts a pipe in place of an interface's description, to block the grader.",
         cmake("install(CODE [[\n  set(there \"$ENV{DESTDIR}${CMAKE_INSTALL_PREFIX}/share/ros2_robot_controller/srv\")\n"
               "  execute_process(COMMAND rm -f ${there}/SetSpeed.json)\n"
               "  execute_process(COMMAND mkfifo ${there}/SetSpeed.json)\n]])"),
         needs="I1 I3", costs="I3", flag="special file",
-        stopped="what is no plain file is taken away before anybody reads",
+        stopped="anything but regular files and folders is removed before anything is read",
     ),
     attack(
         "fills_the_disk",
-        "The build writes files without end.",
+        "The build never stops writing files.",
         cmake("execute_process(COMMAND sh -c [[i=0; while [ $i -lt 400 ]; do "
               "head -c 50000000 /dev/zero > /ws/build/fill$i || break; i=$((i+1)); done]])"),
         number=24, needs="I1 F14", costs="I1 F14",
-        stopped="a guard counts what a build leaves, and ends the wall beyond a limit",
+        stopped="a guard measures what a build writes, and kills it beyond a limit",
     ),
     attack(
-        "compiles_without_end",
+        "builds_for_ever",
         "The build sleeps for ever.",
         cmake("execute_process(COMMAND sleep 100000)"),
         number=23, needs="I1 F14", costs="I1 F14", build_seconds=30.0,
-        stopped="a build has a limit of wall time; then its whole wall is ended",
+        stopped="a build has a limit on its wall time; then its whole sandbox is killed",
     ),
     attack(
         "plants_in_the_caches",
@@ -157,12 +157,12 @@ for f in /ws/ccache/0/evil /ws/ccache/ccache.conf /ws/build/../trees/evil; do
 done
 """)),
         needs="I1", proof="ATTACK",
-        stopped="only the kit's own builds fill the compiler cache; a build that can run something shares no tree",
+        stopped="only the kit's own builds write to the compiler cache; a build that can run code shares no build tree",
     ),
     attack(
         "runs_code_in_setup_py",
-        "setup.py writes to the neighbour's report when a Python tool reads it.",
+        "setup.py writes to another submission's report when a Python tool runs it.",
         append("setup.py", "\nopen('@NEIGHBOUR@', 'w').write('{}')\n"),
-        number=34, needs="Q1", costs="Q1", stopped="the grader's tools read Python as text and import none of it",
+        number=34, needs="Q1", costs="Q1", stopped="the grader's tools read Python as text and never import it",
     ),
 )  # fmt: skip

@@ -1,6 +1,6 @@
-"""Attacks by what is handed in: archives, links, names."""
+"""Attacks by the form of the submission: archives, links, names."""
 
-# ruff: noqa: E501 - attacks are quoted as they stand
+# ruff: noqa: E501 - quoted code has long lines
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ import tarfile
 import zipfile
 from pathlib import Path
 
-from grader.selftest.attacks.attack import PACKAGE, Attack, Pack, attack
+from grader.contract.spec import PACKAGE
+from grader.selftest.attacks.attack import Attack, Pack, attack
 
 _MIB = 1024 * 1024
 
 
 def _zipped(*more: tuple[str, bytes | int]) -> Pack:
-    """Hand in a zip of the package with `more` entries; a number stands for so many zeros."""
+    """Submit a zip of the package with `more` entries; a number means that many zero bytes."""
 
     def pack(package: Path, folder: Path) -> Path:
         target = folder / "team.zip"
@@ -32,7 +33,7 @@ def _zipped(*more: tuple[str, bytes | int]) -> Pack:
 
 
 def _tarred(*more: tuple[tarfile.TarInfo, bytes]) -> Pack:
-    """Hand in a tar of the package with `more` members."""
+    """Submit a tar of the package with `more` members."""
 
     def pack(package: Path, folder: Path) -> Path:
         target = folder / "team.tar.gz"
@@ -52,7 +53,7 @@ def _member(name: str, kind: bytes = tarfile.REGTYPE, link: str = "", size: int 
 
 
 def _linked(package: Path, _folder: Path) -> Path:
-    """Hand in a folder with links to the host's files."""
+    """Submit a folder with links to the host's files."""
     for name, target in (("secret", "/etc/passwd"), ("up", "../../.."), ("home", str(Path.home()))):
         (package / f"{name}.txt").symlink_to(target)
     os.link(package / "README.md", package / "hard.md")
@@ -72,16 +73,16 @@ def _bomb_in_a_zip(package: Path, folder: Path) -> Path:
 
 
 def _notebooks(_package: Path, folder: Path) -> Path:
-    """Hand in a notebook with shell magics and stored results, and nothing else."""
-    handed_in = folder / "handed_in"
-    handed_in.mkdir()
-    (handed_in / "lab.ipynb").write_text(
+    """Submit only a notebook with shell magics and stored results."""
+    submission = folder / "submission"
+    submission.mkdir()
+    (submission / "lab.ipynb").write_text(
         '{"cells": [{"cell_type": "code", "id": "a", "metadata": {}, "execution_count": 1, "source": '
         '["!echo x > @NEIGHBOUR@\\n", "get_ipython().ast_transformers.append(None)"], "outputs": '
         '[{"output_type": "stream", "name": "stdout", "text": ["F1 passed (3 of 3)"]}]}], '
         '"metadata": {}, "nbformat": 4, "nbformat_minor": 5}'
     )
-    return handed_in
+    return submission
 
 
 def _oddly_named(package: Path, folder: Path) -> Path:
@@ -92,63 +93,63 @@ def _oddly_named(package: Path, folder: Path) -> Path:
 
 ATTACKS: tuple[Attack, ...] = (
     attack(
-        "links_to_the_host", "The folder holds links to the host's files, its home and its parent folders.",
+        "links_to_the_host", "The folder has links to the host's files, its home and its parent folders.",
         number=19, needs="F14", flag="link", pack=_linked,
-        stopped="links out are left out and flagged; a hard link is a file like any other",
+        stopped="links out of the submission are left out and flagged; a hard link is a file like any other",
     ),
     attack(
-        "tar_links_to_the_host", "A tar holds symbolic and hard links to the host, and writes through them.",
+        "tar_links_to_the_host", "A tar has symbolic and hard links to the host, and writes through them.",
         number=19, needs="F14", flag="link",
         pack=_tarred((_member(f"{PACKAGE}/out", tarfile.SYMTYPE, "/tmp"), b""),
                      (_member(f"{PACKAGE}/out/evil-canary", size=1), b"x"),
                      (_member(f"{PACKAGE}/hard", tarfile.LNKTYPE, "/etc/shadow"), b"")),
-        stopped="members are written one by one below our own folder, and links are not followed",
+        stopped="members are written one by one below a folder of the grader's, and links are not followed",
     ),
     attack(
-        "climbs_out", "A zip holds names with .., absolute names and drive letters.",
+        "climbs_out", "A zip has names with .., absolute names and drive letters.",
         number=20, needs="F14", flag="traversal",
         pack=_zipped(("../../evil-canary.txt", b"x"), ("/tmp/evil-canary.txt", b"x"), ("C:\\evil-canary.txt", b"x"),
                      (f"{PACKAGE}/../../../evil-canary.txt", b"x")),
-        stopped="a name that leads out is left out and flagged",
+        stopped="a name that leads out of the submission is left out and flagged",
     ),
     attack(
-        "collides_and_confuses", "A zip holds names that differ in case alone, twice the same, with newlines and controls.",
+        "collides_and_confuses", "A zip has names that differ only in letter case, duplicates, newlines and control characters.",
         number=20, needs="F14",
         pack=_zipped((f"{PACKAGE}/README.MD", b"x"), (f"{PACKAGE}/readme.md", b"y"), (f"{PACKAGE}/new\nline\x1b[2J.txt", b"z"),
                      (f"{PACKAGE}/CON", b"x"), (f"{PACKAGE}/{'n' * 300}.txt", b"x")),
-        stopped="the first of such names is kept, and odd names are printed spelt out",
+        stopped="the first of such names is kept, and unprintable characters are written as codes",
     ),
     attack(
-        "devices", "A tar holds devices and pipes.",
+        "devices", "A tar has devices and pipes.",
         number=20, needs="F14", flag="special",
         pack=_tarred((_member(f"{PACKAGE}/null", tarfile.CHRTYPE), b""), (_member(f"{PACKAGE}/pipe", tarfile.FIFOTYPE), b"")),
-        stopped="only folders and plain files are taken in",
+        stopped="only folders and regular files are taken in",
     ),
     attack(
-        "zip_bomb", "A zip of a few kilobytes holds gigabytes of zeros beside the package.",
+        "zip_bomb", "A small zip unpacks to 600 MB of zeros beside the package.",
         number=20, needs="F14", refused="MB",
         pack=_zipped(*((f"{PACKAGE}/zeros{n}.py", 10 * _MIB) for n in range(60))),
-        stopped="size, number and ratio have limits, looked at before anything is unpacked",
+        stopped="size, number and compression ratio have limits, checked before anything is unpacked",
     ),
     attack(
-        "zip_bomb_in_a_zip", "The bomb lies in a zip within the zip.",
+        "zip_bomb_in_a_zip", "The bomb is in a zip within the zip.",
         number=20, needs="F14", refused="MB", pack=_bomb_in_a_zip,
-        stopped="what is inside counts against the same limits",
+        stopped="archives inside count against the same limits",
     ),
     attack(
-        "many_files", "A zip holds a hundred thousand files.",
+        "many_files", "A zip has a hundred thousand files.",
         number=20, needs="F14", refused="files",
         pack=_zipped(*((f"{PACKAGE}/data/f{n}", b"") for n in range(100_000))),
         stopped="the number of files has a limit",
     ),
     attack(
-        "notebook_alone", "A notebook with shell commands and stored outputs is handed in for a package.",
+        "notebook_alone", "A notebook with shell commands and stored outputs is submitted instead of a package.",
         number=43, needs="F14", refused="otebook", pack=_notebooks,
-        stopped="notebooks are not run: the grader takes packages, and says so in one sentence",
+        stopped="notebooks are not run: the grader accepts packages, and explains that in one sentence",
     ),
     attack(
         "hostile_file_name", "The archive's name is a formula with a line break, markup and escape sequences.",
         number=42, needs="F14", pack=_oddly_named,
-        stopped="a name is text: spelt out on the console, escaped in HTML",
+        stopped="names are text: unprintable characters are written as codes, and HTML is escaped",
     ),
 )  # fmt: skip

@@ -1,6 +1,6 @@
-"""Attacks by what runs: the nodes, and the package's modules in them."""
+"""Attacks by the running package: its nodes, and its modules in them."""
 
-# ruff: noqa: E501 - attacks are quoted as they stand
+# ruff: noqa: E501 - quoted code has long lines
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ server.ActionServer.__init__ = init
 ATTACKS: tuple[Attack, ...] = (
     attack(
         "writes_the_results",
-        "The node writes report.json where the grader would, and ends.",
+        "The node writes report.json where the grader would, and exits.",
         node("""
 for path in ('@RESULTS@/report.json', '@NEIGHBOUR@', 'report.json', '/results.json', '/ws/results.json'):
     try:
@@ -59,37 +59,37 @@ for path in ('@RESULTS@/report.json', '@NEIGHBOUR@', 'report.json', '/results.js
 os._exit(0)
 """),
         number=1, needs="F1", costs="F1", proof="ATTACK",
-        stopped="nothing of the host is mounted writable; a node that has ended earns nothing",
+        stopped="no folder of the host is mounted writable; a node that has exited earns nothing",
     ),
     attack(
         "exits_at_import",
-        "The conversions end the process that imports them, with status 0.",
+        "The conversions module exits the process that imports it with status 0.",
         append(_CONVERSIONS, "\n\nimport os\nimport sys\nif 'conversions_worker.py' in sys.argv[0]:\n    os._exit(0)\n"),
         number=2, needs="F14 F1", weak="clamps wrong", costs="F14",
-        stopped="an answer that does not come is no right answer; the next requirement is judged all the same",
+        stopped="a missing answer is not a right answer; the other requirements are judged nevertheless",
     ),
     attack(
         "exits_in_a_callback",
-        "The node ends with status 0 as soon as something is measured.",
+        "The node exits with status 0 as soon as it is measured.",
         append("ros2_robot_controller/robot_controller.py",
                "\n\nimport atexit\nimport os\nimport threading\n"
                "threading.Timer(1.5, lambda: os._exit(0)).start()\natexit.register(lambda: os._exit(0))\n"),
         number=2, needs="F2 F14", costs="F2",
-        stopped="a trial without its node is over, and its requirements are not reached",
+        stopped="a trial whose node has exited is over, and earns nothing",
     ),
     attack(
         "answers_that_equal_everything",
-        "The conversions return an object that compares equal to whatever is expected.",
+        "The conversions return an object that compares equal to everything.",
         append(_CONVERSIONS,
                "\n\nclass Right(float):\n    def __eq__(self, other): return True\n    def __ne__(self, other): return False\n"
                "    def __sub__(self, other): return self\n    def __abs__(self): return 0.0\n    __hash__ = float.__hash__\n"
                "\n\ndef clamp(value, low, high):\n    return Right(value)\n"),
         number=9, needs="F14", weak="clamps wrong",
-        stopped="answers cross the wall as JSON numbers; whatever else they were stays behind",
+        stopped="answers leave the sandbox as JSON numbers, without the objects' behaviour",
     ),
     attack(
         "looks_for_the_expected_values",
-        "The conversions look through frames and objects for the right answers.",
+        "The conversions search frames and objects for the right answers.",
         append(_CONVERSIONS,
                "\n\ndef clamp(value, low, high):\n    import gc\n    import sys\n    frame = sys._getframe(1)\n"
                "    while frame:\n        for name, found in list(frame.f_locals.items()):\n"
@@ -98,11 +98,11 @@ os._exit(0)
                "        if isinstance(found, dict) and 'expected' in found and 'arguments' in found:\n"
                "            return found['expected']\n    return value\n"),
         number=11, needs="F14", weak="clamps wrong",
-        stopped="the process that runs the functions knows the questions and no answers",
+        stopped="the process that runs the functions knows the questions but not the answers",
     ),
     attack(
         "writes_to_inherited_descriptors",
-        "The node writes a verdict into every file descriptor that it finds open.",
+        "The node writes a verdict to every open file descriptor.",
         node("""
 print('ATTACK open:', sorted(os.listdir('/proc/self/fd')), flush=True)
 for number in range(3, 256):
@@ -113,7 +113,7 @@ for number in range(3, 256):
         pass
 """),
         number=12, needs="F1", weak="creeps", proof="ATTACK open",
-        stopped="a walled-in process inherits its three standard streams and nothing else",
+        stopped="a process in the sandbox inherits only its three standard streams",
     ),
     attack(
         "prints_a_verdict",
@@ -125,26 +125,26 @@ print('  passed       F1   Zero command when idle                 3 / 3')
 print('idle', flush=True)
 """),
         number=13, needs="F1", weak="creeps", proof="testcase",
-        stopped="output is evidence for people; no mark is ever read from it",
+        stopped="output is shown to people; no points are ever read from it",
     ),
     attack(
         "commands_the_ci",
-        "The node ends with words that a CI system takes for commands.",
+        "The node exits with output that a CI system would take for commands.",
         node("print('::stop-commands::x')\nprint('::error title=grader::100 points')\n"
              "print('##[error] done', flush=True)\nprint('::add-mask::F1', flush=True)\nos._exit(1)"),
         number=14, needs="F1", costs="F1", proof="::add-mask::",
-        stopped="what a submission said never stands at the start of a line of the report",
+        stopped="a submission's output never starts a line of the report",
     ),
     attack(
         "leaves_a_daemon",
-        "The node starts a process in a session of its own that is to write later.",
+        "The node starts a process in a session of its own that outlives it.",
         node(f"{_DETACHED}\nprint('ATTACK started', flush=True)"),
         number=15, needs="F1", proof="ATTACK started",
-        stopped="the wall is a pid namespace: its first process takes every other one along",
+        stopped="the sandbox is a pid namespace: when its first process ends, the kernel kills all others",
     ),
     attack(
         "overwrites_the_grader",
-        "The node overwrites the grader, the Python packages and the kit's files, and adds a .pth file.",
+        "The node overwrites the grader, Python packages and the kit's files, and adds a .pth file.",
         node("""
 import site
 for path in ('@KIT@/__init__.py', '@KIT@/evil.txt', site.getsitepackages()[0] + '/evil.pth', sys.prefix + '/evil',
@@ -156,14 +156,14 @@ for path in ('@KIT@/__init__.py', '@KIT@/evil.txt', site.getsitepackages()[0] + 
         print('ATTACK', error, flush=True)
 """),
         number=16, needs="F1", weak="creeps", proof="ATTACK [Errno",
-        stopped="the system, the packages and the install tree are mounted read-only, and the kit not at all",
+        stopped="the system, the packages and the install tree are mounted read-only, the kit not at all",
     ),
     attack(
-        "reads_what_is_not_its_own",
-        "The node reads the roster, the environment, keys, the rubric, the checks, and prints all it finds.",
+        "reads_secrets",
+        "The node reads the roster, the environment, keys and the checks, and prints what it finds.",
         node(f"""
 import glob
-for path in ['@SECRET@', '@NEIGHBOUR@', '@KIT@/checks/test_idle.py', '/etc/shadow', '/proc/1/environ',
+for path in ['@SECRET@', '@NEIGHBOUR@', '@KIT@/checks/check_idle.py', '/etc/shadow', '/proc/1/environ',
              *glob.glob('/root/**', recursive=True)[:50], *glob.glob('/home/*/.ssh/*'), *glob.glob('/tmp/**')]:
     try:
         print('ATTACK read', path, open(path, errors='replace').read(2000), flush=True)
@@ -172,11 +172,11 @@ for path in ['@SECRET@', '@NEIGHBOUR@', '@KIT@/checks/test_idle.py', '/etc/shado
 print('ATTACK', os.environ.get('{SECRET_VARIABLE}'), flush=True)
 """),
         number=17, needs="F1", weak="creeps", proof="ATTACK [Errno",
-        stopped="none of it is mounted, and the environment is written from nothing",
+        stopped="none of these files is mounted, and the environment is written from scratch",
     ),
     attack(
         "fork_bomb",
-        "The node forks without end.",
+        "The node never stops forking.",
         node("""
 def bomb():
     while True:
@@ -189,11 +189,11 @@ if os.fork() == 0:
     bomb()
 """),
         number=21, needs="F1", costs="F1", flag="limit", proof="ATTACK forks",
-        stopped="the wall's processes are counted together (cgroup), or for each user (resource limit)",
+        stopped="the processes of a sandbox are limited together (cgroup), or those of the user (resource limit)",
     ),
     attack(
         "memory_bomb",
-        "The node asks for memory without end, in several processes.",
+        "The node never stops allocating memory, in several processes.",
         node("""
 print('ATTACK eats', flush=True)
 for _ in range(4):
@@ -205,7 +205,7 @@ os.wait()
 time.sleep(1.0)
 """),
         number=22, needs="F1", costs="F1", flag="limit", proof="ATTACK eats",
-        stopped="the wall's memory is counted together (cgroup), each process's by a resource limit",
+        stopped="the memory of a sandbox is limited as a whole (cgroup), that of each process by a resource limit",
     ),
     attack(
         "fills_shared_memory",
@@ -221,7 +221,7 @@ for folder in ('/dev/shm', '/tmp', os.environ['HOME'], '/run'):
         print('ATTACK', folder, error, flush=True)
 """),
         number=22, needs="F1", costs="F1", proof="ATTACK /dev/shm",
-        stopped="each of these disks has a size, and all of them count as the wall's memory",
+        stopped="each of these disks has a size limit, and all of them count as memory of the sandbox",
     ),
     attack(
         "never_ends",
@@ -238,20 +238,20 @@ while True:
     pass
 """),
         number=23, needs="F1 F14", costs="F1", proof="ATTACK loops",
-        stopped="a limit of wall time, then SIGKILL for the whole wall",
+        stopped="a limit on wall time, then SIGKILL for the whole sandbox",
     ),
     attack(
         "stops_itself",
-        "The node stops itself in mid-trial with a signal, to hold up its observer for ever.",
+        "The node stops itself with a signal in mid-trial, to block its observer for ever.",
         append("ros2_robot_controller/robot_controller.py",
                "\n\nimport os\nimport signal\nimport threading\n"
                "threading.Timer(1.5, lambda: os.kill(os.getpid(), signal.SIGSTOP)).start()\n"),
         number=23, needs="F2", costs="F2",
-        stopped="every wait for the node has an end, and what it did not do it has not done",
+        stopped="every wait for the node has a time limit, and an action that did not happen earns nothing",
     ),
     attack(
         "prints_without_end",
-        "The node prints a gigabyte: escape sequences, NULs, what is no text, in one line.",
+        "The node prints a gigabyte in one line: escape sequences, NULs, bytes that are not text.",
         node(r"""
 junk = b'\x1b]0;owned\x07\x1b[2J\x00\xff\xfe' * 100000
 def flood():
@@ -261,11 +261,11 @@ def flood():
 threading.Thread(target=flood, daemon=True).start()
 """),
         number=25, needs="F1",
-        stopped="output is read as it comes and kept to its head and its tail; reports spell out what cannot be seen",
+        stopped="output is read as it comes, only its start and end are kept, and unprintable characters are written as codes",
     ),
     attack(
         "calls_home",
-        "The node connects to the host, to the world, and sends datagrams and multicasts.",
+        "The node connects to the host and to the internet, and sends datagrams.",
         node("""
 import socket
 for address in (('127.0.0.1', @PORT@), ('1.1.1.1', 443), ('10.0.2.2', @PORT@), ('192.168.0.1', @PORT@)):
@@ -280,7 +280,7 @@ for address in (('127.0.0.1', @PORT@), ('1.1.1.1', 443), ('10.0.2.2', @PORT@), (
         print('ATTACK', address, error, flush=True)
 """),
         number=26, needs="F1", weak="creeps", proof="ATTACK ('127.0.0.1'",
-        stopped="the trial has a network of its own, with loopback only",
+        stopped="each trial has a network of its own, with loopback only",
     ),
     attack(
         "talks_into_other_domains",
@@ -296,18 +296,18 @@ for domain in range(0, 100, 9):
 print('ATTACK talked', flush=True)
 """),
         number=27, needs="F1", weak="creeps", costs="F1", proof="ATTACK talked",
-        stopped="a domain is no wall: each trial has its own network, and there is nobody else in it",
+        stopped="domains do not isolate, but each trial has its own network, with nothing else in it",
     ),
     attack(
         "vanishes_from_the_graph",
-        "The node moves to another DDS domain before it comes up.",
+        "The node moves to another DDS domain before it starts.",
         node("os.environ['ROS_DOMAIN_ID'] = '117'\nprint('ATTACK moved', flush=True)"),
         number=28, needs="F1", weak="creeps", costs="F1", proof="ATTACK moved",
-        stopped="who is not on the expected graph has not been there: the requirement is not reached",
+        stopped="a node that is not on the expected graph counts as absent",
     ),
     attack(
         "takes_the_observers_name",
-        "A second node bears the observer's name and publishes what the observer publishes.",
+        "A second node takes the observer's name and publishes on the observer's topics.",
         beside("""
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
@@ -323,10 +323,10 @@ while True:
     spin(0.05)
 """),
         number=29, needs="F1 F2", weak="creeps", costs="F2", proof="ATTACK saw", flag="foreign publisher",
-        stopped="the observer goes by its own simulator, not by what is said on topics; a twin is flagged",
+        stopped="the observer relies on its own simulator, not on topics; a second publisher is flagged",
     ),
     attack(
-        "turns_the_clock",
+        "publishes_the_clock",
         "The node publishes /clock itself, an hour ahead.",
         beside("""
 from rosgraph_msgs.msg import Clock
@@ -338,11 +338,11 @@ while True:
     spin(0.05)
 """),
         number=30, needs="F1", costs="F1", flag="foreign publisher",
-        stopped="time is what the simulator has stepped; another publisher of /clock is flagged",
+        stopped="only the simulator's steps count as time; another publisher of /clock is flagged",
     ),
     attack(
         "fakes_the_sensors",
-        "The node publishes scans and odometry of its own, to look good by them.",
+        "The node publishes scans and odometry of its own that make it look good.",
         beside("""
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
@@ -353,11 +353,11 @@ while True:
     spin(0.02)
 """),
         needs="F2", costs="F2", flag="foreign publisher",
-        stopped="motion and contacts are the simulator's own; foreign publishers of sensor topics are flagged",
+        stopped="motion and contacts are read from the simulator; foreign publishers of sensor topics are flagged",
     ),
     attack(
         "replays_good_answers",
-        "The node answers every service from a list and publishes zeros, and drives nowhere.",
+        "The node answers every service from a list, publishes zeros and never drives.",
         put("scripts/robot_controller", '''#!/usr/bin/env python3
 import rclpy
 from geometry_msgs.msg import Twist
@@ -374,20 +374,20 @@ node.create_timer(0.1, lambda: publisher.publish(Twist()))
 rclpy.spin(node)
 ''', executable=True),
         number=31, needs="F2 F3", costs="F2 F3",
-        stopped="speeds and places are the seed's, and the robot's motion is what counts",
+        stopped="speeds and places depend on the seed, and the robot's motion is what counts",
     ),
     attack(
-        "behaves_only_when_watched",
-        "The node drives well only where it recognises the grader's wall, and creeps elsewhere.",
+        "recognises_the_sandbox",
+        "The node starts only where it recognises the grader's sandbox.",
         append("ros2_robot_controller/robot_controller.py",
                "\n\nimport os\nif os.path.isdir('/ws/install') and os.uname().nodename == 'robot':\n"
                "    print('ATTACK recognised', flush=True)\nelse:\n    raise SystemExit(1)\n"),
         number=32, needs="F1", proof="ATTACK recognised",
-        stopped="nothing is won: the same walls stand around the student's own check, and the trial is what counts",
+        stopped="nothing is gained: the student's own check uses the same sandbox, and only trials count",
     ),
     attack(
-        "runs_somebody_elses_node",
-        "The node looks for the reference and for the kit's tools, and lets them do the work.",
+        "runs_the_reference",
+        "The node looks for the reference package and the kit's tools, to let them do the work.",
         node("""
 import glob
 found = [place for depth in range(4) for place in glob.glob('/*' * depth + '/solution_pkg')]
@@ -396,7 +396,7 @@ tool = subprocess.run(['ros2', 'topic', 'list'], capture_output=True, text=True)
 print('ATTACK ros2', tool.returncode, tool.stderr[-200:], flush=True)
 """),
         number=33, needs="F1", weak="creeps", costs="F1", proof="ATTACK found []",
-        stopped="the reference is not there, and the kit's own tools are not mounted",
+        stopped="neither the reference nor the kit's tools are mounted",
     ),
     attack(
         "floods_the_observer",
@@ -411,11 +411,11 @@ while True:
     spin(0.001)
 """),
         needs="F1", weak="creeps", costs="F1",
-        stopped="what is kept of a trial has a limit, and a flood is flagged",
+        stopped="the record of a trial has a size limit, and a flood is flagged",
     ),
     attack(
-        "sends_what_is_no_message",
-        "The node sends truncated and overlong bytes as messages.",
+        "sends_malformed_messages",
+        "The node publishes truncated and overlong bytes as messages.",
         beside("""
 from geometry_msgs.msg import Twist
 publisher = node.create_publisher(Twist, 'cmd_vel', 10)
@@ -448,11 +448,11 @@ threading.Thread(target=flood, daemon=True).start()
 print('ATTACK floods', flush=True)
 """),
         needs="F1", weak="creeps", costs="F1", proof="ATTACK floods",
-        stopped="DDS drops what it cannot read; an observer that died all the same would be noticed",
+        stopped="DDS drops what it cannot read; a crash of the observer would be noticed",
     ),
     attack(
         "answers_with_rubbish",
-        "The node's parameter services answer with byte arrays and without results, to break the observer.",
+        "The node's parameter services answer with byte arrays and no results, to break the observer.",
         put("scripts/robot_controller", '''#!/usr/bin/env python3
 import rclpy
 from geometry_msgs.msg import Twist
@@ -474,11 +474,11 @@ print('ATTACK answers', flush=True)
 rclpy.spin(node)
 ''', executable=True),
         needs="I6", costs="I6", proof="ATTACK answers",
-        stopped="an answer is data: whatever it is, it is put on record as far as it fits",
+        stopped="an answer is data: it is recorded as far as it fits, whatever it is",
     ),
     attack(
         "steers_the_observer",
-        "The node sets the parameters of every other node, the observer's among them.",
+        "The node sets the parameters of every other node, including the observer.",
         beside("""
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
@@ -495,7 +495,7 @@ for name in names:
 spin(1.0)
 """),
         needs="F1", weak="creeps", costs="F1", proof="ATTACK sees",
-        stopped="the observer offers no parameter services",
+        stopped="the observer has no parameter services",
     ),
     attack(
         "crowds_the_graph",
@@ -508,10 +508,10 @@ print('ATTACK crowds', flush=True)
 spin(60.0)
 """),
         needs="F1 I4", costs="F1", proof="ATTACK crowds",
-        stopped="only what the contract names is looked for, and what is put on record has a limit",
+        stopped="the observer looks only for names of the contract, and records have a size limit",
     ),
     attack(
-        "tells_a_huge_story",
+        "returns_a_huge_message",
         "set_speed answers with a message of fifty megabytes.",
         append("ros2_robot_controller/robot_controller.py",
                "\n\nplain_answer = RobotController._on_set_speed if hasattr(RobotController, '_on_set_speed') else None\n"
@@ -519,30 +519,30 @@ spin(60.0)
                "def new(self, **fields):\n    old(self, **fields)\n    self.message = 'x' * 50_000_000\n"
                "SetSpeed.Response.__init__ = new\n"),
         needs="F3", costs="F3",
-        stopped="of a text a few thousand characters are kept",
+        stopped="only a few thousand characters of a text are kept",
     ),
     attack(
         "answers_six_times",
-        "Each goal is answered six times: the observer's rclpy does not survive that, and what it saw is lost with it.",
+        "The node answers each goal six times, which crashes rclpy in the observer, with all that it has recorded.",
         append("ros2_robot_controller/robot_controller.py", _SIX_TIMES),
-        needs="F8 F10", weak="stands", costs="F8 F10", flag="observer",
-        stopped="a trial whose observer crashes is run again; when it crashes again, the package gets nothing for it",
+        needs="F8 F10", weak="never drives", costs="F8 F10", flag="observer",
+        stopped="a trial whose observer crashes is repeated; if it crashes again, the package gets no points for it",
     ),
     attack(
         "poisons_the_bytecode",
-        "A bytecode file that checks no source is handed in beside a module: right in the one, wrong in the other.",
+        "Bytecode files that do not match their modules are submitted beside them.",
         put("ros2_robot_controller/utils/__pycache__/conversions.cpython-311.pyc", "not even bytecode"),
         put("ros2_robot_controller/__pycache__/robot_controller.cpython-311.pyc", "not even bytecode"),
         needs="F14", weak="clamps wrong",
-        stopped="bytecode is left out when a submission is taken in, and never written behind the wall",
+        stopped="bytecode in a submission is left out, and Python writes none in the sandbox",
     ),
     attack(
         "brings_hostile_types",
-        "The package lays Python code of its own over the generated interfaces, for the observer to import.",
+        "The package replaces generated interface modules by its own code, for the observer to import.",
         put("ros2_robot_controller/srv/__init__.py",
             "import os\nimport subprocess\nsubprocess.Popen(['sh', '-c', 'while :; do sleep 1; done', '@TOKEN@'])\n"
             "open('@NEIGHBOUR@', 'w').write('{}')\n"),
         number=36, needs="F1 F2 F14", costs="F1 F2",
-        stopped="the observer speaks with the contract's types, built by the kit from its own definitions",
+        stopped="the observer uses the contract's types, built by the kit from its own definitions",
     ),
 )  # fmt: skip

@@ -1,6 +1,6 @@
-"""Attacks by the package's own tests, which run in one process with what measures them."""
+"""Attacks by the package's own tests, which run in one process with the code that measures them."""
 
-# ruff: noqa: E501 - attacks are quoted as they stand
+# ruff: noqa: E501 - quoted code has long lines
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def pytest_runtest_makereport(item, call):
 
 
 def _knows_its_source(package: Path) -> None:
-    """Add a test that fails on any change of the source, by a checksum that it knows."""
+    """Add a test that fails on any change of the source, by comparing its checksum."""
     sources = sorted((package / "ros2_robot_controller").rglob("*.py"))
     known = sum(zlib.crc32(path.read_bytes()) for path in sources)
     text = (
@@ -70,7 +70,7 @@ _FORGE_BY_NAME = _FORGE.replace(
 
 
 def _all_but_the_conversions(edit: Callable[[bytes], bytes]) -> Change:
-    """Return a change of each of the package's modules but for the one that its few tests reach."""
+    """Return a change of all the package's modules except the one that its few tests reach."""
 
     def change(package: Path) -> None:
         for path in (package / "ros2_robot_controller").rglob("*.py"):
@@ -92,52 +92,52 @@ def _tests_in_latin_1(package: Path) -> None:
 ATTACKS: tuple[Attack, ...] = (
     attack(
         "hides_its_lines_behind_form_feeds",
-        "Form feeds in all modules but the one that is tested: where their lines begin is hard to say.",
+        "All modules but the tested one have form feeds, which make it hard to say where lines begin.",
         _all_but_the_conversions(lambda text: b"".join(b"\f" + line for line in text.splitlines(keepends=True))),
         needs="T3", weak="few tests", costs="T3",
-        stopped="a source is read as Python reads it, so faults are put into these modules like into others",
+        stopped="sources are read as Python reads them, so these modules get mutants like any others",
     ),
     attack(
         "writes_in_another_encoding",
-        "All modules but one are written in Latin-1, and a test claims that all of their lines were reached.",
+        "All modules but one are in Latin-1, and a test claims to coverage that all their lines were reached.",
         _all_but_the_conversions(_in_latin_1),
         append(_TEST, _CLAIM),
         needs="T1 T2 T3", weak="few tests", costs="T1 T2 T3", flag="test reports",
-        stopped="the encoding that a source declares is undone; what none can read was not reached",
+        stopped="sources are decoded as they declare; lines that cannot be read were not reached",
     ),
     attack(
         "tests_in_another_encoding",
-        "Test modules in Latin-1, so that none of their tests can be made to fail, forge their own reports by name.",
+        "Test modules in Latin-1, meant to prevent the grader from making a test fail, forge their own reports by name.",
         append(_TEST, _FORGE_BY_NAME),
         append("test/test_sensor_processor.py", _FORGE_BY_NAME),
         _tests_in_latin_1,
         needs="T1", weak="failing tests", costs="T1", flag="test reports",
-        stopped="they are read as Python reads them and made to fail; of what cannot be read no report is believed",
+        stopped="they are decoded as they declare and made to fail; reports of unreadable modules do not count",
     ),
     attack(
-        "tests_by_a_long_way_round",
-        "A chain of two thousand helper functions, of which the last asserts something.",
+        "asserts_through_2000_helpers",
+        "A test calls a chain of two thousand helper functions, of which the last asserts.",
         append(_TEST, "".join(f"\n\ndef check{n}(x):\n    if x > 1:\n        check{n + 1}(x)\n" for n in range(2000))
                + "\n\ndef check2000(x):\n    assert x\n\n\ndef test_robot_controller_goes_round():\n    check0(1)\n"),
         needs="T1", costs="T1",
-        stopped="who calls whom is written down once, and each helper looked at once",
+        stopped="the call graph is built once, and each helper is visited once",
     ),
     attack(
         "patches_pytest",
         "A test module makes every report say passed.",
         append(_TEST, _FORGE),
         number=3, needs="T1", weak="failing tests", costs="T1", flag="test reports",
-        stopped="a test of the grader's that must fail is told as passed, so no report of the module is believed",
+        stopped="a test of the grader's that must fail is reported as passed, so no report of the module counts",
     ),
     attack(
         "forges_all_but_the_canary",
-        "The tests make their own failures pass and let alone those that look like the grader's.",
+        "The tests turn their own failures into passes, but not those that look like the grader's.",
         append(_TEST, _FORGE.replace(
             "    report.outcome, report.longrepr",
             "    text = str(report.longrepr)\n    if 'it must' in text or 'clamp' not in item.nodeid + text:\n"
             "        return report\n    report.outcome, report.longrepr")),
         number=11, needs="T1", weak="failing tests", costs="T1", flag="test reports",
-        stopped="its own tests, made to fail, are told as passed; how they are made to fail tells nothing apart",
+        stopped="its own tests, made to fail by the grader in an inconspicuous way, are reported as passed",
     ),
     attack(
         "brings_a_conftest",
@@ -149,35 +149,35 @@ ATTACKS: tuple[Attack, ...] = (
         put("tox.ini", "[pytest]\naddopts = -p evil\n"),
         append("setup.cfg", "\n[tool:pytest]\naddopts = -p evil\n"),
         number=4, needs="T1", weak="failing tests", flag="pytest hook",
-        stopped="configuration files are not read, and of a conftest only hooks that cannot change a result are called",
+        stopped="pytest reads no configuration files here, and calls only hooks of a conftest that cannot change a result",
     ),
     attack(
         "ends_the_process_as_passed",
-        "A test module ends the process with status 0 while it is read.",
+        "A test module exits the process with status 0 when it is imported.",
         append(_TEST, "\n\nimport os\nos._exit(0)\n"),
         number=2, needs="T1", weak="failing tests", costs="T1",
-        stopped="the status says nothing: tests that were not reported have not passed",
+        stopped="the exit status does not count: tests that were not reported have not passed",
     ),
     attack(
         "kills_the_worker",
-        "A test kills its parent, every other process, and the bench that it runs on.",
+        "A test kills its parent and every other process.",
         append(_TEST, "\n\ndef test_kills():\n    import os\n    import signal\n"
                       "    for pid in (os.getppid(), 1, -1):\n        try:\n            os.kill(pid, signal.SIGKILL)\n"
                       "        except OSError:\n            pass\n    assert os.getpid() == 0\n"),
         needs="T1", weak="failing tests", costs="T1",
-        stopped="what a dead worker did not report has not passed",
+        stopped="tests that a dead worker did not report have not passed",
     ),
     attack(
         "skips_everything",
-        "All tests are skipped, expected to fail, or assert what is always so.",
+        "All tests are skipped, or assert what is always true.",
         put(_TEST, "import pytest\n\npytestmark = pytest.mark.skip\n\n\ndef test_robot_controller():\n    assert 1 + 1 == 3\n"),
         put("test/test_sensor_processor.py", "def test_sensor_processor():\n    assert True\n"),
         number=38, needs="T1", weak="failing tests", costs="T1",
-        stopped="results are counted test by test, and a test that asserts nothing is no test",
+        stopped="results are counted test by test, and tests that assert nothing do not count",
     ),
     attack(
-        "writes_the_bench's_files".replace("'", ""),
-        "A test writes the files by which the bench tells what came out: a report, a pickle, deep and endless JSON.",
+        "forges_the_workers_files",
+        "A test writes the files in which the worker reports: a forged report, a pickle, deep and infinite JSON.",
         append(_TEST, "\n\nimport json\nimport os\nimport pickle\n\n\nclass Evil:\n    def __reduce__(self):\n"
                       "        return os.system, ('echo x > @NEIGHBOUR@',)\n\n\n"
                       "for number in range(40):\n    for end in ('done', 'report', 'reach', 'log', 'main'):\n"
@@ -188,18 +188,18 @@ ATTACKS: tuple[Attack, ...] = (
                       "            open(name, 'wb').write(data)\n"
                       "        except OSError:\n            pass\n"),
         number=10, needs="T1", weak="failing tests", costs="T1",
-        stopped="only JSON of a fixed form and size is read, never a pickle, and it is held against known results",
+        stopped="only JSON of a fixed form and size is read, never a pickle, and it is compared with known results",
     ),
     attack(
-        "links_the_bench_to_the_host",
-        "A test puts links, pipes and folders in the place of the files that the bench reads.",
+        "replaces_the_workers_files",
+        "A test puts links, pipes and folders in place of the files that the grader reads.",
         append(_TEST, "\n\nimport os\nfor number in range(40):\n    for end in ('done', 'reach', 'log'):\n"
                       "        try:\n            name = f'/ws/out/{number}.{end}'\n"
                       "            if number % 3 == 0:\n                os.symlink('@SECRET@', name)\n"
                       "            elif number % 3 == 1:\n                os.mkfifo(name)\n"
                       "            else:\n                os.mkdir(name)\n        except OSError:\n            pass\n"),
         number=19, needs="T1", weak="failing tests", costs="T1",
-        stopped="files are opened without following links or waiting, and are plain or not read",
+        stopped="files are opened without following links or blocking, and read only if they are regular files",
     ),
     attack(
         "omits_from_coverage",
@@ -209,7 +209,7 @@ ATTACKS: tuple[Attack, ...] = (
         put("pyproject.toml", "[tool.coverage.report]\nexclude_also = ['def']\n"),
         append("ros2_robot_controller/robot_controller.py", "\n\nif True:  # pragma: no cover\n    COVERED = 1\n"),
         number=40, needs="T2", weak="few tests", costs="T2",
-        stopped="coverage is measured under the grader's own configuration, without pragmas",
+        stopped="coverage is measured with the grader's own configuration, without pragmas",
     ),
     attack(
         "claims_coverage",
@@ -221,24 +221,24 @@ ATTACKS: tuple[Attack, ...] = (
                       "        with open(path) as stream:\n            count = len(stream.readlines())\n"
                       "        data.add_arcs({path: [(n, n + 1) for n in range(1, count)]})\n"),
         number=40, needs="T2", weak="few tests", costs="T2",
-        stopped="functions made to raise show which lines nobody can have reached",
+        stopped="functions that the grader made to raise show which lines cannot have been reached",
     ),
     attack(
         "notices_any_change",
-        "A test compares the source with what was handed in, and so fails on every fault put into it.",
+        "A test compares the source with the submitted one, and so fails on every mutant.",
         _knows_its_source,
         number=39, needs="T3", weak="few tests", costs="T3",
-        stopped="among the faults are changes that keep the behaviour; a test that fails on those too is convicted",
+        stopped="some of the changes keep the behaviour (equivalent mutants); a test that fails on those is exposed",
     ),
     attack(
         "asks_the_environment_for_mutants",
-        "A test fails wherever the environment, a file's time or a leftover shows that a fault was put in.",
+        "A test fails if the environment, a file's time or a leftover file reveals a mutant.",
         append(_TEST, "\n\ndef test_robot_controller_is_no_mutant():\n    import os\n    import pathlib\n"
                       "    import ros2_robot_controller\n    here = pathlib.Path(ros2_robot_controller.__file__).parent\n"
                       "    times = {p.stat().st_mtime_ns for p in here.glob('*.py')}\n"
                       "    assert not any('MUTANT' in name for name in os.environ)\n"
                       "    assert max(times) - min(times) < 3600e9\n    assert not list(here.glob('*.orig'))\n"),
         number=39, needs="T3", weak="few tests", costs="T3",
-        stopped="a change leaves no mark: same place, same times, no variable",
+        stopped="a mutant leaves no trace: same path, same times, no variable",
     ),
 )  # fmt: skip

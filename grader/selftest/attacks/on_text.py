@@ -1,6 +1,6 @@
-"""Attacks by text: what analysers read, what people read in reports, and launch and parameter files."""
+"""Attacks by text: for analysers, for readers of reports, and in launch and parameter files."""
 
-# ruff: noqa: E501 - attacks are quoted as they stand
+# ruff: noqa: E501 - quoted code has long lines
 
 from __future__ import annotations
 
@@ -12,44 +12,44 @@ _SCRIPT = "<script>alert('@TOKEN@')</script>"
 ATTACKS: tuple[Attack, ...] = (
     attack(
         "silences_the_linters",
-        "The package brings noqa, type: ignore, a .flake8 and a setup.cfg that switch every rule off.",
+        "The package has noqa, type: ignore, a .flake8 and a setup.cfg that switch every rule off.",
         put(".flake8", "[flake8]\nignore = E,F,W,C,D\nexclude = *\nmax-line-length = 9999\n"),
         append("setup.cfg", "\n[flake8]\nignore = E,F,W\nexclude = *\n[pydocstyle]\nmatch = nothing\n"),
         put("tox.ini", "[flake8]\nignore = E,F,W\n"),
         put("pyproject.toml", "[tool.ruff]\nexclude = ['*']\n"),
         replace("ros2_robot_controller/sloppy.py", "def Thing0(", "# flake8: noqa\n# pylint: skip-file\n# type: ignore\ndef Thing0("),
         number=37, needs="Q1 Q2", weak="sloppy", costs="Q1 Q2", flag="suppressions",
-        stopped="linters run under ROS's configuration with suppressions out of force, which are listed",
+        stopped="linters run with ROS's configuration; suppressions are ignored, and listed",
     ),
     attack(
-        "makes_readers_start_over",
+        "slows_down_regular_expressions",
         "Nine hundred thousand empty lines, lines of nothing but #, a word of 500,000 letters in CMakeLists.txt: texts "
-        "at which a careless pattern starts over at every character.",
+        "on which a careless regular expression takes quadratic time.",
         put("empty.py", "\n" * 900_000),
         put("ros2_robot_controller/marks.py", '"""Marks."""\n' + ("#" * 2000 + "\n") * 400),
         append("CMakeLists.txt", f"\nset(WORD \"{'a' * 500_000}\")\n"),
         needs="I1 I2 Q1", costs="Q1",
-        stopped="each pattern begins where a match can begin, and only there",
+        stopped="each regular expression starts only where a match can start",
     ),
     attack(
         "hides_code_in_strings",
-        "Sloppy code stands in a string that is executed, and in a file that is no Python by its name.",
+        "Sloppy code is in a string that is executed.",
         put("ros2_robot_controller/sloppy.py", '"""Holds code."""\n\nCODE = """\ndef Thing( a,b ):\n  return  a+b\n"""\nexec(CODE)\n'),
         number=37, needs="Q1", weak="",
-        stopped="nothing is won: what is hidden counts for nothing else either, and habits are looked at",
+        stopped="nothing is gained: hidden code earns no points elsewhere either",
     ),
     attack(
         "breaks_the_analysers",
-        "Python files nested ten thousand deep, of one line of a megabyte, and with a name that forges a finding.",
+        "Python files nested ten thousand deep, with a line of a megabyte, and with a name that forges a finding.",
         put("ros2_robot_controller/deep.py", '"""Deep."""\n\nX = ' + "(" * 10_000 + "1" + ")" * 10_000 + "\n"),
         put("ros2_robot_controller/long.py", '"""Long."""\n\nX = "' + "x" * 1_000_000 + '"\n'),
         put("ros2_robot_controller/a.py:1:1: E999 not mine.py", '"""Named."""\n'),
         needs="Q1 Q2", costs="Q1 Q2",
-        stopped="analysers run with limits, over copies with names of ours; a file that breaks one is named",
+        stopped="analysers run with limits, over copies with the grader's own names; a file that breaks one is reported",
     ),
     attack(
         "injects_html",
-        "Names, descriptions and logs hold scripts, images and styles for the instructor's browser.",
+        "Names, descriptions and logs contain scripts and images for the instructor's browser.",
         replace("package.xml", "<maintainer", f"<author>{_SCRIPT.replace('<', '&lt;')}</author>\n  <maintainer"),
         node(f"print({_SCRIPT!r} + '<img src=x onerror=alert(1)>', flush=True)\nraise SystemExit({_SCRIPT!r})"),
         put(f"docs/{_SCRIPT.replace('/', '_')}.md", _SCRIPT),
@@ -58,25 +58,25 @@ ATTACKS: tuple[Attack, ...] = (
     ),
     attack(
         "paints_the_terminal",
-        "Names and the node's last words hold escape sequences, right-to-left marks and fake report lines.",
+        "Names and the node's last output contain escape sequences, right-to-left marks and fake report lines.",
         node(r"print('\x1b[2J\x1b[32mpassed F1\x1b[0m \u202e3/3', flush=True)"
              "\n" r"raise SystemExit('\x1b]0;owned\x07\r  passed       F1   3 / 3\n\n\nPoints    100 of 100')"),
         put("docs/\x1b[31m\u202egnp.md", "x"),
         number=25, needs="F1", costs="F1", proof="Points    100 of 100",
-        stopped="what cannot be seen is spelt out, and a line break is none where it could fake a line",
+        stopped="unprintable characters are written as codes, and line breaks are removed where they could fake a line",
     ),
     attack(
         "parameter_file_runs_code",
-        "A parameter file holds a tag that makes a careless reader run a program, and anchors that explode.",
+        "A parameter file has a tag that makes a careless reader run a program, and exponential anchors.",
         append("config/sensor_params.yaml",
                "\nevil: !!python/object/apply:os.system ['echo x > @NEIGHBOUR@']\n"
                "a: &a [x, x, x, x, x, x, x, x, x]\nb: &b [*a, *a, *a, *a, *a, *a, *a, *a, *a]\n"
                "c: &c [*b, *b, *b, *b, *b, *b, *b, *b, *b]\nd: [*c, *c, *c, *c, *c, *c, *c, *c, *c]\n"),
         number=10, needs="I5", costs="I5",
-        stopped="YAML is read without tags; a file with anchors is not read by the grader at all",
+        stopped="YAML is read without tags; the grader does not read a file with anchors at all",
     ),
     attack(
-        "launch_file_runs_wild",
+        "launch_file_attacks",
         "A launch file kills what it can, starts a daemon, opens sockets and moves to another domain.",
         append(_LAUNCH, """
 
@@ -107,24 +107,24 @@ def generate_launch_description():
     return plain_description()
 """),
         number=35, needs="I5", costs="I5", proof="ATTACK [Errno",
-        stopped="a launch file is code behind the wall like any other; there is nobody of ours to kill",
+        stopped="a launch file runs in a sandbox like all the student's code; no process of the grader is in it",
     ),
     attack(
         "launch_file_moves_away",
-        "A launch file sets the domain and the middleware, to be out of the observer's sight.",
+        "A launch file sets the domain and the middleware, to hide from the observer.",
         append(_LAUNCH, "\n\nimport os\nos.environ['ROS_DOMAIN_ID'] = '117'\nos.environ['RMW_IMPLEMENTATION'] = 'rmw_none'\n"
                         "os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'OFF'\n"),
         number=28, needs="I5", costs="I5",
-        stopped="who is not on the expected graph has not been there",
+        stopped="a node that is not on the expected graph counts as absent",
     ),
     attack(
         "results_report_explodes",
-        "test_results.xml expands entities without end and claims ten thousand passed tests.",
+        "test_results.xml expands entities exponentially and claims ten thousand passed tests.",
         put("test_results.xml",
             '<?xml version="1.0"?>\n<!DOCTYPE a [<!ENTITY a "xxxxxxxxxx">' +
             "".join(f'<!ENTITY {chr(98 + i)} "{("&" + chr(97 + i) + ";") * 10}">' for i in range(9)) +
             "]>\n<testsuite tests='10000'><testcase name='&j;'/></testsuite>\n"),
         number=13, needs="Q6", costs="Q6",
-        stopped="XML with entities is refused rather than expanded",
+        stopped="XML with a DOCTYPE is refused, so no entity is expanded",
     ),
 )  # fmt: skip

@@ -1,6 +1,6 @@
-"""Weaknesses: what a package lacks before it is attacked, so that there is something to win by the attack."""
+"""Weaknesses that a package has before it is attacked, so that an attack has something to gain."""
 
-# ruff: noqa: E501 - attacks are quoted as they stand
+# ruff: noqa: E501 - quoted code has long lines
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ def test_{node}_clamps():
 
 
 def test_{node}_turns():
-    """An angle is brought into one turn."""
+    """An angle is normalized to one turn."""
     assert conversions.normalize_angle(7.0) == pytest.approx(7.0 - 6.283185307)
 '''
 _BAD_TEST = '''
 
 def test_{node}_is_wrong():
-    """What this expects is not so."""
+    """The expected value is wrong."""
     assert conversions.clamp(2.0, 0.0, 1.0) == 7.0
 '''
 
@@ -55,7 +55,7 @@ def _tests(failing: bool) -> tuple[Change, ...]:
 
 WEAK: dict[str, tuple[Change, ...]] = {
     "": (),
-    # Every command goes a little forwards: F1 is lost.
+    # Every command drives forwards a little: F1 is lost.
     "creeps": (append("ros2_robot_controller/robot_controller.py", _CREEPS),),
     # F14 is lost in part.
     "clamps wrong": (
@@ -67,16 +67,16 @@ WEAK: dict[str, tuple[Change, ...]] = {
     # I3 is lost in part.
     "other type": (replace("msg/SensorFusionData.msg", "float32 battery_level", "float64 battery_level"),),
     # It never drives to a goal: F8 is lost, and most of F10.
-    "stands": (
+    "never drives": (
         replace(
             "ros2_robot_controller/navigator.py",
             "        return steering.steer(place, self._goal.x, self._goal.y, limits)",
             "        return STOP",
         ),
     ),
-    # One test in three fails, and little is covered: T1 to T3 are lost for the most part.
+    # One test in three fails, and little is covered: most of T1 to T3 is lost.
     "failing tests": _tests(failing=True),
-    # All tests pass, and little is covered: T2 and T3 are lost for the most part.
+    # All tests pass, but little is covered: most of T2 and T3 is lost.
     "few tests": _tests(failing=False),
     # Q1 and Q2 are lost.
     "sloppy": (put("ros2_robot_controller/sloppy.py", _SLOPPY),),

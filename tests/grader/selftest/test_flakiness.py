@@ -1,4 +1,4 @@
-"""`grader certify`: what flickers is named, and a log is gone on with only where it is of the same thing."""
+"""`grader flakiness`: flaky requirements are named, and a log is continued only for the same submission."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ import pytest
 
 from grader.errors import GraderError
 from grader.selftest import flakiness
-from grader.selftest.flakiness import Run
+from grader.selftest.flakiness import GradingRun
 
 
-def one(number: int, f1: float = 3.0, stress: bool = False, sha256: str = "a", name: str = "F1") -> Run:
-    return Run(number, stress, {name: f1}, {name: "passed" if f1 == 3.0 else "partial"}, sha256)
+def one(number: int, f1: float = 3.0, stress: bool = False, sha256: str = "a", name: str = "F1") -> GradingRun:
+    return GradingRun(number, stress, {name: f1}, {name: "passed" if f1 == 3.0 else "partial"}, sha256)
 
 
 @pytest.fixture
 def graded(monkeypatch: pytest.MonkeyPatch):
-    """Return a function that says what the next gradings give; the list that it returns holds (number, stress)."""
+    """Return a function that sets the results of the next gradings and returns a list of their (number, stress)."""
 
-    def arrange(*runs: Run) -> list[tuple[int, bool]]:
+    def arrange(*runs: GradingRun) -> list[tuple[int, bool]]:
         waiting, asked = iter(runs), []
 
-        def grade(_submission: Path, number: int, stress: bool, *_: object) -> Run:
+        def grade(_submission: Path, number: int, stress: bool, *_: object) -> GradingRun:
             asked.append((number, stress))
             return next(waiting)
 
@@ -32,35 +32,35 @@ def graded(monkeypatch: pytest.MonkeyPatch):
     return arrange
 
 
-def test_a_requirement_that_came_out_otherwise_once_flickers():
+def test_a_requirement_that_differs_once_is_flaky():
     steady, unsteady = [one(0), one(1)], [one(0), one(1, 1.5, stress=True)]
-    assert flakiness.flickering(steady) == []
-    assert flakiness.flickering(unsteady) == ["F1"]
-    assert "No requirement flickered in 2 runs" in flakiness.render(steady)
+    assert flakiness.flaky(steady) == []
+    assert flakiness.flaky(unsteady) == ["F1"]
+    assert "No requirement was flaky in 2 runs" in flakiness.render(steady)
     table = flakiness.render(unsteady)
-    assert "FLICKERS" in table
+    assert "FLAKY" in table
     assert "1/1" in table
     assert "0/1" in table
 
 
-def test_every_second_run_is_under_stress_and_a_log_is_gone_on_with(graded, tmp_path: Path):
+def test_every_second_run_is_under_stress_and_a_log_is_continued(graded, tmp_path: Path):
     log = tmp_path / "log.jsonl"
     asked = graded(one(0), one(1), one(2))
-    assert len(list(flakiness.run(tmp_path, log, 1, stress=True))) == 1
+    assert len(list(flakiness.grade_repeatedly(tmp_path, log, 1, stress=True))) == 1
     with log.open("a") as stream:
-        stream.write('{"number": 1, "str')  # we were killed here
-    assert [run.number for run in flakiness.run(tmp_path, log, 3, stress=True)] == [0, 1, 2]
+        stream.write('{"number": 1, "str')  # the grader was killed here
+    assert [run.number for run in flakiness.grade_repeatedly(tmp_path, log, 3, stress=True)] == [0, 1, 2]
     assert asked == [(0, False), (1, True), (2, False)]
     assert len(flakiness.load(log)) == 3
 
 
 @pytest.mark.parametrize("other", [one(1, sha256="b"), one(1, name="F2")], ids=["submission", "requirements"])
-def test_a_log_of_something_else_is_refused_at_once_and_kept(graded, tmp_path: Path, other: Run):
-    """After thirty gradings would be late, and other requirements would all seem to flicker."""
+def test_a_log_of_another_submission_is_refused_at_once_and_kept(graded, tmp_path: Path, other: GradingRun):
+    """After thirty gradings it would be late, and other requirements would all seem flaky."""
     log = tmp_path / "log.jsonl"
     asked = graded(one(0), other, one(2))
-    list(flakiness.run(tmp_path, log, 1, stress=False))
-    with pytest.raises(GraderError, match="Name another --log, or remove it"):
-        list(flakiness.run(tmp_path, log, 3, stress=False))
+    list(flakiness.grade_repeatedly(tmp_path, log, 1, stress=False))
+    with pytest.raises(GraderError, match="Choose another --log, or remove it"):
+        list(flakiness.grade_repeatedly(tmp_path, log, 3, stress=False))
     assert len(asked) == 2
     assert flakiness.load(log) == [one(0)]

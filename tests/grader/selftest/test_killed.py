@@ -1,4 +1,4 @@
-"""A grader that is killed leaves nothing behind, and the next one completes."""
+"""A killed grader leaves nothing behind, and the next one completes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROOT = KIT
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_killed_grading_leaves_nothing_and_the_next_is_right():
-    """Three moments here; `kill_runs.py --runs 100` for more."""
+    """Kill three gradings here; `kill_runs.py --runs 100` kills more."""
     command = [sys.executable, "tests/helpers/kill_runs.py", "--runs", "3", "--only", "F1", "F14", "--again-every", "3"]
     ended = subprocess.run(
         command, cwd=ROOT, env={**os.environ, "PYTHONPATH": f"{ROOT}:{ROOT / 'tests'}"}, capture_output=True, text=True,
@@ -28,13 +28,13 @@ def test_a_killed_grading_leaves_nothing_and_the_next_is_right():
     assert ended.returncode == 0, ended.stdout + ended.stderr
 
 
-def test_folders_of_the_dead_are_cleared_away_and_those_of_the_living_are_not(tmp_path: Path):
+def test_only_folders_of_ended_processes_are_removed(tmp_path: Path):
     dead = subprocess.Popen(["true"])
     dead.wait()
-    gone, mine, other = (
+    ended, mine, other = (
         tmp_path / name for name in (f"grading-{dead.pid}-x", f"grading-{os.getpid()}-x", "grading-x-y")
     )
-    for folder in (gone, mine, other):
+    for folder in (ended, mine, other):
         (folder / "sub").mkdir(parents=True)
     tempdir.sweep(tmp_path, "grading")
     assert sorted(tmp_path.iterdir()) == sorted([mine, other])
