@@ -25,7 +25,7 @@ from grader import KIT, evidence, sanitize
 from grader.build import install_tree
 from grader.contract import spec
 from grader.intake.package_xml import read_package_xml
-from grader.quality import junit
+from grader.quality import junit_report
 from grader.ros2.launching import command, modules
 from grader.student_tests import worker_report
 from grader.trials import parameter_files
@@ -64,8 +64,8 @@ def package_xml(data: bytes | str) -> None:
 
 
 def results_report(data: bytes | str) -> None:
-    with written(junit.NAME, data) as path:
-        found = junit.read_report(path.parent, [junit.NAME])
+    with written(junit_report.NAME, data) as path:
+        found = junit_report.read_report(path.parent, [junit_report.NAME])
         assert found is not None
         assert found.problem.isprintable()
 
