@@ -27,7 +27,7 @@ import yaml
 
 from benchmarks.scenes import hall, poses
 from sim import Box, Circle, Pose, Wall, World
-from sim.lidar import Beams, Shapes, cast
+from sim.lidar import Beams, Outline, cast
 
 BEAMS = Beams()
 Method = Callable[[Pose], np.ndarray]
@@ -35,7 +35,7 @@ Method = Callable[[Pose], np.ndarray]
 
 def this_caster(world: World) -> Method:
     """Return `sim.lidar.cast`."""
-    shapes = Shapes.of((o.pose, o.parts()) for o in world.obstacles)
+    shapes = Outline((o.pose, o.parts()) for o in world.obstacles).shapes()
     return lambda pose: cast(shapes, pose, BEAMS)
 
 
@@ -91,7 +91,7 @@ def pymunk_tuned(world: World) -> Method:
 
 def numpy_dense(world: World) -> Method:
     """Return a caster that tests every beam against every segment and circle, in one array."""
-    shapes = Shapes.of((o.pose, o.parts()) for o in world.obstacles)
+    shapes = Outline((o.pose, o.parts()) for o in world.obstacles).shapes()
     n = shapes.edge_on.size
     points = np.stack([shapes.points.real, shapes.points.imag])
     a, b, c = points[:, :n], points[:, n : 2 * n], points[:, 2 * n :]

@@ -30,14 +30,13 @@ def drive(
     driver: Driver,
     duration: float,
     period: float = CONTROL_S,
-    scan_every: int = 1,
     until: Callable[[], bool] = lambda: False,
 ) -> Recording:
     """Let the driver command the robot every `period` s for `duration` s of simulated time; return the recording.
 
-    The run ends earlier when `until()` is true. Every `scan_every`-th scan is kept in the recording.
+    The run ends earlier when `until()` is true.
     """
-    recorder = Recorder(simulator, scan_every=scan_every)
+    recorder = Recorder(simulator)
     seen = Seen(simulator.time, simulator.scan(), simulator.odometry())
     end = simulator.time + duration
     sample = min(0.05, period)

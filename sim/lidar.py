@@ -69,11 +69,6 @@ class Shapes:
     polygons: Indexes
     radii: Array
 
-    @classmethod
-    def of(cls, placed: Iterable[tuple[Pose, Iterable[Part]]]) -> Shapes:
-        """Return the arrays for parts that are given with their poses."""
-        return Outline(placed).shapes()
-
 
 class Outline:
     """Parts with poses, sorted into arrays, with the owner of every point, so that owners can be moved."""

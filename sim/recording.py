@@ -228,19 +228,16 @@ class Recording:
 class Recorder:
     """Records a run: call `take(readings)` after each step and `recording()` at the end.
 
-    A sample is taken every `period` s, at the first step that is due; every `scan_every`-th scan is kept.
+    A sample is taken every `period` s, at the first step that is due; every scan is kept.
     """
 
-    def __init__(self, simulator: Simulator, period: float = 0.05, scan_every: int = 1) -> None:
+    def __init__(self, simulator: Simulator, period: float = 0.05) -> None:
         self._simulator = simulator
         self._period = period
-        self._scan_every = scan_every
         self._rows: list[tuple[float, ...]] = []
         self._scans: list[tuple[int, ScanReading]] = []
-        self._scan_count = 0
         self._closest = simulator.scan().closest
         self._places: list[dict[str, tuple[float, float]]] = []
-        self._events: list[Event] = []
         self._next = -math.inf
         self.notes: dict[str, Any] = {}
         self.take([])
@@ -252,9 +249,7 @@ class Recorder:
         for reading in readings:
             if isinstance(reading, ScanReading):
                 self._closest = reading.closest
-                if self._scan_count % self._scan_every == 0:
-                    self._scans.append((len(self._rows), reading))
-                self._scan_count += 1
+                self._scans.append((len(self._rows), reading))
         if now < self._next - 1e-9:
             return
         # Stay on the grid, so that steps that do not divide the period do not stretch it.
@@ -271,10 +266,6 @@ class Recorder:
         self._places.append(
             {o.name: place for o, place in simulator.obstacles if o.motion is not None or o.name in moved}
         )
-
-    def event(self, kind: str, subject: str = "") -> None:
-        """Add an event of your own, at the simulator's current time."""
-        self._events.append(Event(self._simulator.time, kind, subject))
 
     def recording(self) -> Recording:
         """Return everything recorded so far."""
@@ -295,7 +286,7 @@ class Recorder:
             lidar=simulator.profile.lidar.pose,
             odom_origin=simulator.odom_origin,
             contacts=simulator.contacts,
-            events=tuple(sorted((*simulator.events, *self._events), key=lambda e: e.time)),
+            events=simulator.events,
             presences=simulator.presences,
             movers=self._tracks(table[:, 0]),
             notes=dict(self.notes),

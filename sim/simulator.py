@@ -100,7 +100,7 @@ class Simulator:
         self._inventory = Inventory(self.world.obstacles, self._events)
         self._scene, self._movers = self._inventory.scene, self._inventory.movers
         self._touching: frozenset[str] = frozenset()
-        self._hazards: frozenset[str] = frozenset()
+        self._refuses_backing = False
         self._lidar = LidarModel(p.lidar, self._seed, self.noise)
         self._imu = ImuModel(p.imu, self._seed, self.noise)
         self._odometry = OdometryModel(p.odometry, self._seed, self.noise)
@@ -199,11 +199,6 @@ class Simulator:
     def events(self) -> tuple[Event, ...]:
         """Everything but the robot's motion, in time order: contacts, hazards, triggers, changes of obstacles."""
         return tuple(self._events)
-
-    @property
-    def hazards(self) -> frozenset[str]:
-        """What the robot's own safety function is refusing now: BACKUP_LIMIT or nothing."""
-        return self._hazards
 
     @property
     def obstacles(self) -> tuple[tuple[Obstacle, Point], ...]:
@@ -379,8 +374,8 @@ class Simulator:
     def _guard_back(self, target: Twist, limit: float) -> Twist:
         """Refuse to reverse further than the limit, as a Create 3 does: it has no cliff sensors at the back."""
         refused = target.v < 0.0 and self._backed >= limit
-        if refused != bool(self._hazards):
-            self._hazards = frozenset({"BACKUP_LIMIT"} if refused else ())
+        if refused != self._refuses_backing:
+            self._refuses_backing = refused
             self._events.append(Event(self.time, "hazard" if refused else "hazard over", "BACKUP_LIMIT"))
         return Twist(0.0, target.omega) if refused else target
 

@@ -21,7 +21,6 @@ from matplotlib.patches import Polygon as PolygonPatch
 from sim.geometry import Point, Pose
 from sim.obstacles import CirclePart, Obstacle, Path, PolygonPart, SegmentPart, transformed
 from sim.recording import Recording
-from sim.sensors import ScanReading
 from sim.simulator import Simulator
 from sim.world import World
 
@@ -63,13 +62,15 @@ def map_view(what: Recording | World | Simulator, at: float | None = None, *, ti
     figure = View(figsize=(7.0, 6.0), layout="constrained")
     axes = figure.add_subplot()
     if isinstance(what, World):
-        draw_world(axes, what)
+        draw_obstacles(axes, what.obstacles)
+        draw_goals(axes, what.goals)
         draw_robot(axes, what.start, 0.171)
         default = f"{what.name}: {what.title}" if what.title else what.name
     elif isinstance(what, Simulator):
         draw_obstacles(axes, [_shifted(o, place) for o, place in what.obstacles])
         draw_goals(axes, what.world.goals)
-        draw_scan(axes, what.scan(), what.pose.compose(what.profile.lidar.pose))
+        scan = what.scan()
+        _draw_scan(axes, scan.ranges, scan.angles, what.pose.compose(what.profile.lidar.pose))
         draw_robot(axes, what.pose, what.profile.radius)
         default = f"{what.world.name} at {what.time:.2f} s"
     else:
@@ -132,12 +133,6 @@ def compare_view(a: Recording, b: Recording, labels: tuple[str, str] = ("first",
 # ------------------------------------------------------------------- parts for your own pictures
 
 
-def draw_world(axes: Axes, world: World) -> None:
-    """Draw a world's obstacles, the paths of moving ones, and the goals."""
-    draw_obstacles(axes, world.obstacles)
-    draw_goals(axes, world.goals)
-
-
 def draw_obstacles(axes: Axes, obstacles: Iterable[Obstacle], alpha: float = 1.0, ways: bool = True) -> None:
     """Draw obstacles at their own poses, and (if `ways`) the paths of moving ones as dotted lines."""
     for obstacle in obstacles:
@@ -177,11 +172,6 @@ def draw_robot(axes: Axes, pose: Pose, radius: float) -> None:
     axes.plot([pose.x, nose[0]], [pose.y, nose[1]], color=COLORS["path"], linewidth=1.6, zorder=6)
 
 
-def draw_scan(axes: Axes, scan: ScanReading, sensor: Pose) -> None:
-    """Draw a scan's valid readings as points; `sensor` is the lidar's pose in the map frame."""
-    _scan_points(axes, scan.ranges, scan.angles, sensor)
-
-
 def draw_run(axes: Axes, recording: Recording, at: float | None = None) -> None:
     """Draw a recorded run on a map, with robot, scan and moving obstacles at time `at` (s), by default at the end."""
     time = recording.t[-1] if at is None else at
@@ -192,7 +182,7 @@ def draw_run(axes: Axes, recording: Recording, at: float | None = None) -> None:
     if kept.size:
         last = int(kept[-1])
         taken = recording.pose_at(int(recording.scan_index[last])).compose(recording.lidar)
-        _scan_points(axes, recording.scan_ranges[last], recording.scan_angles, taken)
+        _draw_scan(axes, recording.scan_ranges[last], recording.scan_angles, taken)
     origin = recording.odom_origin
     odometry = [origin.point_to_parent(p) for p in zip(recording.odom_x, recording.odom_y, strict=True)]
     axes.plot(recording.x, recording.y, color=COLORS["path"], linewidth=1.8, zorder=3, label="path")
@@ -267,7 +257,8 @@ def _mark_contacts(axes: Axes, recording: Recording) -> None:
         )
 
 
-def _scan_points(axes: Axes, ranges: Any, angles: Any, sensor: Pose) -> None:
+def _draw_scan(axes: Axes, ranges: Any, angles: Any, sensor: Pose) -> None:
+    """Draw a scan's valid readings as points; `sensor` is the lidar's pose in the map frame."""
     valid = np.isfinite(ranges)
     bearing = angles[valid] + sensor.yaw
     x, y = sensor.x + ranges[valid] * np.cos(bearing), sensor.y + ranges[valid] * np.sin(bearing)

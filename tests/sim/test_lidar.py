@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sim import Box, Circle, Obstacle, Polygon, Pose, Wall
-from sim.lidar import Beams, Shapes, cast
+from sim.lidar import Beams, Outline, cast
 from sim.polygon import signed_area
 
 RANGE = 12.0
@@ -62,7 +62,7 @@ def assert_same(obstacles: list[Obstacle], sensor: Pose, beams: Beams) -> None:
     surface = space.point_query_nearest((sensor.x, sensor.y), 1e-6, pymunk.ShapeFilter())
     if surface is not None and abs(surface.distance) < 1e-9:
         return  # on a surface: rounding decides whether this is inside
-    ours = cast(Shapes.of((o.pose, o.parts()) for o in obstacles), sensor, beams)
+    ours = cast(Outline((o.pose, o.parts()) for o in obstacles).shapes(), sensor, beams)
     for angle, mine in zip(beams.angles.tolist(), ours.tolist(), strict=True):
         theirs = oracle(space, sensor, angle)
         if mine == theirs or abs(mine - theirs) <= TOLERANCE:
@@ -142,7 +142,7 @@ def test_a_crowded_hall_equals_pymunk(seed: int) -> None:
 
 
 def ranges(obstacles: list[Obstacle], sensor: Pose = Pose(), beams: Beams = Beams()) -> np.ndarray:  # noqa: B008 - frozen
-    return cast(Shapes.of((o.pose, o.parts()) for o in obstacles), sensor, beams)
+    return cast(Outline((o.pose, o.parts()) for o in obstacles).shapes(), sensor, beams)
 
 
 def test_nothing_in_range_reads_infinity() -> None:

@@ -1,4 +1,4 @@
-"""Recordings: their contents, saving and loading, repeatability, and bags that other programs can read."""
+"""Recordings: their contents, saving and loading, repeatability."""
 
 import json
 import os
@@ -27,7 +27,6 @@ def crash() -> Recording:
     simulator.command(0.5, 0.0)
     for _ in range(60):
         recorder.take(simulator.step(0.05))
-    recorder.event("note", "the end")
     recorder.notes["who"] = "test"
     return recorder.recording()
 
@@ -55,7 +54,7 @@ def test_a_recording_contains_the_ground_truth(crash: Recording) -> None:
     assert crash.closest[-1] == pytest.approx(0.171, rel=0.03)
     assert crash.distance == pytest.approx(0.829, abs=1e-3)
     assert [c.obstacle for c in crash.contacts] == ["wall"]
-    assert [e.kind for e in crash.events] == ["contact", "note"]
+    assert [e.kind for e in crash.events] == ["contact"]
 
 
 def test_each_scan_belongs_to_the_sample_of_its_time(crossing: Recording) -> None:
@@ -233,69 +232,3 @@ def test_after_a_reset_the_run_repeats() -> None:
     assert drive(simulator, Tourist(simulator), 3.0).digest() == first.digest()
     simulator.reset(seed=77)
     assert drive(simulator, Tourist(simulator), 3.0).digest() != first.digest()
-
-
-# -------------------------------------------------------------------------------------------------------------- MCAP
-
-FUSION = """\
-std_msgs/Header header
-float32 closest_obstacle_distance
-float32 battery_level
-geometry_msgs/Vector3 linear_acceleration
-geometry_msgs/Vector3 angular_velocity
-"""
-
-
-def test_an_independent_reader_opens_the_bag(crash: Recording, tmp_path: Path) -> None:
-    pytest.importorskip("rosbags")
-    from rosbags.highlevel import AnyReader
-
-    from sim.bag import BagMessage, write_bag
-
-    kind = "ros2_robot_controller/msg/SensorFusionData"
-    fused = BagMessage("/sensor_fusion_data", kind, 0.5, {"battery_level": 85.5, "linear_acceleration": {"z": 9.81}})
-    write_bag(crash, tmp_path / "bag", types={kind: FUSION}, messages=[fused])
-    with AnyReader([tmp_path / "bag"]) as reader:
-        counts = {c.topic: c.msgcount for c in reader.connections}
-        read = {c.topic: reader.deserialize(data, c.msgtype) for c, _, data in reader.messages()}
-        stamps = [stamp for _, stamp, _ in reader.messages()]
-    assert counts["/scan"] == 30
-    assert counts["/odom"] == counts["/cmd_vel"] == counts["/tf"] == 61
-    assert stamps == sorted(stamps)
-    assert read["/scan"].ranges.tolist() == crash.scan_ranges[-1].astype(np.float32).tolist()
-    assert read["/odom"].pose.pose.position.x == crash.odom_x[-1]
-    assert read["/ground_truth/contacts"].data.startswith("touched wall at (1.000")
-    assert read["/sensor_fusion_data"].battery_level == 85.5
-    assert read["/sensor_fusion_data"].linear_acceleration.z == 9.81
-
-
-def test_foxgloves_own_reader_decodes_the_bag_by_the_types_in_it(crash: Recording, tmp_path: Path) -> None:
-    """That reader knows no types, so the file must define all of them."""
-    pytest.importorskip("rosbags")
-    from mcap.reader import make_reader
-    from mcap_ros2.decoder import DecoderFactory
-
-    from sim.bag import BagMessage, write_bag
-
-    kind = "ros2_robot_controller/msg/SensorFusionData"
-    fused = BagMessage("/sensor_fusion_data", kind, 0.5, {"battery_level": 85.5, "linear_acceleration": {"z": 9.81}})
-    write_bag(crash, tmp_path / "bag", types={kind: FUSION}, messages=[fused])
-    (path,) = (tmp_path / "bag").glob("*.mcap")
-    with path.open("rb") as stream:
-        messages = list(make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages())
-    read = {channel.topic: (schema.name, message) for schema, channel, _, message in messages}
-    assert read["/scan"][0] == "sensor_msgs/msg/LaserScan"
-    assert list(read["/scan"][1].ranges) == crash.scan_ranges[-1].astype(np.float32).tolist()
-    assert read["/odom"][1].pose.pose.position.x == crash.odom_x[-1]
-    assert read["/sensor_fusion_data"][0] == kind
-    assert read["/sensor_fusion_data"][1].battery_level == 85.5
-    assert read["/sensor_fusion_data"][1].linear_acceleration.z == 9.81
-
-
-def test_the_error_for_an_unknown_field_names_it(crash: Recording, tmp_path: Path) -> None:
-    pytest.importorskip("rosbags")
-    from sim.bag import BagMessage, write_bag
-
-    slip = BagMessage("/x", "std_msgs/msg/String", 0.0, {"text": "a"})
-    with pytest.raises(KeyError, match="no field 'text'"):
-        write_bag(crash, tmp_path / "bag", messages=[slip])

@@ -206,11 +206,10 @@ def test_the_tb4_refuses_to_back_up_far() -> None:
     for _ in range(30):
         simulator.command(-0.2, 0.0)
         simulator.step(0.1)
-    assert simulator.hazards == {"BACKUP_LIMIT"}
+    assert [(e.kind, e.subject) for e in simulator.events] == [("hazard", "BACKUP_LIMIT")]
     assert -0.15 < simulator.pose.x < -0.09
     simulator.command(0.2, 0.0)
     simulator.step(0.4)
-    assert simulator.hazards == set()
     assert [e.kind for e in simulator.events] == ["hazard", "hazard over"]
 
 

@@ -54,19 +54,10 @@ def test_a_notebook_without_a_front_end_runs_and_stores_a_picture_of_the_end(tmp
     assert shown.data.keys() == {"image/png", "text/plain"}
     assert shown.metadata["image/png"]["alt"] == "office at 20.00 s"
     assert done.cells[2].outputs[0].text == "20.0\n"
-    validate = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "--nbval",
-        "-q",
-        "-p",
-        "no:cacheprovider",
-        "-c",
-        os.devnull,
-        "live.ipynb",
-    ]
-    judged = subprocess.run(validate, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
+    validate = [sys.executable, "-m", "pytest", "--nbval", "-q", "-p", "no:cacheprovider", "-c", os.devnull]
+    judged = subprocess.run(
+        [*validate, "live.ipynb"], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300
+    )
     assert "4 passed" in judged.stdout, judged.stdout
 
 

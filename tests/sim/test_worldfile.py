@@ -1,19 +1,13 @@
 """World files: what they can contain, and the errors for mistakes in them."""
 
 import contextlib
-import math
-from collections.abc import Callable
 from pathlib import Path as FilePath
 
-import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sim import Box, Chase, Circle, Path, Polygon, Pose, Simulator, Wall, World, WorldError, load_world, world_names
-from sim.gridmap import merge, read_pgm
-from sim.obstacles import PolygonPart
-from sim.polygon import signed_area
 
 EVERYTHING = """
 title: Everything that a file can contain
@@ -152,115 +146,3 @@ def test_the_error_for_a_missing_file_names_it(tmp_path: FilePath) -> None:
 
 def test_an_empty_file_is_an_open_field(tmp_path: FilePath) -> None:
     assert load_world(write(tmp_path, "")).obstacles == ()
-
-
-# --------------------------------------------------------------------------------------------------- worlds in code
-
-
-def test_obstacles_without_a_name_are_given_one() -> None:
-    world = World(obstacles=(Circle((0, 1), 0.1), Circle((0, 2), 0.1, name="circle 1"), Box((5, 5), (1, 1))))
-    assert [o.name for o in world.obstacles] == ["circle 2", "circle 1", "box 1"]
-
-
-@pytest.mark.parametrize(
-    ("make", "needed"),
-    [
-        (lambda: Circle((0, 0), 0), "a radius above 0"),
-        (lambda: Circle((0, math.nan), 1), "finite numbers"),
-        (lambda: Box((0, 0), (1, -1)), "a size above 0"),
-        (lambda: Wall((1, 1), (1, 1)), "two different ends"),
-        (lambda: Polygon(((0, 0), (1, 1), (2, 2))), "three corners or more"),
-    ],
-)
-def test_an_impossible_obstacle_is_refused_on_creation(make: Callable[[], object], needed: str) -> None:
-    with pytest.raises(ValueError, match=needed):
-        make()
-
-
-def test_two_obstacles_with_the_same_name_are_refused() -> None:
-    with pytest.raises(ValueError, match="named 'a'"):
-        World(obstacles=(Circle((0, 1), 0.1, name="a"), Circle((0, 2), 0.1, name="a")))
-
-
-def test_a_world_is_mirrored_rotated_and_shifted_in_this_order() -> None:
-    world = World(obstacles=(Circle((1.0, 1.0), 0.1),), start=Pose(1.0, 1.0, 0.2), goals=(Pose(2.0, 0.0),))
-    moved = world.transformed(mirror=True, rotate=math.pi / 2, shift=(10.0, 0.0), seed=9)
-    # (1, 1) -> mirrored (1, -1) -> rotated (1, 1) -> shifted (11, 1)
-    assert moved.obstacles[0].center == pytest.approx((11.0, 1.0))
-    assert (moved.start.x, moved.start.y, moved.start.yaw) == pytest.approx((11.0, 1.0, math.pi / 2 - 0.2))
-    assert (moved.goals[0].x, moved.goals[0].y) == pytest.approx((10.0, 2.0))
-    assert moved.seed == 9
-
-
-def test_a_polygon_that_is_not_convex_is_filled_by_triangles() -> None:
-    comb = Polygon(((0, 0), (5, 0), (5, 2), (4, 2), (4, 1), (3, 1), (3, 2), (2, 2), (2, 1), (1, 1), (1, 2), (0, 2)))
-    parts = comb.parts()
-    areas = [signed_area(p.corners) for p in parts if isinstance(p, PolygonPart)]
-    assert len(areas) == len(parts) > 1
-    assert min(areas) > 0
-    assert sum(areas) == pytest.approx(signed_area(comb.points)) == 8
-
-
-# ------------------------------------------------------------------------------------------------------ map_server
-
-
-def grid(folder: FilePath, rows: str, **meta: object) -> World:
-    lines = rows.split()
-    text = " ".join({"#": "0", ".": "254", "?": "205"}[c] for line in lines for c in line)
-    (folder / "m.pgm").write_text(f"P2\n# by hand\n{len(lines[0])} {len(lines)}\n255\n{text}\n")
-    values = {
-        "image": "m.pgm",
-        "resolution": 0.5,
-        "origin": [0.0, 0.0, 0.0],
-        "occupied_thresh": 0.65,
-        "negate": 0,
-    } | meta
-    (folder / "m.yaml").write_text("".join(f"{k}: {v}\n" for k, v in values.items()))
-    return load_world(write(folder, "maps:\n  - {name: map, file: m.yaml}"))
-
-
-def test_occupied_cells_become_few_rectangles_and_the_first_row_is_at_the_top(tmp_path: FilePath) -> None:
-    world = grid(tmp_path, "##.. ##.. ...?")
-    assert world.obstacles[0].rectangles == ((0.0, 0.5, 1.0, 1.5),)
-
-
-def test_a_maps_origin_and_resolution_determine_its_position(tmp_path: FilePath) -> None:
-    world = grid(tmp_path, "..# ... ...", origin=[-1.0, -1.0, 0.0])
-    simulator = Simulator(world, noise=False)
-    simulator.place_robot(Pose(-0.75, 0.25, 0.0))
-    assert simulator.true_ranges()[180] == pytest.approx(0.75)
-
-
-def test_a_binary_map_reads_like_a_text_map() -> None:
-    text, binary = b"P2\n3 2\n255\n0 100 255\n5 6 7\n", b"P5 3 2 255\n" + bytes([0, 100, 255, 5, 6, 7])
-    assert read_pgm(text).tolist() == read_pgm(binary).tolist() == [[0, 100, 255], [5, 6, 7]]
-
-
-def test_rectangles_cover_exactly_the_occupied_cells() -> None:
-    occupied = np.random.default_rng(3).random((30, 40)) < 0.5
-    covered = np.zeros_like(occupied, dtype=int)
-    for x0, y0, x1, y1 in merge(occupied, 1.0):
-        covered[int(y0) : int(y1), int(x0) : int(x1)] += 1
-    assert (covered == occupied).all()
-
-
-@pytest.mark.parametrize(
-    ("spoil", "problem"),
-    [
-        ({"image": "gone.pgm"}, "cannot be read"),
-        ({"resolution": 0}, "resolution"),
-        ({"resolution": "fine"}, "could not convert"),
-        ({"origin": [1, 2]}, "not enough values"),
-    ],
-)
-def test_the_error_for_a_bad_map_says_why(tmp_path: FilePath, spoil: dict[str, object], problem: str) -> None:
-    with pytest.raises(WorldError, match=rf"maps\[0\]\.file: m\.yaml.*{problem}"):
-        grid(tmp_path, "#. ..", **spoil)
-
-
-@pytest.mark.parametrize(
-    "data", [b"", b"GIF89a", b"P2\n2 2\n255\n1 2 3", b"P5\n9999 9999\n255\n", b"P2\n1 1\n65535\n7"]
-)
-def test_an_image_that_is_not_a_map_is_refused(data: bytes) -> None:
-    with pytest.raises(ValueError, match=r"image (is|has|holds)"):
-        read_pgm(data)
