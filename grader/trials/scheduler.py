@@ -26,6 +26,7 @@ _CRASHED = {
     for crash in (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGILL, signal.SIGFPE)
     for status in (-crash, 128 + crash)
 }
+_STOP_S = 5.0
 _TRIAL_CAP_S = 900.0  # of wall time; the limits inside a trial exclude time spent waiting for a CPU
 _DISCOVERY = Path(__file__).parent / "discovery.xml"
 
@@ -128,11 +129,11 @@ class _Worker(threading.Thread):
             raise GraderError(answer.removeprefix(CANNOT))
         if answer == plan.name:
             return evidence.from_json(out.read_text(), evidence.Trial)
-        self._stop()
+        ended_by_itself = self._stop()
         if out.is_file():  # the trial was over when its worker died
             return evidence.from_json(out.read_text(), evidence.Trial)
         status = process.returncode
-        if status in _KILLED and not out_of_time:
+        if status in _KILLED and ended_by_itself and not out_of_time:
             raise GraderError(shortage.KILLED)
         if status in _CRASHED:
             if not has_crashed:
@@ -167,19 +168,23 @@ class _Worker(threading.Thread):
             )
         return self._process
 
-    def _stop(self) -> None:
+    def _stop(self) -> bool:
+        """End the worker process, and return whether it ended without being killed by us."""
         process, self._process = self._process, None
         if process is None:
-            return
+            return True
         assert process.stdin is not None
         assert process.stdout is not None
         process.stdin.close()
         try:
-            process.wait(5.0)
+            process.wait(_STOP_S)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
-        process.stdout.close()
+            return False
+        finally:
+            process.stdout.close()
+        return True
 
 
 def _ask(process: subprocess.Popen[str], request: TrialRequest) -> tuple[str, bool]:

@@ -1,7 +1,8 @@
 """The trusted process that runs trials, in a network namespace of its own.
 
 For each trial it reads one line of JSON (TrialRequest) from stdin, writes the evidence file and answers with the
-trial's name. The node under test runs in a sandbox inside the same network; it can see nothing of this process.
+trial's name, on what was its stdout when it started. The node under test runs in a sandbox inside the same network;
+it can see nothing of this process.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import traceback
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from grader import build, evidence, sandbox
 from grader.contract import spec
@@ -40,8 +41,9 @@ _LIMITS = sandbox.Limits(wall_seconds=300.0, resident_bytes=1536 * sandbox.MIB)
 
 def main() -> int:
     """Run the trials that stdin asks for."""
+    answers = _answers()
     plans = catalog.trials()
-    print(READY, flush=True)
+    print(READY, file=answers, flush=True)
     for line in sys.stdin:
         request = TrialRequest(**json.loads(line))
         plan = plans[request.trial]
@@ -52,11 +54,22 @@ def main() -> int:
                 traceback.print_exc()
                 return 1
             if problem := _host_problem(error):
-                print(CANNOT + problem, flush=True)
+                print(CANNOT + problem, file=answers, flush=True)
                 continue
             _save(request, not_started(plan, request.seed, traceback.format_exc()))
-        print(request.trial, flush=True)
+        print(request.trial, file=answers, flush=True)
     return 0
+
+
+def _answers() -> TextIO:
+    """Return the channel to the scheduler; whatever else is printed on stdout goes to stderr from now on.
+
+    Fast DDS prints an error on stdout when a message does not fit the observer's type, as for float64 instead of
+    float32. That line was once taken for the answer, and ended the whole grading.
+    """
+    channel = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)
+    return channel
 
 
 def _host_problem(error: Exception) -> str:

@@ -44,6 +44,12 @@ def test_a_worker_killed_by_the_kernel_is_an_error_of_the_grader(run_with, endin
         run_with(ending)
 
 
+def test_a_worker_that_answers_nonsense_is_not_taken_for_killed_by_the_kernel(run_with, monkeypatch):
+    """It is ended by the scheduler itself, and costs that trial only."""
+    monkeypatch.setattr(scheduler, "_STOP_S", 0.1)
+    assert "answer 'nonsense'" in run_with("echo nonsense; sleep 60").script_error
+
+
 def test_a_worker_that_exits_with_an_error_costs_that_trial_only(run_with):
     assert "the trial's worker ended" in run_with("exit 1").script_error
 
