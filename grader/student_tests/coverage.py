@@ -28,7 +28,7 @@ def combine(
     """Return what all modules together reached, and the reasons to doubt it.
 
     Args:
-        package: the package as handed in; its sources say which lines exist, not those that a test left behind.
+        package: the package as handed in; its sources say which lines exist, not copies that a test has changed.
         install: the install tree.
         folder: the worker's folder, with its coverage settings.
         runs: the runs whose data count.

@@ -10,7 +10,7 @@ from grader.python_ast import Function, first_line, parse
 
 
 def functions_from_the_end(text: str) -> list[Function]:
-    """Return the outermost functions and methods of a module, the last first: an edit moves only those behind it."""
+    """Return the outermost functions and methods of a module, the last first: an edit moves only those after it."""
     tree = parse(text)
     found: list[Function] = []
     waiting: list[ast.AST] = list(tree.body) if tree else []

@@ -89,7 +89,7 @@ class WarmWorker:
         return ran
 
     def _keep_coverage(self, number: int) -> Path | None:
-        """Copy the data that the worker measured for a request, none that lies beside it; return the copy."""
+        """Copy the data that the worker measured for a request, and no other file; return the copy."""
         kept = self.out.parent / "data" / f"coverage.{number}.main"
         # A copy: a test that has linked the file could still change the original.
         data = untrusted.read_bytes(self.out / kept.name, _DATA_CAP)

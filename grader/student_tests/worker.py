@@ -68,7 +68,6 @@ def main() -> None:
     settings = json.loads((REQUESTS / "settings.json").read_text())
     modules = Path(settings["modules"])
     handed_in = read_files(PACKAGE) | {path: file for path, file in read_files(modules).items() if path.suffix == ".py"}
-    warm_up()
     if settings["warm"]:
         warm_up()
     gc.collect()

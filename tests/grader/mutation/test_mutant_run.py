@@ -87,7 +87,7 @@ SUITES = {
     "looks_again": """
         import coverage
         {reaching}
-        def test_it_is_the_source_where_nobody_measures():
+        def test_it_is_the_source_where_nothing_is_measured():
             use()
             for module, known in ((robot_controller, {controller_text!r}), (sensor_processor, {processor_text!r})):
                 assert coverage.Coverage.current() or open(module.__file__).read() == known
