@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+LOG_QOS = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""How nodes publish /rosout. Read like this, it also gives what was logged before the subscription was matched."""
+
 _CAP = 2000  # characters of a string, bytes or items: evidence is not a place to store a novel
 
 

@@ -15,7 +15,7 @@ from action_msgs.msg import GoalStatusArray
 from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
-from rclpy.qos import qos_profile_action_status_default
+from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from std_msgs.msg import Float32
 
 from grader import evidence
@@ -23,7 +23,7 @@ from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.goal import SentGoal
 from grader.trials.interfaces import SERVICES, SensorFusionData
-from grader.trials.messages import fill, plain
+from grader.trials.messages import LOG_QOS, fill, plain
 from grader.trials.observation import ACTION, Observation, Program
 from grader.trials.service_proxy import ServiceProxy
 from grader.trials.wire_layout import Reader
@@ -33,10 +33,10 @@ from sim.sensors import ScanReading
 
 _ANSWER_WITHIN_S = 2.0  # simulated, for a service or a goal's acceptance
 _ANSWER_WALL_S = 3.0  # how long the clock stands still for an answer before time goes on
-TOPICS: dict[str, tuple[Any, int]] = {
-    "sensor_fusion_data": (SensorFusionData, 10),
-    "obstacle_distance": (Float32, 10),
-    "rosout": (Log, 100),
+TOPICS: dict[str, tuple[Any, QoSProfile]] = {
+    "sensor_fusion_data": (SensorFusionData, QoSProfile(depth=10)),
+    "obstacle_distance": (Float32, QoSProfile(depth=10)),
+    "rosout": (Log, LOG_QOS),
 }
 """The topics that a script can listen to."""
 
@@ -169,8 +169,11 @@ class Stage(Observation):
     # -- what is recorded -----------------------------------------------------------------------------------------
 
     def listen(self, topic: str) -> None:
-        """Record every message of a topic (one of TOPICS) from now on."""
-        message_type, depth = TOPICS[topic]
+        """Record every message of a topic (one of TOPICS) from now on, and return once its publisher has been found.
+
+        A trial at twelve times real time can be over before a subscription is matched: F12 once read "0 warnings".
+        """
+        message_type, qos = TOPICS[topic]
         read = self.readers.get(topic)
 
         def take(message: Any) -> None:
@@ -180,7 +183,10 @@ class Stage(Observation):
             if found is not None:
                 self.recorded.messages.append(evidence.Message(self.t, topic, found))
 
-        self.bridge.node.create_subscription(message_type, topic, take, depth, raw=read is not None)
+        subscription = self.bridge.node.create_subscription(message_type, topic, take, qos, raw=read is not None)
+        endpoints = self.graph.endpoints if self.graph is not None else []
+        if any(e.topic == topic and e.kind == "publisher" for e in endpoints):
+            self.bridge.spin_until(lambda: subscription.get_publisher_count() > 0, _ANSWER_WALL_S)
 
     def watch_goals(self) -> None:
         """Record from the action's status topic how all goals go, whoever sent them."""

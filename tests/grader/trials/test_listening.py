@@ -1,0 +1,37 @@
+"""What a node says before the observer is matched is not lost where ROS keeps it."""
+
+from __future__ import annotations
+
+import os
+import time
+
+import pytest
+import rclpy
+from rcl_interfaces.msg import Log
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+
+from grader.trials.messages import LOG_QOS
+
+pytestmark = pytest.mark.ros
+
+DOMAIN = 60 + os.getpid() % 40
+
+
+def test_a_warning_logged_before_the_subscription_is_matched_is_still_read():
+    """F12 once read "0 warnings": the subscription was volatile, and its match came after the trial was over."""
+    context = Context()
+    rclpy.init(context=context, domain_id=DOMAIN)
+    talker = rclpy.create_node("talker", context=context)
+    talker.get_logger().warning("battery low")
+    heard: list[str] = []
+    listener = rclpy.create_node("listener", context=context, enable_rosout=False)
+    listener.create_subscription(Log, "/rosout", lambda message: heard.append(message.msg), LOG_QOS)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(listener)
+    deadline = time.monotonic() + 30.0
+    while not heard and time.monotonic() < deadline:
+        executor.spin_once(timeout_sec=0.1)
+    executor.shutdown()
+    context.try_shutdown()
+    assert heard == ["battery low"]
