@@ -1,8 +1,6 @@
 """I1: the package builds, and installs what ROS looks for."""
 
-import itertools
-import re
-
+from grader.checks.build_log import first_error
 from grader.checks.judge import Failed, Judge
 from grader.contract.spec import NODES
 
@@ -19,7 +17,8 @@ def test_colcon_build_succeeds(judge: Judge) -> None:
     build = judge.evidence.build
     if not build.ok:
         how = "ran out of time" if build.timed_out else f"ended with exit status {build.exit_code}"
-        said = _first_error(build.log_tail)
+        error = first_error(build.log_tail)
+        said = f": {error}" if error else ""
         try_ = "run `colcon build` and read its first error, not its last"
         if build.timed_out:
             said = f" after {build.wall_seconds:.0f} s"
@@ -29,7 +28,7 @@ def test_colcon_build_succeeds(judge: Judge) -> None:
 
 def test_executables_are_installed(judge: Judge) -> None:
     """Both executables are installed where `ros2 run` looks: lib/<package>/."""
-    judge.built()
+    judge.require_build()
     found = judge.evidence.build.executables
     missing = [name for name in NODES if name not in found]
     if missing:
@@ -40,7 +39,7 @@ def test_executables_are_installed(judge: Judge) -> None:
 
 def test_launch_and_config_are_installed(judge: Judge) -> None:
     """Launch and config files are installed in the package's share folder."""
-    judge.built()
+    judge.require_build()
     found = judge.evidence.build.shared_files
     missing = [name for name in _SHARED if name not in found]
     if missing:
@@ -48,15 +47,3 @@ def test_launch_and_config_are_installed(judge: Judge) -> None:
         seen = f"missing: {', '.join(missing)}; found: {', '.join(others) or 'no launch or config file'}"
         share = 1 - len(missing) / len(_SHARED)
         judge.share(share, seen, "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})")
-
-
-def _first_error(log: str) -> str:
-    """Return the first error in a build's log with the lines that explain it, "" if no line is marked as an error."""
-    lines = log.splitlines()
-    marked = (i for i, line in enumerate(lines) if re.search(r"\bError\b|\berror:|\bERROR\b", line))
-    first = next(marked, None)
-    if first is None:
-        return ""
-    # CMake explains an error in the indented lines below it.
-    below = itertools.takewhile(lambda line: line.startswith("  "), lines[first + 1 :])
-    return ": " + " ".join(line.strip() for line in [lines[first], *below])[:400]

@@ -12,7 +12,7 @@ _NEAR = 1e-6
 
 def test_conversions_are_right_at_their_edges(judge: Judge) -> None:
     """The four functions in `utils/conversions.py` are right at their edges."""
-    judge.built()
+    judge.require_build()
     answers = judge.evidence.conversions
     if not answers:
         raise Unjudged("the conversions were not called")

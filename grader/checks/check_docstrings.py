@@ -13,9 +13,8 @@ def test_public_things_have_docstrings(judge: Judge) -> None:
     share = 1 - len(bare) / len(things)
     if share < 0.9 or unread:
         names = [label(thing) for thing in bare[:MOST_SHOWN]]
-        said = (
-            [f"{len(things) - len(bare)} of {len(things)} have a docstring; it is missing at", *names] if bare else []
-        )
+        head = f"{len(things) - len(bare)} of {len(things)} have a docstring; it is missing at"
+        said = [head, *names] if bare else []
         seen = "\n".join([*said, *unread_lines(unread)])
         share = min(share / 0.9, 1 - unread_share(judge, unread))
         judge.share(share, seen, "say in one sentence what a caller gets, with units and frames")

@@ -4,7 +4,7 @@ import itertools
 import math
 
 from grader.checks import motion
-from grader.checks.judge import Failed, Judge, NotReached, at
+from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Goal, Trial
 
 _DRIFT_M = 0.05  # beyond the tolerance, by ground truth; F8 judges how exact an arrival is
@@ -23,7 +23,7 @@ def test_feedback_comes_at_two_hertz(judge: Judge) -> None:
         times = [goal.t, *(entry[0] for entry in goal.feedback), end]
         start, gap = max(((a, b - a) for a, b in itertools.pairwise(times)), key=lambda pair: pair[1])
         seen = f"no feedback for {gap:.1f} s of simulated time, from {start:.1f} s on"
-        judge.expect(gap <= _SILENT_S, seen, "publish feedback while the robot turns or waits, too")
+        judge.expect(gap <= _SILENT_S, seen, "publish feedback also while the robot turns or waits")
     blocked = judge.trial("blocked_goal", complete=False)
     start, end = blocked.marks.get("blocked", math.inf), blocked.marks.get("free", math.inf)
     waiting = blocked.goals[0] if blocked.goals and math.isfinite(end) else None
@@ -84,12 +84,9 @@ def test_stands_still_after_a_cancel(judge: Judge) -> None:
     if blocked is not None and blocked.cancel_accepted:
         trial = judge.trial("cancel_blocked")
         if not motion.stays_still(trial.samples, blocked.cancel_t + 1.0):
-            seen = (
-                f"v = {trial.samples[-1].v:.2f} m/s 2 s after a goal was cancelled; set_speed had been called before it"
-            )
-            judge.share(
-                0.5, seen, "after a cancelled goal the robot stands still: forget the speed that was set before it"
-            )
+            seen = f"v = {trial.samples[-1].v:.2f} m/s 2 s after a goal was cancelled that came after a set_speed"
+            try_ = "after a cancelled goal the robot stands still: forget the speed that was set before it"
+            judge.share(0.5, seen, try_)
 
 
 def test_a_blocked_goal_never_ends_in_a_collision(judge: Judge) -> None:
@@ -125,7 +122,7 @@ def _accepted(judge: Judge) -> list[tuple[Trial, Goal]]:
 def _blocked(judge: Judge) -> tuple[Trial, Goal]:
     trial = judge.trial("blocked_goal")
     goal = judge.goal(trial)
-    start, blocked = trial.samples[0], at(trial.samples, trial.marks["blocked"])
+    start, blocked = trial.samples[0], motion.at(trial.samples, trial.marks["blocked"])
     if math.hypot(blocked.x - start.x, blocked.y - start.y) < 0.1:
         raise NotReached("the robot had not begun to drive when the way was blocked (F8)")
     return trial, goal

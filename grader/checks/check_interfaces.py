@@ -6,7 +6,7 @@ from grader.contract.spec import PACKAGE
 
 def test_type_hashes_match_the_contract(judge: Judge) -> None:
     """The four interfaces have the contract's type hashes: exactly its fields, in its order."""
-    judge.built()
+    judge.require_build()
     build = judge.evidence.build
     wrong = []
     for name, expected in build.contract_hashes.items():

@@ -25,18 +25,15 @@ def test_limits_hold_throughout(judge: Judge) -> None:
         for command in trial.commands:
             seen = f"v = {command.v:.3f} m/s, omega = {command.omega:.3f} rad/s at {command.t:.2f} s"
             judge.expect(_is_within(command), seen, "clamp both to max_linear_speed and max_angular_speed")
-        for letter, unit, parameter in (
-            ("v", "m/s", "linear_acceleration"),
-            ("omega", "rad/s", "angular_acceleration"),
-        ):
-            limit = _LIMITS[parameter]
+        for letter, unit, limit in (
+            ("v", "m/s", _LIMITS["linear_acceleration"]), ("omega", "rad/s", _LIMITS["angular_acceleration"]),
+        ):  # fmt: skip
             jump = _steepest(trial.commands, letter, limit, _LATE_S[trial.pace])
             if jump is not None:
                 a, b = jump
                 rise = abs(getattr(b, letter)) - _base(a, b, letter)
-                seen = (
-                    f"{letter} rose by {rise:.2f} {unit} from {a.t:.2f} to {b.t:.2f} s; the limit is {limit:g} {unit}²"
-                )
+                times = f"from {a.t:.2f} to {b.t:.2f} s"
+                seen = f"{letter} rose by {rise:.2f} {unit} {times}; the limit is {limit:g} {unit}²"
                 raise Failed(seen, "approach the wanted speed by at most acceleration * dt in each cycle")
 
 

@@ -34,17 +34,10 @@ def _share(judge: Judge, none: float, full: float) -> None:
 
 
 def _mutation(judge: Judge) -> Mutation:
-    judge.built()
-    tests = judge.evidence.tests
-    if tests is None:
-        raise Unjudged("the package's own tests were not run")
+    tests = judge.student_tests()
     if not any(module.passed for module in tests.modules):
         raise NotReached("none of the package's own tests passed, so none could notice anything (T1)")
-    judge.expect(
-        not tests.doubts,
-        f"the reports of these tests cannot be trusted: {'; '.join(tests.doubts[:3])}",
-        "leave pytest's reports and coverage's data alone; a failing test is useful",
-    )
+    judge.expect_trusted(tests)
     mutation = judge.evidence.mutation
     if mutation is None:
         raise Unjudged("no faults were put into the package")

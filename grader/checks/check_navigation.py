@@ -3,7 +3,7 @@
 import math
 
 from grader.checks import motion
-from grader.checks.judge import Failed, Judge, NotReached, at
+from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Goal, Trial
 
 _DRIFT_M = 0.02  # by which the simulated odometry may be off after two metres, whatever the node does
@@ -32,11 +32,9 @@ def test_reaches_a_target_behind(judge: Judge) -> None:
 def test_final_pose_agrees_with_odometry(judge: Judge) -> None:
     """The result's `final_pose` agrees with odometry."""
     for trial, goal in _ended(judge):
-        sample = at(trial.samples, goal.ended_t)
+        sample = motion.at(trial.samples, goal.ended_t)
         off = math.hypot(goal.final_x - sample.odom_x, goal.final_y - sample.odom_y)
-        seen = (
-            f"final_pose ({goal.final_x:.2f}, {goal.final_y:.2f}), odom said ({sample.odom_x:.2f}, {sample.odom_y:.2f})"
-        )
+        seen = f"final_pose ({goal.final_x:.2f}, {goal.final_y:.2f}), odom ({sample.odom_x:.2f}, {sample.odom_y:.2f})"
         judge.expect(off <= _AGREE_M, seen, "fill result.final_pose from the latest odometry, not from the target")
 
 
@@ -62,9 +60,8 @@ def again(trial: Trial) -> list[tuple[str, str]]:
         try_ = "a goal that is already reached succeeds at once"
         wrong.append((f"a target where the robot already was: {seen}", try_))
     if third is not None and second is not None and _is_over(second, third.t) and (seen := _shortfall(trial, third)):
-        wrong.append(
-            (f"a target that came after others: {seen}", "start each goal afresh, and keep nothing of the last one")
-        )
+        try_ = "start each goal afresh, and keep nothing of the last one"
+        wrong.append((f"a target that came after others: {seen}", try_))
     return wrong
 
 
@@ -76,7 +73,7 @@ def _shortfall(trial: Trial, goal: Goal) -> str:
     """Return how a goal ended, "" if the robot reached it and said so."""
     off = math.inf
     if math.isfinite(goal.ended_t):
-        sample = at(trial.samples, goal.ended_t)
+        sample = motion.at(trial.samples, goal.ended_t)
         off = math.hypot(goal.x - sample.x, goal.y - sample.y)
     if goal.success is True and goal.status == "succeeded" and off <= goal.tolerance + _DRIFT_M:
         return ""
@@ -93,15 +90,13 @@ def _expect_reached(judge: Judge, name: str) -> None:
         left = math.hypot(goal.x - last.x, goal.y - last.y)
         seen = f"no result within 40 s; the robot is {left:.2f} m from the target"
         raise Failed(seen, "when is the goal reached, and which line ends the action then?")
-    sample = at(trial.samples, goal.ended_t)
+    sample = motion.at(trial.samples, goal.ended_t)
     off = math.hypot(goal.x - sample.x, goal.y - sample.y)
     words = f"the goal ended as {goal.status} with success = {goal.success} at {goal.ended_t:.1f} s, {off:.3f} m off"
     judge.expect(goal.success is True and goal.status == "succeeded", words, "set result.success, call succeed()")
-    try_ = (
-        "compare the distance with tolerance"
-        if off < 1.0
-        else "the target and the pose from odom are both in the frame odom: compare those"
-    )
+    try_ = "compare the distance with tolerance"
+    if off >= 1.0:
+        try_ = "the target and the pose from odom are both in the frame odom: compare those"
     judge.expect(off <= goal.tolerance + _DRIFT_M, f"{words}; the tolerance was {goal.tolerance:g} m", try_)
 
 

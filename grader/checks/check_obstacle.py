@@ -35,9 +35,8 @@ def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
         delay = zero - near
         zero_came = f"a zero came {delay:.2f} s after" if math.isfinite(delay) else "no zero came after"
         seen = f"{zero_came} the first scan below {motion.THRESHOLD_M} m (at {near:.2f} s){_where(trial)}"
-        judge.expect(
-            delay <= 0.3 + _SLACK_S, seen, "stop in the cycle that sees the scan, without averaging or waiting"
-        )
+        try_ = "stop in the cycle that sees the scan, without averaging or waiting"
+        judge.expect(delay <= 0.3 + _SLACK_S, seen, try_)
 
 
 def test_drives_on_when_the_obstacle_goes_away(judge: Judge) -> None:
@@ -53,7 +52,8 @@ def test_drives_on_when_the_obstacle_goes_away(judge: Judge) -> None:
     speed = motion.odometry_speed(trial.samples, marks["cruise"], marks["cruise_end"])
     before = motion.odometry_speed(trial.samples, marks["blocked"] - 0.5, marks["blocked"])
     seen = (
-        f"{before:.3f} m/s before the obstacle came, {speed:.3f} m/s from 1 s after it was gone, set_speed {wanted:g}"
+        f"{before:.3f} m/s before the obstacle came, {speed:.3f} m/s from 1 s after it was gone on, after set_speed "
+        f"{wanted:g}"
     )
     # F2 judges whether it drove at the set speed before.
     holds = abs(speed - before) <= 0.05 * max(abs(before), 0.1)
@@ -61,10 +61,10 @@ def test_drives_on_when_the_obstacle_goes_away(judge: Judge) -> None:
     again = motion.odometry_speed(trial.samples, marks["again"], marks["again_end"])
     if abs(again - before) > 0.05 * max(abs(before), 0.1):
         seen = (
-            f"{before:.3f} m/s before an obstacle came, {again:.3f} m/s from 1 s after one was gone for which the "
-            f"robot had slowed down and stopped, set_speed {wanted:g}"
+            f"{before:.3f} m/s before an obstacle came; later the robot had slowed down and stopped for one, and drove "
+            f"at {again:.3f} m/s from 1 s after it was gone on, after set_speed {wanted:g}"
         )
-        judge.share(0.5, seen, "keep the set speed apart from the speed that is commanded for now")
+        judge.share(0.5, seen, "keep the set speed apart from the speed that is commanded at the moment")
 
 
 def test_drives_forward_with_an_obstacle_behind(judge: Judge) -> None:
@@ -78,11 +78,9 @@ def test_drives_forward_with_an_obstacle_behind(judge: Judge) -> None:
 
 def _where(trial: Trial) -> str:
     degrees = trial.choices.get("degrees")
-    return (
-        f"; the obstacle was {degrees:.0f} degrees to one side, and up to 60 count as ahead"
-        if degrees is not None
-        else ""
-    )
+    if degrees is None:
+        return ""
+    return f"; the obstacle was {degrees:.0f} degrees to one side, and up to 60 count as ahead"
 
 
 def _driven(judge: Judge) -> list[Trial]:

@@ -89,7 +89,7 @@ def _far_sighted_robot(judge: Judge) -> list[str]:
     if nearest > 1.5:
         raise NotReached(f"the robot never came near the wall: {nearest:.2f} m at best (F2)")
     if nearest < 0.85:
-        return [f"with obstacle_detection_threshold 1.0 the robot came as near as {nearest:.2f} m to the wall"]
+        return [f"with obstacle_detection_threshold 1.0 the robot came within {nearest:.2f} m of the wall"]
     return []
 
 

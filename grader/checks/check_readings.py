@@ -50,9 +50,11 @@ def test_a_real_obstacle_among_bad_readings_is_seen(judge: Judge) -> None:
     _speed_before(judge, trial)
     since = trial.marks["obstacle"]
     zero = next((c.t for c in trial.commands if c.t > since and motion.is_zero(c)), math.inf)
+    came = f"a zero cmd_vel {zero - since:.2f} s" if math.isfinite(zero) else "no zero cmd_vel"
     seen = (
-        f"a zero {zero - since:.2f} s after the obstacle" if math.isfinite(zero) else "no zero cmd_vel"
-    ) + " appeared 0.45 m ahead, seen by one beam in four; the others read NaN, inf, 0, 0.22 and 11 m"
+        f"{came} after an obstacle appeared 0.45 m ahead, seen by one beam in four; the others read NaN, inf, 0, "
+        "0.22 and 11 m"
+    )
     judge.expect(zero - since <= 1.0, seen, "what does min() return for a list that starts with NaN?")
     free, true = trial.marks["nothing in range"], trial.marks["true scans"]
     if not _drives(trial, free + 0.8, true) and _drives(trial, true + 0.2, trial.marks["at range_min"]):

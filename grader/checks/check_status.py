@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from grader.checks import motion
-from grader.checks.judge import Judge, at
+from grader.checks.judge import Judge
 from grader.evidence import Call, Trial
 
 _MOMENTS = ("standing", "driving", "before an obstacle 0.45 m ahead", "when the obstacle is gone")
@@ -52,7 +52,7 @@ def test_status_gives_the_pose_from_odometry(judge: Judge) -> None:
     trial, calls = _calls(judge)
     for moment, call in zip(_MOMENTS, calls, strict=True):
         position, yaw = _answer(call)["pose"]["position"], _yaw(_answer(call)["pose"]["orientation"])
-        sample = at(trial.samples, call.t)
+        sample = motion.at(trial.samples, call.t)
         off = max(abs(float(position["x"]) - sample.odom_x), abs(float(position["y"]) - sample.odom_y))
         turned = abs(math.remainder(yaw - sample.odom_yaw, math.tau))
         seen = (

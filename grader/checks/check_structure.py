@@ -22,7 +22,7 @@ def test_layout_matches_the_contract(judge: Judge) -> None:
 def test_no_function_is_too_complex(judge: Judge) -> None:
     """No function has a cyclomatic complexity above 10; each one that has costs a quarter."""
     found = readable(judge).complex
-    words = [f"{len(found)} above 10", listing(found)]
+    words = [f"{len(found)} {'function' if len(found) == 1 else 'functions'} above 10", listing(found)]
     charge(judge, len(found), 4, words, "move each decision into a function of its own")
 
 

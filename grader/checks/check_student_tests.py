@@ -1,8 +1,9 @@
 """T1 and T2: the package's own tests, and their coverage."""
 
-from grader.checks.judge import Judge, NotReached, Unjudged
+from grader.checks.findings import some
+from grader.checks.judge import Judge, NotReached
 from grader.contract.spec import NODES
-from grader.evidence import StudentTests, TestModule
+from grader.evidence import TestModule
 
 
 def test_both_nodes_have_tests(judge: Judge) -> None:
@@ -23,7 +24,7 @@ def test_every_test_asserts_something(judge: Judge) -> None:
     judge.expect(tests > 0, _nothing(judge), "write a test that fails when the node is wrong")
     if asserting < tests:
         silent = [f"{m.path} {name}" for m in modules for name in m.silent]
-        seen = f"{tests - asserting} of {tests} tests assert nothing: {_list(silent)}"
+        seen = f"{tests - asserting} of {tests} tests assert nothing: {some(silent, 3)}"
         judge.share(asserting / tests, seen, "a test without an assert passes whatever the code does")
 
 
@@ -34,7 +35,7 @@ def test_own_tests_pass(judge: Judge) -> None:
         raise NotReached(_nothing(judge))
     if not sum(m.asserting for m in modules):
         raise NotReached("no test asserts anything, so that they pass shows nothing")
-    _expect_trusted(judge)
+    judge.expect_trusted(judge.student_tests())
     ran = sum(m.passed + m.failed + m.errors for m in modules)
     passed = sum(m.passed for m in modules)
     judge.expect(ran > 0, "no test ran: all were skipped", "run pytest in a clean folder")
@@ -48,10 +49,10 @@ def test_own_tests_pass(judge: Judge) -> None:
 
 def test_coverage_of_lines_and_branches(judge: Judge) -> None:
     """Line and branch coverage of the package by its own tests: none at 40 %, full at 90 %, linear between."""
-    tests = _tests(judge)
+    tests = judge.student_tests()
     if not any(m.passed + m.failed for m in _own(judge)):
         raise NotReached("no test ran, so nothing was covered (T1)")
-    _expect_trusted(judge)
+    judge.expect_trusted(tests)
     judge.expect(bool(tests.coverage), "the tests ran no line of the package", "import the package in the tests")
     total = sum(f.lines + f.branches for f in tests.coverage)
     hit = sum(f.lines_hit + f.branches_hit for f in tests.coverage)
@@ -61,30 +62,13 @@ def test_coverage_of_lines_and_branches(judge: Judge) -> None:
     # Whole tenths of a percent, so that the last digit of a float never decides a point.
     share = (round(percent, 1) - 40) / 50
     if share < 1:
-        judge.share(
-            share,
-            f"{percent:.1f} % covered; not reached: {words or 'some branches'}",
-            "write tests for the lines listed",
-        )
-
-
-def _expect_trusted(judge: Judge) -> None:
-    """Fail the check if a test run whose result was known beforehand reported another result."""
-    doubts = _tests(judge).doubts
-    seen = f"the reports of these tests cannot be trusted: {_list(doubts, '; ')}"
-    judge.expect(not doubts, seen, "leave pytest's reports and coverage's data alone; a failing test is useful")
-
-
-def _tests(judge: Judge) -> StudentTests:
-    judge.built()
-    if judge.evidence.tests is None:
-        raise Unjudged("the package's own tests were not run")
-    return judge.evidence.tests
+        seen = f"{percent:.1f} % covered; not reached: {words or 'some branches'}"
+        judge.share(share, seen, "write tests for the lines listed")
 
 
 def _own(judge: Judge) -> list[TestModule]:
     """Return the modules that test the package, without the generated linter stubs."""
-    return [module for module in _tests(judge).modules if not module.stub]
+    return [module for module in judge.student_tests().modules if not module.stub]
 
 
 def _describe(module: TestModule) -> str:
@@ -92,13 +76,8 @@ def _describe(module: TestModule) -> str:
     return f"{module.path} ({what})" if what else module.path
 
 
-def _list(names: list[str], between: str = ", ") -> str:
-    """Return the first three names, and how many more there are."""
-    return between.join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
-
-
 def _nothing(judge: Judge) -> str:
-    stubs = [m.path for m in _tests(judge).modules if m.stub]
+    stubs = [m.path for m in judge.student_tests().modules if m.stub]
     if not stubs:
         return "no tests in test/ or tests/"
     return f"only generated tests that call a linter and do not test the code: {', '.join(stubs)}"

@@ -73,7 +73,6 @@ def _result(item: pytest.Item, call: pytest.CallInfo[None]) -> dict[str, Any]:
     result["fraction"] = 0.0
     if isinstance(error, Failed):
         result |= {"outcome": Outcome.FAILED.value, "seen": error.seen, "try_": error.try_}
-        result["expected"] = error.expected or sentence
     elif isinstance(error, NotReached):
         result |= {"outcome": Outcome.NOT_REACHED.value, "because": str(error)}
     else:

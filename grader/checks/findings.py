@@ -73,7 +73,7 @@ def place(finding: Finding) -> str:
     return f"{finding.path}:{finding.line}"
 
 
-def some(words: Sequence[str], most: int = MOST_SHOWN) -> str:
-    """Return the first words joined by commas, and how many more there are."""
+def some(words: Sequence[str], most: int = MOST_SHOWN, between: str = ", ") -> str:
+    """Return the first words, and how many more there are."""
     rest = f" and {len(words) - most} more" if len(words) > most else ""
-    return ", ".join(words[:most]) + rest
+    return between.join(words[:most]) + rest

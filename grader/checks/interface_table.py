@@ -44,7 +44,7 @@ def agreement(tables: Sequence[Table], evidence: Evidence) -> Agreement:
     """Compare the tables of a README with the nodes on the graph, or with the code of nodes that did not run."""
     seen = list(_running(evidence))
     nodes = {interface.node for interface in seen}
-    # The README of a node that did not come up is compared with its code: the README is not to blame.
+    # A node that did not come up is compared by its code: the README is not to blame.
     written = [item for item in _written(evidence.quality) if item.node not in nodes]
     wanted = list(dict.fromkeys([*seen, *written]))
     read = [[_Row(table.head, row) for row in table.rows] for table in tables]

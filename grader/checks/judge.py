@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from grader.evidence import Call, Evidence, Goal, Graph, Quality, Sample, Trial
+from grader.checks.findings import some
+from grader.evidence import Call, Evidence, Goal, Graph, Quality, StudentTests, Trial
 
 # Services and actions of the contract, none of which is a near miss of another.
 _CONTRACTS = ("set_speed", "get_status", "navigate_to_position")
@@ -14,9 +15,9 @@ _OF_EVERY_NODE = {"rosout", "parameter_events"}
 class Failed(AssertionError):
     """The requirement is not met; says what was seen, and what to try."""
 
-    def __init__(self, seen: str, try_: str, expected: str = "") -> None:
+    def __init__(self, seen: str, try_: str) -> None:
         super().__init__(seen)
-        self.seen, self.try_, self.expected = seen, try_, expected
+        self.seen, self.try_ = seen, try_
 
 
 class NotReached(Exception):
@@ -44,7 +45,7 @@ class Judge:
         self.try_ = ""
         self.trials: list[str] = []
 
-    def built(self) -> None:
+    def require_build(self) -> None:
         """Return if the package was built.
 
         Raises:
@@ -62,7 +63,7 @@ class Judge:
             NotReached: the node did not come up, or ended too early.
             Unjudged: the trial was not run, or broke by an error of the grader.
         """
-        self.built()
+        self.require_build()
         self.trials.append(name)
         trial = self.evidence.trials.get(name)
         if trial is None:
@@ -79,7 +80,7 @@ class Judge:
         Raises:
             Unjudged: the trial was not run, or broke by an error of the grader.
         """
-        self.built()
+        self.require_build()
         self.trials.append(name)
         trial = self.evidence.trials.get(name)
         if trial is None or trial.script_error:
@@ -132,6 +133,20 @@ class Judge:
             raise Unjudged("the package's text was not read")
         return self.evidence.quality
 
+    def student_tests(self) -> StudentTests:
+        """Return the facts about the package's own tests, which need a build."""
+        self.require_build()
+        if self.evidence.tests is None:
+            raise Unjudged("the package's own tests were not run")
+        return self.evidence.tests
+
+    def expect_trusted(self, tests: StudentTests) -> None:
+        """Fail the check if a test run whose result was known beforehand reported another result."""
+        seen = f"the reports of these tests cannot be trusted: {some(tests.doubts, 3, '; ')}"
+        self.expect(
+            not tests.doubts, seen, "leave pytest's reports and coverage's data alone; a failing test is useful"
+        )
+
     def expect(self, holds: bool, seen: str, try_: str) -> None:
         """Fail the check unless `holds`."""
         if not holds:
@@ -167,11 +182,6 @@ def near_topic(graph: Graph | None, wanted: str) -> str:
 def short_types(types: Sequence[str]) -> str:
     """Return "SetBool" for ["std_srvs/srv/SetBool"]; a type from a package of the robot keeps its package."""
     return ", ".join(name if "robot" in name else name.rpartition("/")[2] for name in types)
-
-
-def at(samples: Sequence[Sample], t: float) -> Sample:
-    """Return the sample nearest to time `t`."""
-    return min(samples, key=lambda sample: abs(sample.t - t))
 
 
 def last_output(trial: Trial) -> str:

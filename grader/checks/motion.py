@@ -30,9 +30,14 @@ def rate(commands: Sequence[Command], start: float, end: float) -> float:
     return len(between(commands, start, end)) / (end - start)
 
 
+def at(samples: Sequence[Sample], t: float) -> Sample:
+    """Return the sample nearest to time `t`."""
+    return min(samples, key=lambda sample: abs(sample.t - t))
+
+
 def odometry_speed(samples: Sequence[Sample], start: float, end: float) -> float:
     """Return the mean speed by odometry between two times along the robot's heading, m/s, negative for backwards."""
-    a, b = (min(samples, key=lambda sample: abs(sample.t - t)) for t in (start, end))
+    a, b = at(samples, start), at(samples, end)
     dx, dy = b.odom_x - a.odom_x, b.odom_y - a.odom_y
     return (dx * math.cos(a.odom_yaw) + dy * math.sin(a.odom_yaw)) / (b.t - a.t)
 

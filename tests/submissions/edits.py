@@ -634,7 +634,7 @@ _EDITS = (
         "F12",
         "Nothing is published while no reading is valid.",
         (_PROCESSOR, "if self._closest is None:", "if self._closest is None or math.isinf(self._closest):"),
-        says=("scans with nothing in range: no fused data came",),
+        says=("no fused data came",),
     ),
     _edit(
         "processor_crashes_without_readings",
@@ -821,7 +821,7 @@ _EDITS = (
         "The obstacle threshold is a number in the code.",
         (_MOTION, "    return clearance(near, v) < limits.obstacle_detection_threshold\n",
          "    return clearance(near, v) < 0.5\n"),
-        says=("came as near as",),
+        says=("the robot came within",),
     ),
     _edit(
         "uses_wall_time",
@@ -883,10 +883,11 @@ _EDITS = (
     ),
     _edit(
         "calls_itself_ament_python",
-        "I2",
+        "F1 F2 F3 F4 F5 F6 F7 F8 F9 F10 F11 F12 F13 I1 I2 I3 I4 I5 I6 I7 I8",
         "The build type is that of a package without CMake.",
         (_PACKAGE_XML, "<build_type>ament_cmake</build_type>", "<build_type>ament_python</build_type>"),
         says=("<build_type> is ament_python",),
+        why="colcon then ignores CMakeLists.txt, so the interfaces and executables are not installed",
     ),
     _edit(
         "does_not_declare_nav_msgs",
