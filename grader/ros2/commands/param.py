@@ -1,5 +1,8 @@
 """`ros2 param`: read and change the parameters of running nodes."""
 
+# mypy: disallow-untyped-calls=False
+# rclpy is only partly typed, so calling its untyped functions is allowed here.
+
 from __future__ import annotations
 
 import argparse
@@ -103,28 +106,13 @@ class Parameters:
 
     def set(self, values: dict[str, Any]) -> list[Any]:
         """Set values one by one, and return the result of each."""
-        from rcl_interfaces.msg import Parameter
-        from rclpy.parameter import get_parameter_value
+        from rclpy.parameter import Parameter
 
-        wanted = []
-        for name, value in values.items():
-            text = value if isinstance(value, str) else yaml.safe_dump(value, default_flow_style=True).split("\n...")[0]
-            made = Parameter(name=name, value=get_parameter_value(text.strip()))
-            if isinstance(value, str):
-                made.value = get_parameter_value("''")
-                made.value.string_value = value
-            wanted.append(made)
+        try:
+            wanted = [Parameter(name, value=value) for name, value in values.items()]
+        except (TypeError, ValueError) as error:
+            raise Refusal(f"A parameter cannot hold such a value: {error}") from error
         return list(self.answer(self.client.set_parameters(wanted)).results)
-
-
-def plain(value: Any) -> Any:
-    """Return a parameter's value."""
-    if value.type == 0:
-        return None
-    found = getattr(value, FIELDS[value.type])
-    if value.type == 5:
-        return [int.from_bytes(one, "little") for one in found]
-    return found if value.type <= 4 else list(found)
 
 
 def shown(value: Any) -> str:
@@ -228,10 +216,13 @@ def show_describe(args: argparse.Namespace) -> int:
 
 def show_dump(args: argparse.Namespace) -> int:
     """Print all values in the form of a parameter file."""
+    from rclpy.parameter import parameter_value_to_python
+
     with graph(args.spin_time) as seen:
         parameters = Parameters(seen, args.node_name)
         names = parameters.names()
-        values = dict(zip(names, map(plain, parameters.values(names)), strict=True)) if names else {}
+        found = parameters.values(names) if names else []
+    values = dict(zip(names, map(parameter_value_to_python, found), strict=True))
     nested: dict[str, Any] = {}
     for name, value in values.items():
         *above, last = name.split(".")

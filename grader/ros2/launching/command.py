@@ -31,8 +31,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-a", "--show-all-subprocesses-output", action="store_true", help="Show all launched processes' output"
     )
-    parser.add_argument("--launch-prefix", help="Prefix command before all executables, such as 'xterm -e'")
-    parser.add_argument("--launch-prefix-filter", help="Regular expression for the executables to prefix")
     parser.add_argument(
         "--record",
         metavar="FILE",
@@ -64,10 +62,6 @@ def main(args: argparse.Namespace) -> int:
         return 1
     if args.show_all_subprocesses_output:
         os.environ["OVERRIDE_LAUNCH_PROCESS_OUTPUT"] = "both"
-    if args.launch_prefix:
-        given["launch-prefix"] = args.launch_prefix
-    if args.launch_prefix_filter:
-        given["launch-prefix-filter"] = args.launch_prefix_filter
     record = args.record or os.environ.pop(RECORD_VARIABLE, None)  # the nodes must not inherit it
     service = LaunchService(
         argv=words,

@@ -117,6 +117,7 @@ MISSING: dict[str, dict[str, str]] = {
         **dict.fromkeys(("PushEnvironment", "PopEnvironment", "ResetEnvironment"), IN_GROUP),
         **dict.fromkeys(("UnsetLaunchConfiguration", "UnsetEnvironmentVariable"), "Set another value."),
     },
+    "launch.substitutions": dict.fromkeys(("AnonName", "LaunchLogDir"), "Write the name itself."),
     "launch.events.process": {"SignalProcess": "Use ShutdownProcess."},
     "launch_xml.launch_description_sources": {"XMLLaunchDescriptionSource": include.PYTHON_FILE},
     "launch_yaml.launch_description_sources": {"YAMLLaunchDescriptionSource": include.PYTHON_FILE},

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import os
 import pty
-import re
 import shlex
 import signal
 import subprocess
@@ -55,8 +54,7 @@ class ExecuteProcess(Action):
     ) -> None:
         super().__init__(**rest)
         self.cmd = [substitutions(word) for word in cmd]
-        self.prefix = substitutions(LaunchConfiguration("launch-prefix", default="") if prefix is None else prefix)
-        self.label, self.cwd, self.env, self.additional_env = name, cwd, env, additional_env
+        self.prefix, self.label, self.cwd, self.env, self.additional_env = prefix, name, cwd, env, additional_env
         self.shell, self.output, self.output_format, self.log_cmd = shell, output, output_format, log_cmd
         self.sigterm_timeout = sigterm_timeout or LaunchConfiguration("sigterm_timeout", default=TIMEOUT_S)
         self.sigkill_timeout = sigkill_timeout or LaunchConfiguration("sigkill_timeout", default=TIMEOUT_S)
@@ -98,8 +96,8 @@ class ExecuteProcess(Action):
             return None
         self._context = context
         cmd = self.command(context)
-        if (prefix := shlex.split(perform(context, self.prefix))) and self._wants_prefix(context, cmd[0]):
-            cmd = [*prefix, *cmd]
+        if self.prefix is not None:
+            cmd = [*shlex.split(perform(context, self.prefix)), *cmd]
         base = os.path.basename(cmd[0]) if self.label is None else perform(context, self.label)  # noqa: PTH119 - text
         self.process_details = {
             "name": f"{base}-{context.runner.next_number()}",
@@ -118,10 +116,6 @@ class ExecuteProcess(Action):
         self._register(context)
         context.asyncio_loop.call_soon(self._start)
         return None
-
-    def _wants_prefix(self, context: LaunchContext, program: str) -> bool:
-        wanted = context.launch_configurations.get("launch-prefix-filter")
-        return wanted is None or re.match(wanted, os.path.basename(program)) is not None  # noqa: PTH119 - text
 
     def _environment(self, context: LaunchContext) -> dict[str, str]:
         found = dict(context.environment) if self.env is None else self._performed(context, self.env)

@@ -306,22 +306,6 @@ class IfElseSubstitution(Substitution):
         return perform(context, self.if_value if truth(context, self.condition) else self.else_value)
 
 
-class AnonName(Substitution):
-    """A name made unique by a suffix; the same name gives the same result within one launch."""
-
-    def __init__(self, name: SomeSubstitutionsType) -> None:
-        self.name = substitutions(name)
-
-    def perform(self, context: LaunchContext) -> str:
-        """Return the name."""
-        name = perform(context, self.name)
-        key = "anon" + name
-        if key not in context.launch_configurations:
-            unique = f"{name}_{os.uname().nodename}_{os.getpid()}_{id(context)}"
-            context.launch_configurations[key] = "".join(c if c.isalnum() else "_" for c in unique)
-        return str(context.launch_configurations[key])
-
-
 def _text(value: bool) -> str:
     return "true" if value else "false"
 

@@ -4,7 +4,6 @@ import sys
 
 import launch
 from launch.actions import DeclareLaunchArgument as Arg
-from launch.substitutions import AnonName  # noqa: F401
 from launch.substitutions import LaunchConfiguration as LC
 from launch_ros.actions import *  # noqa: F403
 
