@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 import tomllib
-import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,9 +19,9 @@ from grader import KIT
 from grader.authoring import checkpoint_texts
 from grader.errors import GraderError
 from grader.notebook import checkpoints
+from grader.notebook.archive import Entry, write_zip
 
 TOP = "ros2-course-kit"
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # one date for all: the same tree gives the same bytes
 _STUDENT_KIT = KIT / "grader" / "authoring" / "student_kit"
 _PAGES = ("handout", "live-view", "ros2-command", "ros2-session", "simulator", "launch", "ros-from-wheels", "setup")
 # The tools with which instructors make, attack and release the course.
@@ -56,20 +55,7 @@ def release(out: Path, *, solutions: bool = True) -> Released:
     if not checkpoint_texts.REFERENCE.is_dir():
         raise GraderError("There is no solution_pkg here. Release the students' kit from a whole checkout.")
     files = contents(solutions=solutions)
-    part = out.with_name(out.name + ".part")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-            for name, data in sorted(files.items()):
-                entry = zipfile.ZipInfo(f"{TOP}/{name}", _EPOCH)
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                entry.external_attr = (0o100755 if data.startswith(b"#!") else 0o100644) << 16
-                archive.writestr(entry, data)
-        part.replace(out)
-    except OSError as error:
-        raise GraderError(f"Cannot write the kit to {out}: {error}. Choose another --out.") from error
-    finally:
-        part.unlink(missing_ok=True)
+    write_zip(out, {f"{TOP}/{name}": Entry(data, data.startswith(b"#!")) for name, data in sorted(files.items())})
     return Released(tuple(sorted(files)), out.stat().st_size, solutions)
 
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 import os
 import posixpath
 import tempfile
-import zipfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from grader import build, pipeline
 from grader.contract import spec
-from grader.errors import GraderError, SubmissionError
+from grader.errors import SubmissionError
 from grader.evidence import Flag
 from grader.intake import course_marker
 from grader.intake.copy_plan import BUILD_MARKERS, BUILD_NAMES, VENV_MARKER, SizeLimits
 from grader.intake.submission import open_submission
 from grader.notebook import workspace
+from grader.notebook.archive import Entry, write_zip
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, points
 from grader.scoring.rubric import RUBRIC
@@ -26,7 +26,6 @@ from grader.scoring.scorecard import Outcome
 NEEDED = ("package.xml", "CMakeLists.txt", *spec.NODE_MODULES)
 _CACHES = {"__pycache__", "htmlcov", "node_modules"}
 _KEPT_DOTS = {course_marker.MARKER, ".flake8", ".coveragerc", ".gitignore"}
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # one date for all: the same package gives the same bytes
 _LISTED = 40
 
 
@@ -141,20 +140,13 @@ def _pack(package: Path, target: Path) -> dict[str, int]:
     if (interfaces / "package.xml").is_file():  # interfaces in a package of their own, which the grader accepts
         files |= {f"../{path.relative_to(package.parent).as_posix()}": path for path in sorted(_own_files(interfaces))}
     _refuse_large(files)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    part = target.with_name(target.name + ".part")
-    try:
-        with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-            for name, path in files.items():
-                entry = zipfile.ZipInfo(posixpath.normpath(f"{spec.PACKAGE}/{name}"), _EPOCH)
-                entry.compress_type = zipfile.ZIP_DEFLATED
-                entry.external_attr = (0o100755 if os.access(path, os.X_OK) else 0o100644) << 16
-                archive.writestr(entry, path.read_bytes())
-        part.replace(target)
-    except OSError as error:
-        raise GraderError(f"Cannot write {target.name}: {error}. Choose another place with --out.") from error
-    finally:
-        part.unlink(missing_ok=True)
+    write_zip(
+        target,
+        {
+            posixpath.normpath(f"{spec.PACKAGE}/{name}"): Entry(path.read_bytes(), os.access(path, os.X_OK))
+            for name, path in files.items()
+        },
+    )
     return {name: path.stat().st_size for name, path in files.items()}
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ast
-import itertools
 import re
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from grader import python_ast
+from grader.checks import build_log
 from grader.contract import spec
 from grader.contract.spec import PACKAGE
 from grader.evidence import Build
@@ -72,23 +73,12 @@ def _is_student_file(path: Path) -> bool:
 
 
 def first_error(found: Build) -> str:
-    """Return the first error of a build's log with the lines that explain it."""
+    """Return why a build failed: the first error of its log with the lines that explain it."""
     if found.timed_out:
         return "`colcon build` ran out of time"
     if found.exit_code == 0:
         return "`colcon build` succeeded but installed no package; does CMakeLists.txt end with ament_package()?"
-    lines = found.log_tail.splitlines()
-    marked = (i for i, line in enumerate(lines) if re.search(r"\bError\b|\berror:|\bERROR\b", line))
-    first = next(marked, None)
-    if first is None:
-        return f"`colcon build` ended with exit status {found.exit_code}"
-    # CMake explains an error in the indented lines below it, colcon in the next one.
-    explained = itertools.takewhile(lambda line: line.startswith("  ") or not line.strip(), lines[first + 1 :])
-    below = [*explained] or (lines[first + 1 : first + 2] if lines[first].endswith(":") else [])
-    text = " ".join(line.strip() for line in [lines[first], *below] if line.strip())
-    # rosidl's own error comes at the end of the command that failed.
-    text = text[max(0, text.find("Error processing")) :]
-    return re.sub(r"/ws/src/[^/\s']+/+|\bsubmission/(?=package\.xml)", "", text)[:500]
+    return build_log.first_error(found.log_tail) or f"`colcon build` ended with exit status {found.exit_code}"
 
 
 def advice(because: str) -> str:
@@ -146,7 +136,7 @@ def _parsed(package: Path, name: str) -> ast.Module | Gap:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # an invalid escape is the linter's business
             return ast.parse((package / name).read_bytes(), filename=name)
-    except (SyntaxError, ValueError) as error:
+    except python_ast.UNPARSABLE as error:
         line = getattr(error, "lineno", None)
         text = (getattr(error, "text", "") or "").strip()
         where = f"{name}, line {line}" if line else name

@@ -81,32 +81,17 @@ def test_generated_interfaces_and_relative_imports_are_not_missing_modules(tmp_p
     assert prerequisites.first_gap(tmp_path, "F1") is None
 
 
-def test_the_first_error_of_a_build_is_shown_without_our_paths() -> None:
-    log = "--- output\nCMake Error at CMakeLists.txt:9 (find_package):\n  By not providing\n\n  more\nnext\nError 2\n"
-    found = Build(ok=False, cached=False, wall_seconds=1.0, exit_code=1, timed_out=False, log_tail=log)
-    assert prerequisites.first_error(found) == "CMake Error at CMakeLists.txt:9 (find_package): By not providing more"
-
-
 @pytest.mark.parametrize(
-    ("exit_code", "log", "words"),
+    ("exit_code", "log", "reason"),
     [
-        (1, "x\nError parsing 'submission/package.xml':\nThe manifest must contain a name\ny\n",
-         "Error parsing 'package.xml': The manifest must contain a name"),
-        (1, "CMake Error at <ros>/adapt.cmake:57 (message):\n  execute_process(<ros>/python3 -m rosidl_adapter)\n"
-            "  returned error code 1:\n\n  Error processing 'flot32 x' of 'msg/A.msg'\n",
-         "Error processing 'flot32 x' of 'msg/A.msg'"),
-        (1, "CMake Error in '/ws/src/ros2_robot_controller//package.xml'\n", "CMake Error in 'package.xml'"),
+        (1, "x\nCMake Error in 'package.xml'\n", "CMake Error in 'package.xml'"),
         (0, "Summary: 1 package finished\n", "does CMakeLists.txt end with ament_package()?"),
+        (3, "hm\n", "`colcon build` ended with exit status 3"),
     ],
-)  # fmt: skip
-def test_errors_that_tools_wrap_are_unwrapped(exit_code: int, log: str, words: str) -> None:
+)
+def test_the_reason_for_a_failed_build(exit_code: int, log: str, reason: str) -> None:
     found = Build(ok=False, cached=False, wall_seconds=1.0, exit_code=exit_code, timed_out=False, log_tail=log)
-    assert prerequisites.first_error(found).endswith(words)
-
-
-def test_a_build_without_a_marked_error_shows_its_exit_status() -> None:
-    found = Build(ok=False, cached=False, wall_seconds=1.0, exit_code=3, timed_out=False, log_tail="hm\n")
-    assert prerequisites.first_error(found) == "`colcon build` ended with exit status 3"
+    assert prerequisites.first_error(found).endswith(reason)
 
 
 @pytest.mark.parametrize(
