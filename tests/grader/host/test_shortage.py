@@ -13,9 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from grader import KIT, build, cli, evidence, pipeline, sandbox
-from grader.build import cache, type_hashes
-from grader.contract import spec
+from grader import KIT, build, cli, evidence, pipeline
 from grader.errors import GraderError
 from grader.host import ros_env, shortage
 from grader.scoring import rubric
@@ -259,80 +257,6 @@ def test_without_a_compiler_nothing_is_built_or_cached(reference: Path, tmp_path
     assert done.returncode == 3
     assert "This machine has no C++ compiler, so no package can be built. Run `grader doctor`" in message(done)
     assert list((tmp_path / "cache" / "builds").glob("*/build.json")) == []
-
-
-# -- a damaged cache ----------------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def entry(tmp_path: Path) -> Path:
-    """A build in the cache."""
-    folder = tmp_path / "builds" / "abc"
-    (folder / "install" / "lib").mkdir(parents=True)
-    (folder / "install" / "lib" / "node").write_text("#!/bin/sh\n")
-    (folder / "install" / "link").symlink_to("lib/node")
-    (folder / "build.json").write_text(evidence.to_json(evidence.Build(True, False, 1.0, 0, False, "")))
-    cache.write_checksum(folder / "install", folder / "install")
-    return folder
-
-
-def test_an_intact_entry_is_used(entry: Path):
-    assert cache.load(entry) is not None
-    (entry / "install" / "__pycache__").mkdir()
-    (entry / "install" / "__pycache__" / "x.pyc").write_bytes(b"a cache of Python")
-    assert cache.load(entry) is not None
-
-
-DAMAGES: dict[str, Callable[[Path], object]] = {
-    "facts cut short": lambda e: (e / "build.json").write_text("{"),
-    "facts of another kind": lambda e: (e / "build.json").write_text("[1]"),
-    "no facts": lambda e: (e / "build.json").unlink(),
-    "facts that are not text": lambda e: (e / "build.json").write_bytes(b"\xff\xfe"),
-    "a folder for the facts": lambda e: ((e / "build.json").unlink(), (e / "build.json").mkdir()),
-    "a file cut short": lambda e: (e / "install" / "lib" / "node").write_text(""),
-    "a file changed": lambda e: (e / "install" / "lib" / "node").write_text("#!/bin/no\n"),
-    "a file gone": lambda e: (e / "install" / "lib" / "node").unlink(),
-    "a file more": lambda e: (e / "install" / "more").write_text(""),
-    "a file that cannot be run": lambda e: (e / "install" / "lib" / "node").chmod(0o755),
-    "a link turned": lambda e: ((e / "install" / "link").unlink(), (e / "install" / "link").symlink_to("lib")),
-    "no checksum": lambda e: (e / "install.sha256").unlink(),
-    "no install tree": lambda e: shutil.rmtree(e / "install"),
-}
-
-
-@pytest.mark.parametrize("damage", DAMAGES)
-def test_a_damaged_entry_is_not_used(entry: Path, damage: str):
-    DAMAGES[damage](entry)
-    assert cache.load(entry) is None
-
-
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"hashes": {"srv/SetSpeed": "RIHS01_forged"}, "checksum": "x"}'])
-def test_damaged_type_hashes_are_not_used(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, text: str):
-    def answers(*_: object) -> sandbox.RunResult:
-        raise GraderError("computed again")
-
-    monkeypatch.setattr(sandbox, "run", answers)
-    monkeypatch.setattr(Path, "read_text", lambda *_: text)
-    with pytest.raises(GraderError, match="computed again"):
-        type_hashes.compute({}, "p", tmp_path)
-
-
-@pytest.mark.slow
-@pytest.mark.ros
-@pytest.mark.sandbox
-def test_a_damaged_cache_is_built_again(reference: Path, tmp_path: Path, settings: pipeline.Settings):
-    """Truncate the modules of a build in the cache: the next grading builds the package again."""
-    package = shutil.copytree(reference, tmp_path / reference.name)
-    (package / "NOTES.md").write_text(f"Not the package that is built already: {tmp_path}\n")
-    first = build.build([package], settings.cache)
-    for path in (first.install / ros_env.SITE_IN_PREFIX / spec.PACKAGE).glob("*.py"):
-        path.write_text("")
-    tree = cache.build_tree_folder(package.parent, settings.cache)
-    assert tree is None or tree.is_dir()
-    second = build.build([package], settings.cache)
-    assert not second.facts.cached
-    assert second.facts.ok
-    assert all(path.read_text() for path in second.install.rglob("robot_controller.py"))
 
 
 def test_the_rubric_of_these_tests_can_be_read(tmp_path: Path):

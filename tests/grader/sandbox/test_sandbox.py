@@ -47,6 +47,19 @@ def test_the_submission_sees_neither_our_sources_nor_the_users_files(tmp_path: P
     assert python(code).output == "[False, False, False, False]\n"
 
 
+def test_no_setting_of_the_kernel_can_be_written():
+    """As root 763 of them could, core_pattern among them: code as root on the host at the next crash."""
+    code = (
+        "import os\n"
+        "own = {'self', 'thread-self', *(name for name in os.listdir('/proc') if name.isdigit())}\n"
+        "tops = [f'/proc/{name}' for name in os.listdir('/proc') if name not in own]\n"
+        "files = [os.path.join(here, name) for top in tops for here, _, names in os.walk(top) for name in names]\n"
+        "files += [top for top in tops if os.path.isfile(top)]\n"
+        "print(len(files) > 100, [path for path in files if os.access(path, os.W_OK)])"
+    )
+    assert python(code).output == "True []\n"
+
+
 def test_nothing_of_our_environment_leaks_in(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("GRADER_SECRET", "42")
     assert "GRADER_SECRET" not in python("import os; print(dict(os.environ))").output

@@ -1,0 +1,55 @@
+"""Building a package: what is built once, and what is built again."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from submissions.edits import apply
+
+from grader import build, pipeline
+from grader.build import colcon
+from grader.contract import spec
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    return apply(None, tmp_path)
+
+
+@pytest.mark.sandbox
+def test_the_reference_builds_with_the_contracts_hashes(package: Path, settings: pipeline.Settings):
+    built = build.build([package], settings.cache)
+    assert built.facts.ok, built.facts.log_tail
+    assert built.facts.type_hashes == build.build_contract(settings.cache).facts.type_hashes
+    assert set(spec.INTERFACES) == set(built.facts.type_hashes)
+    assert {"robot_controller", "sensor_processor"} <= set(built.facts.executables)
+    assert "launch/robot_controller_launch.py" in built.facts.shared_files
+
+
+@pytest.mark.sandbox
+def test_the_same_content_is_built_once_wherever_it_lies(package: Path, tmp_path: Path, settings: pipeline.Settings):
+    first = build.build([package], settings.cache)
+    elsewhere = tmp_path / "elsewhere" / package.name
+    shutil.copytree(package, elsewhere)
+    second = build.build([elsewhere], settings.cache)
+    assert second.facts.cached
+    assert second.install == first.install
+
+
+@pytest.mark.sandbox
+def test_a_damaged_cache_entry_is_built_again(package: Path, settings: pipeline.Settings):
+    (package / "ros2_robot_controller" / "extra.py").write_text("DAMAGED = 'on purpose'\n")
+    first = build.build([package], settings.cache)
+    (first.install.parent / "build.json").write_text("{")
+    again = build.build([package], settings.cache)
+    assert not again.facts.cached
+    assert again.facts.ok
+
+
+def test_a_log_names_no_place_of_this_machine():
+    from grader.host import ros_env
+
+    log = f"CMake Error at {ros_env.PREFIX}/share/x.cmake:1"
+    assert colcon._without_host_paths(log) == "CMake Error at <ros>/share/x.cmake:1"

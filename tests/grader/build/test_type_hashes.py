@@ -1,0 +1,31 @@
+"""Type hashes are computed from the text of the definitions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from grader.build import type_hashes
+from grader.contract import spec
+
+
+@pytest.mark.sandbox
+def test_hashes_are_computed_from_the_text(tmp_path: Path):
+    texts = type_hashes.definitions(spec.CONTRACT)
+    found = type_hashes.compute(texts, spec.PACKAGE, tmp_path)
+    assert sorted(found) == sorted(spec.INTERFACES)
+    # A comment is not part of a type, the type of a field is.
+    commented = {name: f"# {name}\n{text}" for name, text in texts.items()}
+    assert type_hashes.compute(commented, spec.PACKAGE, tmp_path) == found
+    changed = {**texts, "srv/SetSpeed.srv": texts["srv/SetSpeed.srv"].replace("float32", "float64")}
+    other = type_hashes.compute(changed, spec.PACKAGE, tmp_path)
+    assert [name for name in found if found[name] != other[name]] == ["srv/SetSpeed"]
+
+
+@pytest.mark.sandbox
+def test_a_definition_that_cannot_be_read_takes_no_other_along(tmp_path: Path):
+    texts = type_hashes.definitions(spec.CONTRACT)
+    good = type_hashes.compute(texts, spec.PACKAGE, tmp_path)
+    with_bad = type_hashes.compute({**texts, "msg/Bad.msg": "floot x\n = y"}, spec.PACKAGE, tmp_path)
+    assert with_bad == good

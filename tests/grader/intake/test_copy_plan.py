@@ -1,0 +1,185 @@
+"""Hostile submissions: what is left out, flagged or refused."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import struct
+import subprocess
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+from helpers.archives import PACKAGE, below, member, refusal, tarred, write, zipped
+
+from grader.errors import SubmissionError
+from grader.intake import containers
+from grader.intake.copy_plan import SizeLimits
+from grader.intake.submission import open_submission
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("../outside", "traversal"),
+        ("a/../../outside", "traversal"),
+        ("..\\outside", "traversal"),
+        ("/tmp/outside", "absolute path"),
+        ("C:\\outside", "absolute path"),
+        ("Package.xml", "collision"),
+        ("package.xml/inside", "collision"),
+        ("SRV/x", "collision"),
+    ],
+)
+def test_an_unsafe_name_is_left_out_and_flagged(tmp_path: Path, into: Path, name: str, kind: str):
+    opened = open_submission(zipped(tmp_path / "a.zip", {**PACKAGE, name: "evil"}), into)
+    assert [flag.kind for flag in opened.flags] == [kind]
+    assert opened.flags[0].where
+    # Capitals sort first, so of two colliding names the same one is kept for every order in the archive.
+    assert len(opened.intake.files) in (len(PACKAGE), len(PACKAGE) - 1)
+    assert written_outside(tmp_path, into) == ["a.zip"]
+
+
+def written_outside(tmp_path: Path, into: Path) -> list[str]:
+    return sorted(p.name for p in tmp_path.rglob("*") if not p.is_relative_to(into))
+
+
+@pytest.mark.parametrize("target", ["/etc/passwd", "../../secret", "srv/../../secret"])
+def test_a_link_out_is_left_out_and_flagged(tmp_path: Path, handed_in: Path, into: Path, target: str):
+    write(handed_in, PACKAGE)
+    (handed_in / "notes.txt").symlink_to(target)
+    (handed_in / "folder").symlink_to("/etc")
+    opened = open_submission(handed_in, into)
+    assert [flag.kind for flag in opened.flags] == ["link", "link"]
+    assert opened.intake.files == sorted(PACKAGE)
+
+
+@pytest.mark.parametrize("kind", [tarfile.SYMTYPE, tarfile.LNKTYPE])
+def test_a_link_out_of_a_tar_is_flagged_and_nothing_is_written_through_it(tmp_path: Path, into: Path, kind: bytes):
+    (tmp_path / "victim").mkdir()
+    files = [(member("pkg/" + n), t.encode()) for n, t in PACKAGE.items()]
+    link = (member("pkg/door", kind, str(tmp_path / "victim")), b"")
+    opened = open_submission(tarred(tmp_path / "a.tar", [link, *files, (member("pkg/door/x"), b"evil")]), into)
+    assert "absolute path" in {f.kind for f in opened.flags} or "link" in {f.kind for f in opened.flags}
+    assert list((tmp_path / "victim").iterdir()) == []
+    assert not any(p.is_symlink() for p in into.rglob("*"))
+
+
+def test_a_link_within_the_submission_is_noted_but_not_flagged(handed_in: Path, into: Path):
+    write(handed_in, PACKAGE)
+    (handed_in / "again.py").symlink_to("ros2_robot_controller/robot_controller.py")
+    opened = open_submission(handed_in, into)
+    assert opened.flags == ()
+    assert opened.intake.notes == [
+        "again.py: it is a link to ros2_robot_controller/robot_controller.py and was left out; submit the file itself."
+    ]
+
+
+def test_links_in_a_colcon_build_tree_are_not_flagged(handed_in: Path, into: Path):
+    write(handed_in, {**below("src/ctl/"), "install/COLCON_IGNORE": ""})
+    (handed_in / "install/setup.py").symlink_to("/home/kim/ws/src/ctl/setup.py")
+    assert open_submission(handed_in, into).flags == ()
+
+
+def test_a_hard_link_within_a_tar_becomes_a_copy(tmp_path: Path, into: Path):
+    files = [(member("pkg/" + n), t.encode()) for n, t in PACKAGE.items()]
+    source = tarred(tmp_path / "a.tar", [*files, (member("pkg/copy.xml", tarfile.LNKTYPE, "pkg/package.xml"), b"")])
+    opened = open_submission(source, into)
+    assert (into / "pkg/copy.xml").read_text() == PACKAGE["package.xml"]
+    assert (into / "pkg/copy.xml").stat().st_nlink == 1
+    assert opened.flags == ()
+
+
+def test_devices_and_pipes_are_left_out_and_flagged(tmp_path: Path, handed_in: Path, into: Path):
+    files = [(member(n), t.encode()) for n, t in PACKAGE.items()]
+    odd = [(member("null", tarfile.CHRTYPE), b""), (member("pipe", tarfile.FIFOTYPE), b"")]
+    opened = open_submission(tarred(tmp_path / "a.tar", files + odd), into)
+    assert [flag.kind for flag in opened.flags] == ["special file"] * 2
+    os.mkfifo(write(handed_in, PACKAGE) / "pipe")
+    assert [flag.kind for flag in open_submission(handed_in, tmp_path / "b").flags] == ["special file"]
+
+
+def test_names_with_control_characters_are_kept_readable(tmp_path: Path, into: Path):
+    source = zipped(tmp_path / "a.zip", {**PACKAGE, "a\nb\x1b[31m.py": "x = 1\n", "\u202egnp.py": "y = 1\n"})
+    opened = open_submission(source, into)
+    assert "a%0Ab%1B[31m.py" in opened.intake.files
+    assert "%202Egnp.py" in opened.intake.files
+    assert all(name.isprintable() for name in opened.intake.files)
+
+
+def test_a_folder_deeper_than_any_stack_is_left_out(handed_in: Path, into: Path):
+    write(handed_in, PACKAGE)
+    handle = os.open(handed_in, os.O_RDONLY)
+    for _ in range(1500):  # no path can be that long, so go down step by step
+        os.mkdir("d", dir_fd=handle)
+        inner = os.open("d", os.O_RDONLY, dir_fd=handle)
+        os.close(os.open("f", os.O_CREAT, dir_fd=inner))
+        os.close(handle)
+        handle = inner
+    os.close(handle)
+    opened = open_submission(handed_in, into)
+    subprocess.run(["rm", "-rf", handed_in], check=True)  # rmtree would run out of stack
+    assert any("too deep" in note for note in opened.intake.notes)
+    assert max(name.count("/") for name in opened.intake.files) < 20
+
+
+def test_a_large_recording_is_left_out_with_a_note(handed_in: Path, into: Path):
+    write(handed_in, PACKAGE)
+    with (handed_in / "demo.mp4").open("wb") as file:
+        file.truncate(31 * 1024**2)
+    opened = open_submission(handed_in, into)
+    assert opened.intake.notes == ["demo.mp4: it has 31 MB, more than 10 MB, and was left out."]
+    assert opened.flags == ()
+
+
+def test_one_huge_file_packed_small_is_flagged(tmp_path: Path, into: Path):
+    source = zipped(tmp_path / "a.zip", {**PACKAGE, "zeros": bytes(40 * 1024**2)})
+    assert [flag.kind for flag in open_submission(source, into).flags] == ["bomb"]
+
+
+def test_many_files_packed_small_are_refused(tmp_path: Path, into: Path):
+    source = zipped(tmp_path / "a.zip", {**PACKAGE, **{f"z{i}": bytes(4 * 1024**2) for i in range(5)}})
+    assert "like a decompression bomb" in refusal(source, into)
+
+
+def test_a_packed_tar_bomb_is_refused_before_it_is_unpacked(tmp_path: Path, into: Path):
+    header = member("zeros")
+    header.size = 8 * 1024**3
+    with gzip.open(tmp_path / "a.tgz", "wb", compresslevel=1) as file:
+        file.write(header.tobuf())
+        for _ in range(300):
+            file.write(bytes(1024**2))
+    assert "unpacks to more than 250 MB" in refusal(tmp_path / "a.tgz", into)
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [(SizeLimits(files=5), "holds 6 files, more than 5"), (SizeLimits(total_bytes=100), "more than 0 MB")],
+)
+def test_a_submission_over_the_limits_is_refused(handed_in: Path, into: Path, limits: SizeLimits, words: str):
+    with pytest.raises(SubmissionError, match=words):
+        open_submission(write(handed_in, PACKAGE), into, limits)
+
+
+def test_an_archive_inside_counts_against_the_same_limits(tmp_path: Path, into: Path):
+    inner = zipped(tmp_path / "inner.zip", PACKAGE).read_bytes()
+    source = zipped(tmp_path / "a.zip", {"i.zip": inner, "j.zip": inner})
+    opened = open_submission(source, into, SizeLimits(files=10))
+    assert opened.intake.package_path == "i"
+    assert any("j.zip was not opened" in note and "more than 2" in note for note in opened.intake.notes)
+
+
+def test_a_zip_with_too_many_entries_is_not_read(tmp_path: Path, into: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(containers, "MAX_ENTRIES", 50)
+    source = zipped(tmp_path / "a.zip", {f"f{i}": "" for i in range(51)})
+    monkeypatch.setattr(zipfile.ZipFile, "infolist", lambda _: pytest.fail("the entries were read"))
+    assert "more than 50 files" in refusal(source, into)
+
+
+def test_a_file_longer_than_declared_is_refused(tmp_path: Path, into: Path):
+    source = zipped(tmp_path / "a.zip", {"package.xml": "x" * 1000})
+    data = source.read_bytes()
+    position = data.index(b"PK\x01\x02")
+    source.write_bytes(data[: position + 24] + struct.pack("<I", 10) + data[position + 28 :])
+    assert "is damaged" in refusal(source, into)

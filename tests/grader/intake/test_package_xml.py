@@ -1,0 +1,42 @@
+"""Reading package.xml: the fields, and no entities."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grader.intake.package_xml import read_package_xml
+
+
+def test_entities_are_refused_rather_than_expanded(tmp_path: Path):
+    bomb = "<!DOCTYPE p [<!ENTITY a 'aaaaaaaaaa'><!ENTITY b '&a;&a;'>]><package><name>&b;</name></package>"
+    (tmp_path / "package.xml").write_text(bomb)
+    assert read_package_xml(tmp_path / "package.xml").problem == "declares a DOCTYPE, which is not allowed"
+
+
+def test_an_entity_in_utf16_is_refused_too(tmp_path: Path):
+    (tmp_path / "package.xml").write_bytes("<!DOCTYPE p SYSTEM '/etc/passwd'><package/>".encode("utf-16"))
+    assert "DOCTYPE" in read_package_xml(tmp_path / "package.xml").problem
+
+
+def test_the_fields_of_package_xml_are_read(tmp_path: Path):
+    text = (
+        "<?xml version='1.0'?><?xml-model href='x'?><package format='3'><name> a_b </name><depend>rclpy</depend>"
+        "<export><build_type>ament_cmake</build_type></export></package>"
+    )
+    (tmp_path / "package.xml").write_text(text)
+    read = read_package_xml(tmp_path / "package.xml")
+    assert (read.name, read.format, read.build_type, read.texts("depend")) == ("a_b", "3", "ament_cmake", ["rclpy"])
+
+
+@given(st.binary(max_size=300))
+@settings(max_examples=200, deadline=None)
+def test_any_bytes_as_package_xml_give_an_answer(data: bytes):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "package.xml")
+        for content in (data, b"<?xml version='1.0' encoding='" + data[:20] + b"'?><package/>"):
+            path.write_bytes(content)
+            read_package_xml(path)
