@@ -16,6 +16,11 @@ MIB = 1024 * 1024
 HOME = Path("/home/student")
 # Configuration that the loader, the resolver and Python read; nothing about the host's users or services.
 _ETC = ("alternatives", "ld.so.cache", "ld.so.conf", "ld.so.conf.d", "localtime", "nsswitch.conf", "hosts")
+# What container engines make read-only below /proc, and what else a scan by root found writable.
+KERNEL_SETTINGS = tuple(
+    f"/proc/{name}" for name in ("sys", "sysrq-trigger", "irq", "bus", "fs", "mtrr", "pressure", "acpi", "scsi")
+)
+
 _ROOT_FOLDERS = ("bin", "sbin", "lib", "lib32", "lib64", "libx32")
 
 
@@ -65,7 +70,17 @@ def _namespaces(network: bool) -> list[str]:
     if namespaces.sandbox_disabled():
         return ["--unshare-pid", "--ro-bind", "/proc", "/proc"]
     own = ["--unshare-user", "--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try"]
-    return [*own, *([] if network else ["--unshare-net"]), "--hostname", "robot", "--proc", "/proc"]
+    network_options = [] if network else ["--unshare-net"]
+    return [*own, *network_options, "--hostname", "robot", "--proc", "/proc", *_read_only_kernel_settings()]
+
+
+def _read_only_kernel_settings() -> list[str]:
+    """Return the options that make the kernel's global settings read-only.
+
+    Started by root, a process in a user namespace is still root for the files below /proc that belong to no namespace:
+    763 settings could be written, core_pattern among them, which runs a program as root on the host at the next crash.
+    """
+    return [word for path in KERNEL_SETTINGS for word in ("--ro-bind-try", path, path)]
 
 
 def bwrap_command(box: Sandbox, info_fd: int) -> list[str]:
