@@ -18,7 +18,7 @@ from grader.mutation.verdicts import Verdicts
 # One equivalent mutant for five mutants, at least six: enough to expose a suite that fails on any change of the source.
 _SHARE = 0.2
 _AT_LEAST = 6
-_PATIENCE = 4.0
+_PATIENCE = 4.0  # times the usual limits: a busy machine must not decide whether a test is set aside
 
 
 def examinations(verdicts: Verdicts, noticed: Sequence[JobResult], fill_up: bool) -> list[Job]:

@@ -160,9 +160,8 @@ def _start(package: Path, install: Path, folder: Path, seconds: float) -> Iterat
     environment.pop("PYTHONPATH")
     box = sandbox.Sandbox(
         read_only={
-            install: str(build.INSTALL), rc: "/ws/coveragerc", _HERE / "worker.py": "/ws/worker.py",
-            _HERE / "source_read_hook.py": "/ws/source_read_hook.py",
-            folder / "requests": "/ws/requests",
+            install: str(build.INSTALL), rc: "/ws/coveragerc", folder / "requests": "/ws/requests",
+            **{_HERE / name: f"/ws/{name}" for name in ("worker.py", "pytest_run.py", "source_read_hook.py")},
         },
         writable={folder / "package": str(PACKAGE), folder / "out": "/ws/out"}
         | ({folder / "modules": str(MODULES)} if modules.is_dir() else {}),

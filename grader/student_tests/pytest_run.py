@@ -1,0 +1,240 @@
+"""Run one test module with pytest, in a fork of the worker, and write reports. Imports nothing of the grader."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import json
+import os
+import resource
+import runpy
+import sys
+from collections.abc import Callable, Generator, Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import IO, Any
+
+import coverage
+import coverage.sqldata
+import pytest
+from _pytest.config import PytestPluginManager, default_plugins
+
+PACKAGE = Path("/ws/package")
+OUT = Path("/ws/out")
+RC = "/ws/coveragerc"
+REPORT_CAP = 1_000_000  # bytes
+TESTS_AT_MOST = 2000
+
+# Hooks that a conftest.py has good reasons to define. The others can rewrite reports, drop tests or swallow exceptions.
+ALLOWED_HOOKS = {
+    "pytest_addoption", "pytest_configure", "pytest_unconfigure", "pytest_sessionstart", "pytest_sessionfinish",
+    "pytest_generate_tests", "pytest_runtest_setup", "pytest_runtest_teardown", "pytest_make_parametrize_id",
+    "pytest_assertrepr_compare", "pytest_report_header", "pytest_fixture_setup", "pytest_fixture_post_finalizer",
+}  # fmt: skip
+Request = Mapping[str, Any]
+"""A ModuleRequest of `warm_worker`, as read from JSON."""
+
+
+def run_module(number: int, request: Request, modules: Path) -> None:
+    """Let pytest run one module, write what it reports, and exit so that no exit handler can add to it."""
+    os.setsid()
+    resource.setrlimit(resource.RLIMIT_CPU, (int(request["total"]) + 5,) * 2)
+    log = os.open(OUT / f"{number}.log", os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    null = os.open(os.devnull, os.O_RDONLY)
+    for target, source in ((0, null), (1, log), (2, log)):
+        os.dup2(source, target)
+    os.chdir(PACKAGE)
+    # Only now, so that no sitecustomize of the install tree was loaded. Programs that the tests start need it too.
+    os.environ["PYTHONPATH"] = str(modules.parent)
+    sys.path.insert(0, str(modules.parent))
+    sys.argv = ["pytest"]
+    importlib.invalidate_caches()
+    # A test that imports __main__ must not find this module.
+    sys.modules["__main__"] = ModuleType("__main__")
+    measure = None
+    write = None
+    if request["coverage"]:
+        measure = coverage.Coverage(config_file=RC, data_file=str(OUT / "coverage"), data_suffix=f"{number}.main")
+        write = reach_writer(OUT / f"{number}.reach", measure)
+        measure.start()
+    with (OUT / f"{number}.report").open("a") as stream:
+        recorder = Recorder(stream, request["order"], measure)
+        hook = runpy.run_path(str(Path(__file__).with_name("source_read_hook.py")))
+        folders = [str(modules), str(PACKAGE / modules.name)]
+        hook["watch"](folders, [str(PACKAGE), str(modules)], source_read_noter(stream.fileno(), recorder))
+        recorder.write(ended=run_pytest(recorder, request))
+    if write is not None:
+        write(recorder.tests)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)
+
+
+def run_pytest(recorder: Recorder, request: Request) -> int:
+    """Return pytest's exit status. Of the submission's plugins and conftest files only ALLOWED_HOOKS are called."""
+    pytests_own = plugins_of_pytest()
+    parse = PytestPluginManager.parse_hookimpl_opts
+
+    def only_allowed(manager: PytestPluginManager, plugin: object, name: str) -> Any:
+        options = parse(manager, plugin, name)
+        if options is None or plugin is recorder or name in ALLOWED_HOOKS:
+            return options
+        if id(plugin) in pytests_own or id(type(plugin)) in pytests_own:
+            return options
+        module = plugin if isinstance(plugin, ModuleType) else sys.modules.get(type(plugin).__module__)
+        home = getattr(module, "__file__", None) or "a plugin made at run time"
+        recorder.write(refused=name, where=home.removeprefix(f"{PACKAGE}/")[:200])
+        return None
+
+    PytestPluginManager.parse_hookimpl_opts = only_allowed  # type: ignore[method-assign, assignment] # in this fork only
+    arguments = [
+        "-c", os.devnull, f"--rootdir={PACKAGE}", "-p", "no:cacheprovider", "-p", "no:junitxml", "-q", "-o", "addopts=",
+        "--tb=short", *(["-x"] if request["first"] else []), *request["modules"],
+    ]  # fmt: skip
+    return int(pytest.main(arguments, plugins=[recorder]))
+
+
+def plugins_of_pytest() -> set[int]:
+    """Return the ids of pytest's own modules and of their classes, taken before any other code is loaded.
+
+    By id, because a module or a class can be given any name and origin.
+    """
+    for name in default_plugins:
+        importlib.import_module(name if name.startswith("_pytest.") else f"_pytest.{name}")
+    home = str(Path(pytest.__file__).parents[1])
+    modules = [module for module in sys.modules.values() if (getattr(module, "__file__", None) or "").startswith(home)]
+    things = [thing for module in modules for thing in list(vars(module).values()) if isinstance(thing, type)]
+    classes = [thing for thing in things if thing.__module__.split(".")[0] in ("_pytest", "pytest", "pluggy")]
+    return {id(known) for known in (*modules, *classes)}
+
+
+class Recorder:
+    """A pytest plugin that records reports as they come, and tells coverage which test is running."""
+
+    def __init__(self, stream: IO[str], order: Sequence[str], measure: coverage.Coverage | None) -> None:
+        self.stream = stream
+        self.order = order
+        self.measure = measure
+        self.tests: list[str] = []
+        self.current = ""
+        self.context = ""
+        """The test to which lines count at the moment, "" for none or for all of them."""
+
+    def write(self, **entry: Any) -> None:
+        """Write one line and flush it: whatever ends this process, the host knows what happened until then."""
+        if self.stream.tell() < REPORT_CAP:
+            self.stream.write(json.dumps(entry) + "\n")
+            self.stream.flush()
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Keep the tests that were requested, in that order."""
+        if self.order:
+            place = {name: number for number, name in enumerate(self.order)}
+            items[:] = sorted((item for item in items if item.nodeid in place), key=lambda item: place[item.nodeid])
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        """Record the collected tests."""
+        self.tests = [item.nodeid for item in session.items]
+        self.write(collected=self.tests[:TESTS_AT_MOST])
+
+    def pytest_collectreport(self, report: pytest.CollectReport) -> None:
+        """Record a module that cannot be collected."""
+        if report.failed:
+            lines = message_of(report).splitlines()
+            words = [line.removeprefix("E ").strip() for line in lines if line.startswith("E ")] or lines[-3:]
+            self.write(broken=report.nodeid[:300], message=" ".join(words)[-400:])
+
+    def pytest_runtest_logstart(self, nodeid: str) -> None:
+        """Record that a test starts."""
+        self.current = nodeid
+        self.count_to(nodeid)
+        self.write(start=nodeid)
+
+    def pytest_runtest_logfinish(self) -> None:
+        """Count the lines that follow to no test."""
+        self.count_to("")
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Record how a test's setup, call or teardown went."""
+        self.write(
+            id=report.nodeid, when=report.when, outcome=report.outcome, seconds=round(report.duration, 4),
+            message="" if report.passed else message_of(report)[:400], xfail=hasattr(report, "wasxfail"),
+        )  # fmt: skip
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_fixture_setup(self, fixturedef: pytest.FixtureDef[Any]) -> Generator[None, object, object]:
+        """Count the lines of a fixture that several tests share to all of them, not to the test that came first."""
+        module = sys.modules.get(getattr(fixturedef.func, "__module__", "") or "")
+        if fixturedef.scope == "function" or "/_pytest/" in (getattr(module, "__file__", "") or ""):
+            return (yield)
+        self.write(shared=fixturedef.argname[:100])
+        self.count_to("")
+        try:
+            return (yield)
+        finally:
+            self.count_to(self.current)
+
+    def count_to(self, name: str) -> None:
+        """Count the lines that follow to the test `name`, "" for none."""
+        self.context = name
+        if self.measure is not None:
+            self.measure.switch_context(name)
+
+
+def message_of(report: pytest.CollectReport | pytest.TestReport) -> str:
+    """Return the message of a failure."""
+    crash = getattr(report.longrepr, "reprcrash", None)
+    return str(crash.message if crash else report.longrepr).strip()
+
+
+def source_read_noter(report: int, recorder: Recorder) -> Callable[[], None]:
+    """Return a function that records, once for each test, that the test reads the package's source."""
+    noted: set[str] = set()
+    write, dumps = os.write, json.dumps
+
+    def note() -> None:
+        if recorder.context not in noted and len(noted) < TESTS_AT_MOST:
+            noted.add(recorder.context)
+            write(report, (dumps({"reads": recorder.context}) + "\n").encode())
+
+    return note
+
+
+def reach_writer(path: Path, measure: coverage.Coverage) -> Callable[[Sequence[str]], None]:
+    """Return a function that stops measuring and writes which tests reached which line: {file: {line: [test numbers]}}.
+
+    The number -1 stands for "in no test": on import, or in a program that a test has started. The function is made
+    before any test runs, and binds all that it calls, so that no test can replace it.
+    """
+    dumps, write_text = json.dumps, Path.write_text
+    stop, save, get_data, fold = measure.stop, measure.save, measure.get_data, fold_in
+
+    def write(tests: Sequence[str]) -> None:
+        stop()
+        data = get_data()
+        fold(data)
+        save()
+        numbers = {name: number for number, name in enumerate(tests)} | {"": -1}
+        reach = {
+            file: {
+                line: sorted({numbers[name] for name in contexts if name in numbers})
+                for line, contexts in sorted(data.contexts_by_lineno(file).items())
+            }
+            for file in sorted(data.measured_files())
+        }
+        write_text(path, dumps({"tests": tests, "reach": reach}, separators=(",", ":")))
+
+    return write
+
+
+def fold_in(data: coverage.CoverageData) -> None:
+    """Add what was measured in programs that the tests started, so that the probes check it like the rest.
+
+    The host takes only one file of each run, that of this process.
+    """
+    for path in sorted(OUT.glob("coverage.*")):
+        if str(path) != data.data_filename():
+            with contextlib.suppress(Exception):
+                other = coverage.CoverageData(str(path))
+                other.read()
+                data.update(other)
