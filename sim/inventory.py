@@ -7,8 +7,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from sim.movers import Mover
-from sim.obstacles import Obstacle, When, moved_to
+from sim.obstacles import Obstacle, When
 from sim.scene import Scene
+from sim.transform import moved_to
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ Values only. An obstacle gives its shape as convex parts in its own frame, for r
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
-from sim.geometry import Point, Pose, normalize_angle
+from sim.geometry import Point, Pose
 from sim.polygon import is_convex, signed_area, triangulate
 
 When = float | str
@@ -237,62 +237,6 @@ def room(low: Point, high: Point, prefix: str = "") -> tuple[Wall, Wall, Wall, W
         Wall((x1, y1), (x0, y1), name=f"{label}north wall"),
         Wall((x0, y1), (x0, y0), name=f"{label}west wall"),
     )
-
-
-def with_name(obstacle: Obstacle, name: str) -> Obstacle:
-    """Return the same obstacle under another name."""
-    return replace(obstacle, name=name)
-
-
-def transformed(obstacle: Obstacle, rotate: float, mirror: bool, shift: Point) -> Obstacle:
-    """Return the obstacle mirrored at the x axis (if `mirror`), then rotated about the origin (rad), shifted (m)."""
-    to = _Mapping(rotate, mirror, shift)
-    motion = obstacle.motion
-    if isinstance(motion, Path):
-        motion = replace(motion, waypoints=tuple(to.point(p) for p in motion.waypoints))
-    match obstacle:
-        case Wall():
-            return replace(obstacle, start=to.point(obstacle.start), end=to.point(obstacle.end), motion=motion)
-        case Box():
-            center, yaw = to.point(obstacle.center), to.angle(obstacle.yaw)
-            return replace(obstacle, center=center, yaw=yaw, motion=motion)
-        case Circle():
-            return replace(obstacle, center=to.point(obstacle.center), motion=motion)
-        case Polygon():
-            return replace(obstacle, points=tuple(to.point(p) for p in obstacle.points), motion=motion)
-        case GridMap():
-            flip = obstacle.rectangles
-            if mirror:
-                flip = tuple((x0, -y1, x1, -y0) for x0, y0, x1, y1 in flip)
-            return replace(obstacle, rectangles=flip, origin=to.pose(obstacle.origin), motion=motion)
-
-
-def moved_to(obstacle: Obstacle, place: Point) -> Obstacle:
-    """Return the obstacle with its centre at `place` (m, map frame); its yaw stays and its path is shifted too."""
-    return transformed(obstacle, 0.0, False, (place[0] - obstacle.pose.x, place[1] - obstacle.pose.y))
-
-
-@dataclass(frozen=True)
-class _Mapping:
-    """Mirrors at the x axis, then rotates about the origin, then shifts."""
-
-    rotate: float
-    mirror: bool
-    shift: Point
-
-    def point(self, p: Point) -> Point:
-        return Pose(*self.shift, self.rotate).point_to_parent((p[0], -p[1] if self.mirror else p[1]))
-
-    def angle(self, yaw: float) -> float:
-        return normalize_angle((-yaw if self.mirror else yaw) + self.rotate)
-
-    def pose(self, pose: Pose) -> Pose:
-        return Pose(*self.point((pose.x, pose.y)), self.angle(pose.yaw))
-
-
-def transformed_pose(pose: Pose, rotate: float, mirror: bool, shift: Point) -> Pose:
-    """Return the pose mapped as `transformed` maps obstacles."""
-    return _Mapping(rotate, mirror, shift).pose(pose)
 
 
 def extreme_points(obstacle: Obstacle) -> list[Point]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sim.geometry import Point, Pose, Twist, advance, normalize_angle
 from sim.inventory import Event, Inventory, Presence
 from sim.movers import Mover
-from sim.obstacles import Obstacle, with_name
+from sim.obstacles import Obstacle
 from sim.robot import COURSE, RobotProfile
 from sim.scene import Nearest
 from sim.sensors import (
@@ -254,7 +254,7 @@ class Simulator:
         """Add an obstacle and return its name; one without a name is given one."""
         if not obstacle.name:
             taken = {o.name for o in self._scene.obstacles} | set(self._inventory.waiting)
-            obstacle = with_name(obstacle, free_name(type(obstacle).__name__.lower(), taken))
+            obstacle = replace(obstacle, name=free_name(type(obstacle).__name__.lower(), taken))
         self._inventory.introduce(obstacle, self.time)
         self._note_contacts(abs(self._v))
         return obstacle.name

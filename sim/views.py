@@ -19,9 +19,10 @@ from matplotlib.patches import Circle as CirclePatch
 from matplotlib.patches import Polygon as PolygonPatch
 
 from sim.geometry import Point, Pose
-from sim.obstacles import CirclePart, Obstacle, Path, PolygonPart, SegmentPart, transformed
+from sim.obstacles import CirclePart, Obstacle, Path, PolygonPart, SegmentPart
 from sim.recording import Recording
 from sim.simulator import Simulator
+from sim.transform import moved_to
 from sim.world import World
 
 # One colour per kind of thing, everywhere. After Okabe and Ito: colour-blind readers can tell them apart.
@@ -266,11 +267,10 @@ def _draw_scan(axes: Axes, ranges: Any, angles: Any, sensor: Pose) -> None:
 
 
 def _shifted(obstacle: Obstacle, place: Point) -> Obstacle:
-    pose = obstacle.pose
-    if place == (pose.x, pose.y):
+    """Return the obstacle with its centre at `place`, but with its original path."""
+    if place == (obstacle.pose.x, obstacle.pose.y):
         return obstacle
-    moved = transformed(replace(obstacle, motion=None), 0.0, False, (place[0] - pose.x, place[1] - pose.y))
-    return replace(moved, motion=obstacle.motion)
+    return replace(moved_to(obstacle, place), motion=obstacle.motion)
 
 
 def _gaps(values: Any) -> Any:

@@ -10,7 +10,8 @@ from typing import Any
 
 from sim import worldfile
 from sim.geometry import Point, Pose
-from sim.obstacles import Obstacle, transformed, transformed_pose, with_name
+from sim.obstacles import Obstacle
+from sim.transform import Transform
 from sim.validation import WorldError
 
 __all__ = ["World", "WorldError", "load_world", "world_names"]
@@ -56,11 +57,12 @@ class World:
         Start, goals and the paths of moving obstacles are transformed too, so a controller without hard-coded positions
         behaves the same in either world. `seed` replaces the world's seed.
         """
+        to = Transform(rotate, mirror, shift)
         return replace(
             self,
-            obstacles=tuple(transformed(o, rotate, mirror, shift) for o in self.obstacles),
-            start=transformed_pose(self.start, rotate, mirror, shift),
-            goals=tuple(transformed_pose(g, rotate, mirror, shift) for g in self.goals),
+            obstacles=tuple(to.obstacle(obstacle) for obstacle in self.obstacles),
+            start=to.pose(self.start),
+            goals=tuple(to.pose(goal) for goal in self.goals),
             seed=self.seed if seed is None else seed,
         )
 
@@ -96,7 +98,7 @@ def named(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
     for obstacle in given:
         if not obstacle.name:
             kind = type(obstacle).__name__.lower()
-            obstacle = with_name(obstacle, free_name(kind, taken, numbers[kind] + 1))
+            obstacle = replace(obstacle, name=free_name(kind, taken, numbers[kind] + 1))
             numbers[kind] = int(obstacle.name.rsplit(" ", 1)[1])
             taken.add(obstacle.name)
         result.append(obstacle)

@@ -18,10 +18,10 @@ from typing import Self
 from sim.drive import CONTROL_S, ControlLoop, Driver
 from sim.live.audience import Audience, patience_s
 from sim.live.protocol import Feed, Message, can_be_dragged, parse_command
-from sim.obstacles import moved_to
 from sim.scene import Scene
 from sim.simulator import Simulator
 from sim.tourist import Tourist
+from sim.transform import moved_to
 
 DRAG_CLEARANCE_M = 0.01  # between a dragged obstacle and the hull
 BEHIND_S = 0.1  # of wall time: a longer stall of a busy machine is not caught up
