@@ -24,7 +24,9 @@ KILLED = (
     "A process of the grader was killed from outside, as the kernel does when memory runs out (`dmesg` shows it). "
     f"{_SAFE}. Close other programs and grade again."
 )
-_FILES = f"The grader may open no more files. {_SAFE}. Raise the limit that `ulimit -n` shows and grade again."
+_FILES = (
+    f"The grader has reached its limit on open files. {_SAFE}. Raise the limit that `ulimit -n` shows and grade again."
+)
 # Messages of the standard library and the loader in errors without an errno.
 _MEMORY_WORDS = ("can't start new thread", "failed to map segment", "cannot allocate memory", "memoryerror")
 _NOT_A_FOLDER = (errno.ENOTDIR, errno.EEXIST, errno.EISDIR)

@@ -48,32 +48,28 @@ class Process:
     """A running command in a sandbox. A context manager: leaving it kills the whole process tree."""
 
     def __init__(self, command: Sequence[str], box: Sandbox, limits: Limits) -> None:
-        self._limits = limits
         self.started = time.monotonic()
+        self._stopped = ""
         self._group = cgroup.create(limits.resident_bytes, limits.processes)
-        read_end, write_end = os.pipe()
+        info_read_end, info_write_end = os.pipe()
         go_read_end, go_write_end = os.pipe()
-        command_line = [*bwrap_command(box, info_fd=write_end), *WAIT_FOR_GO, *with_limits(command, limits)]
+        command_line = [*bwrap_command(box, info_fd=info_write_end), *WAIT_FOR_GO, *with_limits(command, limits)]
         try:
             self._popen = subprocess.Popen(
                 [*enter_cgroup(self._group), *command_line],
-                stdin=go_read_end,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.STDOUT,
-                pass_fds=(write_end,),
-                env={"PATH": os.environ.get("PATH", "/usr/bin:/bin")},
-                start_new_session=True,
-            )
+                stdin=go_read_end, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, pass_fds=(info_write_end,),
+                env={"PATH": os.environ.get("PATH", "/usr/bin:/bin")}, start_new_session=True,
+            )  # fmt: skip
         except OSError as error:
-            os.close(read_end)
+            os.close(info_read_end)
             os.close(go_write_end)
             self._group.close()
             raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it prints the fix.") from error
         finally:
-            os.close(write_end)
+            os.close(info_write_end)
             os.close(go_read_end)
         self._output = _Output(self._popen, limits.output_bytes)
-        self._init_pid = _child_pid(read_end)
+        self._init_pid = _child_pid(info_read_end)
         with contextlib.suppress(BrokenPipeError):  # no reader: the sandbox could not be set up
             os.write(go_write_end, b"go\n")
         os.close(go_write_end)
@@ -129,8 +125,6 @@ class Process:
     def stopped(self) -> str:
         """Return the limit of the whole sandbox that the command has exceeded: "memory", "processes", "disk" or ""."""
         return self._stopped or (self._guard.exceeded if self._guard else "") or self._group.limit_hit()
-
-    _stopped = ""
 
     def interrupt(self) -> None:
         """Send SIGINT, as Ctrl-C does, to the command itself and to no other process in the sandbox."""

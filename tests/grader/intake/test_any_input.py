@@ -36,19 +36,12 @@ NAMES = st.lists(
 CONTENTS = st.binary(max_size=60) | st.sampled_from(
     [b"<package><name>a</name></package>", b"import rclpy\n", b"PK\x05\x06" + bytes(18)]
 )
-KINDS = st.sampled_from(
-    [
-        tarfile.REGTYPE,
-        tarfile.REGTYPE,
-        tarfile.DIRTYPE,
-        tarfile.SYMTYPE,
-        tarfile.LNKTYPE,
-        tarfile.CHRTYPE,
-        tarfile.FIFOTYPE,
-        b"S",
-        b"x",
-        b"L",
-    ]
+KINDS = st.sampled_from([
+    tarfile.REGTYPE, tarfile.REGTYPE, tarfile.DIRTYPE, tarfile.SYMTYPE, tarfile.LNKTYPE, tarfile.CHRTYPE,
+    tarfile.FIFOTYPE, b"S", b"x", b"L",
+])  # fmt: skip
+PARTS = st.lists(
+    st.sampled_from(["a", "A", "src", "package.xml", "\n", "é", "build", "%0A", "\\"]), min_size=1, max_size=4
 )
 ENTRIES = st.lists(st.tuples(NAMES, KINDS, NAMES, CONTENTS), max_size=8)
 
@@ -138,19 +131,7 @@ def test_any_bytes_give_a_sentence(data: bytes, magic: bytes):
     assert check_any(lambda path: path.write_bytes(magic + data)) is None
 
 
-@given(
-    st.lists(
-        st.tuples(
-            st.lists(
-                st.sampled_from(["a", "A", "src", "package.xml", "\n", "é", "build", "%0A", "\\"]),
-                min_size=1,
-                max_size=4,
-            ),
-            st.sampled_from(["file", "link", "pipe"]),
-        ),
-        max_size=8,
-    )
-)
+@given(st.lists(st.tuples(PARTS, st.sampled_from(["file", "link", "pipe"])), max_size=8))
 @ANY
 def test_any_folder_gives_a_submission_or_a_sentence(entries: list[tuple[list[str], str]]):
     def make(path: Path) -> None:
