@@ -24,7 +24,7 @@ from grader.trials.cpu_affinity import AffinityTuner
 from grader.trials.goal import SentGoal
 from grader.trials.interfaces import SERVICES, NavigateToPosition, SensorFusionData
 from grader.trials.plan import TrialPlan
-from grader.trials.request import not_started
+from grader.trials.request import NO_NODE, PATIENCE_S, not_started
 from grader.trials.service_proxy import ServiceProxy
 from sim.bridge import CONTROLLER, PROCESSOR, Bridge, Topics
 from sim.sensors import BatteryReading, ImuReading, Reading, ScanReading
@@ -74,6 +74,7 @@ class Observation:
 
     def __init__(self, plan: TrialPlan, seed: int, simulator: Simulator, process: Program, domain_id: int) -> None:
         self.plan = plan
+        self.patience_s = PATIENCE_S
         self.simulator = simulator
         self.process = process
         # Seeded with a string, so that each trial draws its own numbers from the instructor's one seed.
@@ -131,8 +132,8 @@ class Observation:
             TrialOver: the node does not come up.
         """
         # The nodes of a launch file come up one after another, seconds apart on a busy machine.
-        patience = {"quiet_s": 3.0} if self.plan.launch else {}
-        self.ready = self.bridge.await_node(self._all_there, clock=self._clock.seconds, **patience)
+        quiet = {"quiet_s": 3.0} if self.plan.launch else {}
+        self.ready = self.bridge.await_node(self._all_there, self.patience_s, clock=self._clock.seconds, **quiet)
         self.graph = graph.snapshot(self.bridge.node, self.plan.node)
         if not self.ready:
             raise TrialOver(self._why_not_ready())
@@ -223,7 +224,7 @@ class Observation:
         if code is not None:
             return f"the node ended before it came up, with exit status {code}"
         others = ", ".join(self.graph.nodes) if self.graph and self.graph.nodes else "no node at all"
-        return f"no node {self.plan.node} came up within 20 s; the graph shows {others}"
+        return f"{NO_NODE}{self.plan.node} came up within {self.patience_s:g} s; the graph shows {others}"
 
     def _take_command(self, t: float, message: Any) -> None:
         if not self._may_keep(self.commands):

@@ -20,6 +20,11 @@ LATE_VARIABLE = "ROS2_COURSE_KIT_LATE_S"
 """How long an observer waits before it joins a trial's graph, in wall seconds: discovery delayed as by a slow host."""
 
 
+PATIENCE_S = 20.0
+NO_NODE = "no node "
+"""How the reason begins when a process runs and no node of the expected name appears on the graph."""
+
+
 @dataclass(frozen=True)
 class TrialRequest:
     """One trial to run: with which install tree, seed and DDS domain, and where to write the evidence."""
@@ -31,6 +36,8 @@ class TrialRequest:
     out: str
     package: str = ""
     """The package's source folder, for a trial that runs a script of it."""
+    patience_s: float = PATIENCE_S
+    """How long to wait for the node to come up, excluding time spent waiting for a CPU."""
 
 
 def not_started(plan: TrialPlan, seed: int, script_error: str, ended: str = "") -> evidence.Trial:

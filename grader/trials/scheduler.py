@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -18,7 +19,16 @@ from grader import evidence
 from grader.errors import GraderError
 from grader.host import namespaces, ros_env, shortage
 from grader.trials.plan import TrialPlan
-from grader.trials.request import CANNOT, LATE_VARIABLE, OBSERVER_ENDED, READY, TrialRequest, not_started
+from grader.trials.request import (
+    CANNOT,
+    LATE_VARIABLE,
+    NO_NODE,
+    OBSERVER_ENDED,
+    PATIENCE_S,
+    READY,
+    TrialRequest,
+    not_started,
+)
 
 _KILLED = (-signal.SIGKILL, 128 + signal.SIGKILL)  # bubblewrap itself, or the worker in it
 _CRASHED = {
@@ -27,6 +37,7 @@ _CRASHED = {
     for status in (-crash, 128 + crash)
 }
 _STOP_S = 5.0
+SHORT_PATIENCE_S = 5.0  # a node of the reference is up after 1 s, after 4 s under load
 _TRIAL_CAP_S = 900.0  # of wall time; the limits inside a trial exclude time spent waiting for a CPU
 _DISCOVERY = Path(__file__).parent / "discovery.xml"
 
@@ -93,6 +104,15 @@ class _Trials:
     progress: Callable[[str], None]
     found: dict[str, evidence.Trial] = field(default_factory=dict)
 
+    def patience_s(self, plan: TrialPlan) -> float:
+        """Return how long a trial waits for its node: less where the same has not come up twice already.
+
+        A package whose nodes never come up once took 262 s. The trial still runs: a node that comes up is tried.
+        """
+        ended = [trial.ended for trial in list(self.found.values()) if trial.node == plan.node]
+        absent = Counter(reason for reason in ended if reason.startswith(NO_NODE))
+        return SHORT_PATIENCE_S if max(absent.values(), default=0) >= 2 else PATIENCE_S
+
 
 class _Worker(threading.Thread):
     """Feeds trials to one worker process until the queue is empty; starts a new process when that ends early."""
@@ -123,7 +143,8 @@ class _Worker(threading.Thread):
         out.unlink(missing_ok=True)
         # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones.
         domain_id, package = 1 + secrets.randbelow(100), str(trials.package or "")
-        request = TrialRequest(plan.name, str(trials.install), trials.seed, domain_id, str(out), package)
+        patience_s = trials.patience_s(plan)
+        request = TrialRequest(plan.name, str(trials.install), trials.seed, domain_id, str(out), package, patience_s)
         answer, out_of_time = _ask(process, request)
         if answer.startswith(CANNOT):
             raise GraderError(answer.removeprefix(CANNOT))

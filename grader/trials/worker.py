@@ -97,6 +97,7 @@ def run_trial(plan: TrialPlan, request: TrialRequest) -> None:
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
         stage = Stage(plan, request.seed, simulator, process, request.domain_id)
         stage.start = lambda command: others.enter_context(sandbox.Process(command, box, _LIMITS))
+        stage.patience_s = request.patience_s
         stage.readers = _readers(install)
         for name, remappings in plan.beside.items():
             stage.others[name] = stage.start(_node_command(name, remappings))

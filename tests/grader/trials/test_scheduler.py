@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ from grader.errors import GraderError
 from grader.host import namespaces
 from grader.trials import catalog, scheduler
 from grader.trials.plan import TrialPlan
-from grader.trials.request import OBSERVER_ENDED, READY, not_started
+from grader.trials.request import NO_NODE, OBSERVER_ENDED, PATIENCE_S, READY, not_started
 from grader.trials.source import integrity_flags
 
 PLAN = TrialPlan("any", "", lambda _stage: None)
@@ -68,6 +69,19 @@ def test_a_trial_whose_worker_crashes_is_tried_again(run_with, observed: Path, e
 def test_a_worker_that_crashes_after_the_trial_costs_nothing(run_with, observed: Path):
     found = run_with(f"cp {observed} any.json; kill -SEGV $$")
     assert (found.ended, found.script_error) == ("as the worker saw it", "")
+
+
+def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(run_with, tmp_path: Path):
+    """A package whose nodes never came up once took 262 s. Two trials tell; the others wait less, and still run."""
+    absent = not_started(PLAN, 0, "", ended=f"{NO_NODE}x came up within 20 s; the graph shows no node at all")
+    refusing = not_started(PLAN, 0, "", ended="the node ended before it came up, with exit status 1")
+    trials = scheduler._Trials(tmp_path, tmp_path, tmp_path, 0, None, lambda _name: None)
+    waited = []
+    for found in (refusing, refusing, absent, absent):
+        waited.append(trials.patience_s(PLAN))
+        trials.found[str(len(trials.found))] = found
+    assert [*waited, trials.patience_s(PLAN)] == [PATIENCE_S] * 4 + [scheduler.SHORT_PATIENCE_S]
+    assert trials.patience_s(replace(PLAN, node="sensor_processor")) == PATIENCE_S
 
 
 CRASHES_ON_CLOSE = """
