@@ -107,9 +107,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--runs", type=int, default=10, help="how many gradings to kill (default 10)")
     parser.add_argument("--only", nargs="+", default=["F1", "F14", "I5", "T1"], help="requirements to grade")
     parser.add_argument("--seed", type=int, default=0, help="seed of the random moments")
-    parser.add_argument(
-        "--again-every", type=int, default=10, help="grade fully after this many kills (default 10)"
-    )
+    parser.add_argument("--again-every", type=int, default=10, help="grade fully after this many kills (default 10)")
     options = parser.parse_args(arguments)
     ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
     rng = random.Random(options.seed)

@@ -60,7 +60,7 @@ def message(done: subprocess.CompletedProcess[str]) -> str:
         (OSError(errno.ENOMEM, "Cannot allocate memory"), "run out of memory"),
         (RuntimeError("can't start new thread"), "run out of memory"),
         (ImportError("x.so: failed to map segment from shared object"), "run out of memory"),
-        (OSError(errno.EMFILE, "Too many"), "cannot open any more files"),
+        (OSError(errno.EMFILE, "Too many"), "limit on open files"),
         (PermissionError(errno.EACCES, "no", "/a/b"), "may not use /a/b: Permission denied"),
         (OSError(errno.EROFS, "no", "/a/b"), "may not use /a/b: Read-only file system"),
         (NotADirectoryError(errno.ENOTDIR, "no", "/a/b"), "/a/b is in the way"),
