@@ -1,6 +1,6 @@
 """I4: what the running graph shows."""
 
-from grader.checks.judge import Judge, near_miss
+from grader.checks.judge import OFFERED, Judge, near_miss
 from grader.contract.spec import PACKAGE
 from grader.evidence import Graph
 
@@ -16,11 +16,6 @@ _PROCESSOR = {
     "sensor_fusion_data": ("publisher", f"{PACKAGE}/msg/SensorFusionData"),
     "obstacle_distance": ("publisher", "std_msgs/msg/Float32"),
 }
-_OFFERED = {
-    "set_speed": "SetSpeed",
-    "get_status": "GetRobotStatus",
-    "navigate_to_position": "NavigateToPosition",
-}
 _TRY = "compare the names, types and directions with the contract's table letter by letter"
 
 
@@ -29,12 +24,13 @@ def test_controller_shows_the_contracts_interfaces(judge: Judge) -> None:
     graph = judge.graph("idle")
     wrong = _wrong_topics(graph, _CONTROLLER)
     offered = {**graph.services, **graph.actions}
-    for name, kind in _OFFERED.items():
+    for name, type_ in OFFERED.items():
+        kind, _, short = type_.partition("/")
         # I3 judges which package the type is from.
-        if not any(found.rpartition("/")[2] == kind for found in offered.get(name, [])):
-            what = "action" if name == "navigate_to_position" else "service"
-            wrong.append(f"expected {what} {name} ({kind}){near_miss(graph, name)}")
-    _share(judge, wrong, len(_CONTROLLER) + len(_OFFERED))
+        if not any(found.rpartition("/")[2] == short for found in offered.get(name, [])):
+            what = "action" if kind == "action" else "service"
+            wrong.append(f"expected {what} {name} ({short}){near_miss(graph, name)}")
+    _share(judge, wrong, len(_CONTROLLER) + len(OFFERED))
 
 
 def test_processor_shows_the_contracts_interfaces(judge: Judge) -> None:

@@ -1,6 +1,6 @@
 """I3: the four interfaces, and the nodes' use of them."""
 
-from grader.checks.judge import Judge, near_miss, short_types
+from grader.checks.judge import OFFERED, Judge, near_miss, short_types
 from grader.contract.spec import PACKAGE
 
 
@@ -22,10 +22,7 @@ def test_nodes_use_the_contracts_types(judge: Judge) -> None:
     wrong = []
     controller = judge.graph("idle")
     offered = {**controller.services, **controller.actions}
-    for name, kind in (
-        ("set_speed", "srv/SetSpeed"), ("get_status", "srv/GetRobotStatus"),
-        ("navigate_to_position", "action/NavigateToPosition"),
-    ):  # fmt: skip
+    for name, kind in OFFERED.items():
         if f"{PACKAGE}/{kind}" not in offered.get(name, []):
             wrong.append(f"expected {name} ({kind.partition('/')[2]}){near_miss(controller, name)}")
     processor = judge.graph("idle_processor")

@@ -7,8 +7,12 @@ from collections.abc import Sequence
 from grader.checks.findings import some
 from grader.evidence import Call, Evidence, Goal, Graph, Quality, StudentTests, Trial
 
-# Services and actions of the contract, none of which is a near miss of another.
-_CONTRACTS = ("set_speed", "get_status", "navigate_to_position")
+OFFERED = {
+    "set_speed": "srv/SetSpeed",
+    "get_status": "srv/GetRobotStatus",
+    "navigate_to_position": "action/NavigateToPosition",
+}
+"""The contract's services and action with their types. None of them is a near miss of another."""
 _OF_EVERY_NODE = {"rosout", "parameter_events"}
 
 
@@ -56,11 +60,11 @@ class Judge:
             how = "ran out of time" if build.timed_out else f"ended with exit status {build.exit_code}"
             raise NotReached(f"`colcon build` {how} (I1)")
 
-    def trial(self, name: str, *, complete: bool = True) -> Trial:
-        """Return a trial whose node came up, and lasted to its end unless `complete` is False.
+    def started(self, name: str) -> Trial:
+        """Return a trial whose node may have refused to start.
 
         Raises:
-            NotReached: the node did not come up, or ended too early.
+            NotReached: the package was not built.
             Unjudged: the trial was not run, or broke by an error of the grader.
         """
         self.require_build()
@@ -70,21 +74,18 @@ class Judge:
             raise Unjudged(f"the trial {name} was not run")
         if trial.script_error:
             raise Unjudged(f"the trial {name} broke: {trial.script_error.strip().splitlines()[-1]}")
-        if not trial.ready or (complete and trial.ended):
-            raise NotReached(trial.ended + last_output(trial))
         return trial
 
-    def started(self, name: str) -> Trial:
-        """Return a trial whose node may have refused to start.
+    def trial(self, name: str, *, complete: bool = True) -> Trial:
+        """Return a trial whose node came up, and lasted to its end unless `complete` is False.
 
         Raises:
-            Unjudged: the trial was not run, or broke by an error of the grader.
+            NotReached: the node did not come up, or ended too early.
+            Unjudged: see `started`.
         """
-        self.require_build()
-        self.trials.append(name)
-        trial = self.evidence.trials.get(name)
-        if trial is None or trial.script_error:
-            raise Unjudged(f"the trial {name} broke" if trial else f"the trial {name} was not run")
+        trial = self.started(name)
+        if not trial.ready or (complete and trial.ended):
+            raise NotReached(trial.ended + last_output(trial))
         return trial
 
     def graph(self, name: str) -> Graph:
@@ -165,7 +166,7 @@ def near_miss(graph: Graph | None, wanted: str) -> str:
     offered = {**graph.services, **graph.actions}
     if wanted in offered:
         return f"; found {wanted} of type {short_types(offered[wanted])}"
-    others = {name: types for name, types in offered.items() if name not in _CONTRACTS}
+    others = {name: types for name, types in offered.items() if name not in OFFERED}
     if not others:
         return ""
     return "; found " + ", ".join(f"{name} ({short_types(types)})" for name, types in sorted(others.items())[:4])

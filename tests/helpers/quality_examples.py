@@ -12,7 +12,7 @@ from unittest.mock import patch
 from grader import KIT, evidence
 from grader.quality import analyse, parsed_module, source_files, worker
 from grader.quality.manifest import read_manifest
-from helpers.judging import Check, Judged, ask
+from helpers.judging import Check, Judged, ask, evidence_with
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
 CONTROLLER = "ros2_robot_controller/robot_controller.py"
@@ -100,9 +100,4 @@ def untouched() -> evidence.Quality:
 
 def judged(check: Check, quality: evidence.Quality | None, **more: object) -> Judged:
     """Return the result of `check` on this quality; `more` are other facts of the evidence."""
-    grading = evidence.Evidence(
-        intake=evidence.Intake("team07.zip", "", "ros2_robot_controller", "."),
-        build=evidence.Build(True, True, 0.0, 0, False, ""),
-        quality=quality,
-    )
-    return ask(check, replace(grading, **more))  # type: ignore[arg-type]
+    return ask(check, evidence_with(quality=quality, **more))

@@ -1,4 +1,4 @@
-"""Which words of a refusal state the limit."""
+"""F3: which messages state the limit."""
 
 from __future__ import annotations
 
@@ -13,5 +13,5 @@ def test_a_limit_may_be_written_with_any_number_of_digits(said: str):
 
 
 @pytest.mark.parametrize("message", ["", "too fast", "0.375 m/s is too fast", "the limit is 0.5 m/s", "25", "0"])
-def test_another_number_states_no_limit(message: str):
+def test_another_number_does_not_state_the_limit(message: str):
     assert not states(message, 0.25)

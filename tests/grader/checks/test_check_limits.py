@@ -1,4 +1,4 @@
-"""How fast speeds may rise, judged from the commands of a trial."""
+"""F11: how fast speeds may rise."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ def test_a_gentle_rise_is_allowed_in_both_directions(top: float):
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_a_jump_is_not(sign: float):
+def test_a_jump_is_found_in_both_directions(sign: float):
     commands = [Command(n * TICK, sign * (0.375 if n > 10 else 0.0), 0.0, 0.0) for n in range(40)]
     assert checks._steepest(commands, "v", 1.0, TICK) is not None
 
 
 def test_a_jump_among_ten_thousand_commands_at_a_time_is_found(monkeypatch: pytest.MonkeyPatch):
-    """Each was compared with each: a flood in two clumps held up the checks for ten minutes."""
+    """Every command was compared with every other: a flood of them in two bursts took the checks ten minutes."""
     compared = 0
     base = checks._base
 

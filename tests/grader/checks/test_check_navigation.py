@@ -1,4 +1,4 @@
-"""A goal where the robot already is, the one after it, and what is asked on the way, judged from a trial's facts."""
+"""F8: a target where the robot already is, one after others, and calls during a goal."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def trial(*goals: Goal, calls: tuple[Call, ...] = ()) -> Trial:
     return replace(facts, goals=list(goals), samples=samples, calls=list(calls))
 
 
-def test_both_reached_is_right():
+def test_both_targets_reached_is_right():
     assert again(trial(HERE, CANCELED, THERE)) == []
 
 
@@ -40,14 +40,14 @@ def test_both_reached_is_right():
         ([REJECTED, REJECTED, replace(REJECTED, t=3.5)], ["where the robot already was", "that came after others"]),
     ],
 )  # fmt: skip
-def test_each_costs_a_share(goals: list[Goal], said: list[str]):
+def test_each_target_missed_is_reported(goals: list[Goal], said: list[str]):
     found = [seen for seen, _ in again(trial(*goals))]
     assert len(found) == len(said)
     for seen, words in zip(found, said, strict=True):
         assert words in seen
 
 
-def test_nothing_is_laid_down_for_a_goal_that_comes_while_another_goes_on():
+def test_a_goal_that_comes_while_another_is_active_does_not_count():
     assert again(trial(HERE, ENDLESS, replace(REJECTED, t=3.5))) == []
 
 
