@@ -293,7 +293,7 @@ def laid_out(tmp_path: Path) -> Callable[[str], Path]:
 @pytest.mark.slow
 def test_a_node_dies_with_a_kernel_that_is_killed(laid_out: Callable[[str], Path]) -> None:
     root = laid_out("10")
-    script = "import signal\ntell(node=pid(run_node()))\nos.kill(os.getpid(), signal.SIGKILL)\n"
+    script = "import signal\nreport(node=pid(run_node()))\nos.kill(os.getpid(), signal.SIGKILL)\n"
     environment = dict(os.environ) | {VARIABLE: str(root), "PYTHONPATH": str(ROOT)}
     with subprocess.Popen(
         [sys.executable, "-c", BEGIN + script], env=environment, stdout=subprocess.PIPE, text=True
