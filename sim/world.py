@@ -44,7 +44,7 @@ class World:
     title: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "obstacles", named(self.obstacles))
+        object.__setattr__(self, "obstacles", _named(self.obstacles))
         object.__setattr__(self, "goals", tuple(self.goals))
         if self.seed < 0:
             raise ValueError(f"world {self.name!r}: seed must be 0 or more, got {self.seed}")
@@ -80,7 +80,7 @@ class World:
         return cls(**worldfile.parse(document, where, folder=None))
 
 
-def named(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
+def _named(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
     """Return the obstacles, those without a name called "box 1", "box 2" and so on.
 
     Raises:
