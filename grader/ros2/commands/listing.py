@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
 from . import arguments
 from .graph import Graph, NamesAndTypes, graph
@@ -68,7 +67,7 @@ def show_type(args: argparse.Namespace) -> int:
     return 0 if types else 1
 
 
-def show(found: NamesAndTypes, args: Any) -> int:
+def show(found: NamesAndTypes, args: argparse.Namespace) -> int:
     """Print names, with their types or only their number if the flags ask for that; return the exit code."""
     if args.count:
         print(len(found))

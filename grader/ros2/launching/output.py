@@ -113,7 +113,7 @@ class Output:
     def _print(self, line: str) -> None:
         try:
             print(line, flush=True)
-        except OSError:  # the reader or the terminal is gone; the nodes go on until they are told to stop
+        except OSError:  # the reader or the terminal is gone; the nodes go on until they are stopped
             sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - stays open for the rest of the launch
 
     def _log(self, name: str, line: str) -> None:
