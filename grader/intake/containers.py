@@ -375,7 +375,7 @@ def _count(path: Path, signature: bytes) -> int:
 
 def _too_many(name: str) -> str:
     return (
-        f"{printable(name)} holds more than {MAX_ENTRIES} files. "
+        f"{printable(name)} contains more than {MAX_ENTRIES} files. "
         "Submit the package folder only, without build trees and virtual environments."
     )
 

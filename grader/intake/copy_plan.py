@@ -258,10 +258,10 @@ class _Remarks:
 def _check_limits(name: str, count: int, total: int, limits: SizeLimits, packed_bytes: int | None) -> None:
     advice = "Submit the package folder only, without recordings, build trees and virtual environments."
     if count > limits.files:
-        raise SubmissionError(f"{printable(name)} holds {count} files, more than {limits.files}. {advice}")
+        raise SubmissionError(f"{printable(name)} contains {count} files, more than {limits.files}. {advice}")
     if total > limits.total_bytes:
         raise SubmissionError(
-            f"{printable(name)} holds {total // MB} MB, more than {limits.total_bytes // MB} MB. {advice}"
+            f"{printable(name)} contains {total // MB} MB, more than {limits.total_bytes // MB} MB. {advice}"
         )
     if packed_bytes is not None and total > limits.ratio_applies_above_bytes and total > limits.ratio * packed_bytes:
         raise SubmissionError(

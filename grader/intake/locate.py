@@ -20,6 +20,9 @@ _MODULES = frozenset(PurePosixPath(path).name for path in (*spec.NODE_MODULES, s
 _INTERFACES = frozenset(f"{name}.{kind}" for kind, name in (interface.split("/") for interface in spec.INTERFACES))
 _IGNORE_MARKERS = frozenset({"COLCON_IGNORE", "AMENT_IGNORE"})
 
+_ASKED = "The assignment asks for nodes in Python: robot_controller.py and sensor_processor.py."
+_ZIP = "Zip the package folder itself (the one with package.xml and setup.py) and submit again."
+
 _CPP = frozenset({".cpp", ".cc", ".cxx", ".hpp"})
 _DOCUMENTS = frozenset(
     {"", ".md", ".txt", ".rst", ".pdf", ".doc", ".docx", ".odt", ".rtf", ".tex", ".pptx", ".html"}
@@ -194,43 +197,38 @@ def _describe_instead(tree: Tree) -> str:
         return "is empty. Put the package folder in (the one with package.xml and setup.py) and submit again."
     kinds = {_wrong_kind(tree, candidate) for candidate in tree.candidates}
     if "ROS 1" in kinds:
-        return "holds a ROS 1 (catkin) package. The assignment asks for a ROS 2 Jazzy package with nodes in Python."
+        return "contains a ROS 1 (catkin) package. The assignment asks for a ROS 2 Jazzy package with nodes in Python."
     if "C++" in kinds:
-        return (
-            "holds a C++ package. The assignment asks for nodes in Python: robot_controller.py and sensor_processor.py."
-        )
+        return "contains a C++ package. The assignment asks for nodes in Python: robot_controller.py and sensor_processor.py."
     if ignored := [p for p in tree.files if p.endswith("package.xml") and p not in tree.searched]:
         return (
-            f"holds a package only where colcon does not look ({printable(ignored[0])}: a build tree, or a folder "
+            f"contains a package only where colcon does not look ({printable(ignored[0])}: a build tree, or a folder "
             "marked COLCON_IGNORE). Submit the sources, the package folder in src."
         )
     nodes = [path for path in tree.searched if path.endswith(".py") and _NODE.search(tree.source(path))]
     if nodes:
-        return (
-            f"holds a node ({printable(nodes[0])}) but no package.xml. "
-            "Zip the package folder itself (the one with package.xml and setup.py) and submit again."
-        )
+        return f"contains a node ({printable(nodes[0])}) but no package.xml. {_ZIP}"
     if any(
         _ROS1.search(tree.source(path)) for path in tree.searched if path.endswith((".py", "CMakeLists.txt", ".cpp"))
     ):
-        return "holds code for ROS 1. The assignment asks for a ROS 2 Jazzy package with nodes in Python."
+        return "contains code for ROS 1. The assignment asks for a ROS 2 Jazzy package with nodes in Python."
     if set(suffixes) & _CPP and not suffixes[".py"]:
-        return "holds C++ only. The assignment asks for nodes in Python: robot_controller.py and sensor_processor.py."
+        return (
+            "contains only C++. The assignment asks for nodes in Python: robot_controller.py and sensor_processor.py."
+        )
     if suffixes[".ipynb"] and not suffixes[".py"]:
         return (
-            "holds notebooks only. "
+            "contains only notebooks. "
             "Submit the package that they write, the folder ros2_robot_controller with package.xml."
         )
     if closed := [path for path in tree.files if PurePosixPath(path).suffix.lower() in _CLOSED_ARCHIVES]:
         return (
-            f"holds an archive that was not opened ({printable(closed[0])}). "
+            f"contains an archive that was not opened ({printable(closed[0])}). "
             "Submit the package folder in one plain zip."
         )
     if set(suffixes) <= _DOCUMENTS:
         return (
-            f"holds documents only ({printable(tree.files[0])}). "
+            f"contains only documents ({printable(tree.files[0])}). "
             "Submit the package folder, the one with package.xml and setup.py."
         )
-    return (
-        "holds no package.xml. Zip the package folder itself (the one with package.xml and setup.py) and submit again."
-    )
+    return "contains no package.xml. Zip the package folder itself (the one with package.xml and setup.py) and submit again."

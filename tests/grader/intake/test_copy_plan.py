@@ -155,7 +155,7 @@ def test_a_packed_tar_bomb_is_refused_before_it_is_unpacked(tmp_path: Path, into
 
 @pytest.mark.parametrize(
     ("limits", "words"),
-    [(SizeLimits(files=5), "holds 6 files, more than 5"), (SizeLimits(total_bytes=100), "more than 0 MB")],
+    [(SizeLimits(files=5), "contains 6 files, more than 5"), (SizeLimits(total_bytes=100), "more than 0 MB")],
 )
 def test_a_submission_over_the_limits_is_refused(handed_in: Path, into: Path, limits: SizeLimits, words: str):
     with pytest.raises(SubmissionError, match=words):
