@@ -199,7 +199,7 @@ def _describe_instead(tree: Tree) -> str:
     if "ROS 1" in kinds:
         return "contains a ROS 1 (catkin) package. The assignment asks for a ROS 2 Jazzy package with nodes in Python."
     if "C++" in kinds:
-        return "contains a C++ package. The assignment asks for nodes in Python: robot_controller.py and sensor_processor.py."
+        return f"contains a C++ package. {_ASKED}"
     if ignored := [p for p in tree.files if p.endswith("package.xml") and p not in tree.searched]:
         return (
             f"contains a package only where colcon does not look ({printable(ignored[0])}: a build tree, or a folder "
@@ -231,4 +231,4 @@ def _describe_instead(tree: Tree) -> str:
             f"contains only documents ({printable(tree.files[0])}). "
             "Submit the package folder, the one with package.xml and setup.py."
         )
-    return "contains no package.xml. Zip the package folder itself (the one with package.xml and setup.py) and submit again."
+    return f"contains no package.xml. {_ZIP}"
