@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import queue
-import secrets
+import random
 import signal
 import subprocess
 import sys
@@ -122,6 +123,9 @@ class _Worker(threading.Thread):
         self.problem: Exception | None = None
         self._todo, self._trials = todo, trials
         self._process: subprocess.Popen[str] | None = None
+        # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones. None twice in a
+        # row: the participants of an ended trial stay on their domain's graph for a while.
+        self._domain_ids = itertools.cycle(random.SystemRandom().sample(range(1, 101), 100))
 
     def run(self) -> None:
         try:
@@ -141,10 +145,11 @@ class _Worker(threading.Thread):
         process, trials = self._process or self._start(), self._trials
         out = trials.folder.resolve() / f"{plan.name}.json"
         out.unlink(missing_ok=True)
-        # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones.
-        domain_id, package = 1 + secrets.randbelow(100), str(trials.package or "")
+        package = str(trials.package or "")
         patience_s = trials.patience_s(plan)
-        request = TrialRequest(plan.name, str(trials.install), trials.seed, domain_id, str(out), package, patience_s)
+        request = TrialRequest(
+            plan.name, str(trials.install), trials.seed, next(self._domain_ids), str(out), package, patience_s
+        )
         answer, out_of_time = _ask(process, request)
         if answer.startswith(CANNOT):
             raise GraderError(answer.removeprefix(CANNOT))
