@@ -86,11 +86,8 @@ def test_publishes_nothing_before_the_first_scan(judge: Judge) -> None:
     """Nothing is published before the first scan; the stamp is the node's clock and the frame is `base_link`."""
     trial, fused = _fused(judge)
     early = [m for m in trial.messages if m.t < trial.marks["scans"] + 1e-9]
-    judge.expect(
-        not early,
-        f"{len(early)} messages before the first scan",
-        "remember whether a scan has come, and publish nothing before",
-    )
+    seen = f"{len(early)} messages before the first scan"
+    judge.expect(not early, seen, "remember whether a scan has come, and publish nothing before")
     frames = {m.data["header"]["frame_id"] for m in fused}
     judge.expect(frames == {"base_link"}, f"frame_id {sorted(frames)}", "set header.frame_id")
     worst = max(fused, key=lambda m: abs(_stamp(m) - m.t))

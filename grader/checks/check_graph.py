@@ -45,10 +45,8 @@ def test_sensor_subscriptions_match_best_effort(judge: Judge) -> None:
         for endpoint in judge.graph(trial).endpoints:
             if endpoint.kind == "subscription" and endpoint.topic in topics and endpoint.reliability == "reliable":
                 reliable.append(endpoint.topic)
-    judge.expect(
-        not reliable, f"these subscriptions receive nothing from best-effort publishers: {', '.join(reliable)}",
-        "subscribe with qos_profile_sensor_data",
-    )  # fmt: skip
+    seen = f"these subscriptions receive nothing from best-effort publishers: {', '.join(reliable)}"
+    judge.expect(not reliable, seen, "subscribe with qos_profile_sensor_data")
 
 
 def _wrong_topics(graph: Graph, wanted: dict[str, tuple[str, str]]) -> list[str]:

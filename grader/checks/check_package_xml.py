@@ -20,18 +20,15 @@ def test_package_xml_is_valid_format_3(judge: Judge) -> None:
     if placeholders:
         wrong.append(f"the maintainer is a placeholder: {some(placeholders, 3)}")
     if wrong:
-        fatal = bool(manifest.problems)
-        judge.share(
-            0.0 if fatal else 1 - 0.5 * len(wrong), "\n".join(wrong), "compare it with the course's line by line"
-        )
+        share = 0.0 if manifest.problems else 1 - 0.5 * len(wrong)
+        judge.share(share, "\n".join(wrong), "compare it with the course's line by line")
 
 
 def test_licence_has_its_spdx_name(judge: Judge) -> None:
     """The licence is named by its SPDX identifier."""
     manifest = _manifest(judge)
-    judge.expect(
-        bool(manifest.licences), "package.xml does not name a licence", "for example <license>Apache-2.0</license>"
-    )
+    try_ = "for example <license>Apache-2.0</license>"
+    judge.expect(bool(manifest.licences), "package.xml does not name a licence", try_)
     bad = [name for name, known in zip(manifest.licences, manifest.spdx, strict=True) if not known]
     judge.expect(not bad, f"not an SPDX identifier: {some(bad, 5)}", "look it up at spdx.org/licenses: Apache-2.0, MIT")
 
@@ -56,9 +53,8 @@ def test_every_package_used_is_declared(judge: Judge) -> None:
             missing.append(f"{name} (used in {some(running, 2)}, and declared for tests only)")
     if missing:
         seen = "not declared:\n" + "\n".join(missing)
-        judge.share(
-            1 - len(missing) / 5, seen, "<depend>name</depend>; a pip module is python3-name (see rosdep's keys)"
-        )
+        try_ = "<depend>name</depend>; a pip module is python3-name (see rosdep's keys)"
+        judge.share(1 - len(missing) / 5, seen, try_)
 
 
 def _runs(places: list[str]) -> list[str]:

@@ -17,14 +17,13 @@ def test_accepts_a_speed_within_the_limit(judge: Judge) -> None:
             call = judge.call(trial, "set_speed", index)
             response = call.response or {}
             seen = f"speed {_asked(call):g} answered success = {response['success']}, message {response['message']!r}"
-            judge.expect(
-                response["success"] is True, seen, "compare abs(speed) with the limit; the limit itself is allowed"
-            )
+            try_ = "compare abs(speed) with the limit; the limit itself is allowed"
+            judge.expect(response["success"] is True, seen, try_)
             judge.expect(bool(str(response["message"]).strip()), seen, "fill response.message too")
 
 
 def test_drives_at_the_set_speed(judge: Judge) -> None:
-    """The robot then drives at that speed (odometry within 5 %)."""
+    """After an accepted `set_speed` the robot drives at that speed (odometry within 5 %)."""
     trial = judge.trial("drive_forward")
     judge.call(trial, "set_speed", 0)
     _expect_speed(judge, trial, trial.choices["speed"], "cruise", "cruise_end")
@@ -54,9 +53,8 @@ def test_refuses_a_speed_above_the_limit(judge: Judge) -> None:
 
 def test_refuses_a_speed_that_is_not_finite(judge: Judge) -> None:
     """`set_speed` with NaN or infinity answers success = false."""
-    _expect_refused(
-        judge, lambda speed: not math.isfinite(speed), "NaN compares False with everything: use math.isfinite"
-    )
+    try_ = "NaN compares False with everything: use math.isfinite"
+    _expect_refused(judge, lambda speed: not math.isfinite(speed), try_)
 
 
 def test_a_refusal_states_the_limit(judge: Judge) -> None:
@@ -105,12 +103,12 @@ def _expect_the_limit(judge: Judge, trial: Trial) -> None:
 
 
 def _expect_speed(judge: Judge, trial: Trial, wanted: float, start: str, end: str) -> None:
-    seen_speed = motion.odometry_speed(trial.samples, trial.marks[start], trial.marks[end])
+    speed = motion.odometry_speed(trial.samples, trial.marks[start], trial.marks[end])
     seen = (
-        f"{seen_speed:.3f} m/s by odometry from {trial.marks[start]:.1f} to {trial.marks[end]:.1f} s, "
+        f"{speed:.3f} m/s by odometry from {trial.marks[start]:.1f} to {trial.marks[end]:.1f} s, "
         f"after set_speed {wanted:g}"
     )
-    holds = abs(seen_speed - wanted) <= 0.05 * abs(wanted)
+    holds = abs(speed - wanted) <= 0.05 * abs(wanted)
     judge.expect(holds, seen, "does every control cycle publish the set speed, in m/s?")
 
 

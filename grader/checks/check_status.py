@@ -19,10 +19,8 @@ def test_status_gives_the_speed_in_force(judge: Judge) -> None:
     judge.call(trial, "set_speed", 0)
     for moment, call, wanted in zip(_MOMENTS, calls, (0.0, trial.choices["speed"]), strict=False):
         speed = float(_answer(call)["speed"])
-        judge.expect(
-            abs(speed - wanted) <= 0.01, f"speed {speed:g} while {moment}, after set_speed {wanted:g}",
-            "answer with the speed that set_speed put in force",
-        )  # fmt: skip
+        seen = f"speed {speed:g} while {moment}, after set_speed {wanted:g}"
+        judge.expect(abs(speed - wanted) <= 0.01, seen, "answer with the speed that set_speed put in force")
     backwards = judge.trial("wall_backward", complete=False)
     asked = next((call for call in backwards.calls if call.service == "get_status" and call.response), None)
     put = next((call for call in backwards.calls if call.service == "set_speed" and call.response), None)
@@ -38,9 +36,8 @@ def test_status_reports_an_obstacle(judge: Judge) -> None:
     trial, calls = _calls(judge)
     for moment, call, wanted in zip(_MOMENTS, calls, _OBSTACLES, strict=True):
         flag = _answer(call)["obstacle_detected"]
-        judge.expect(
-            flag is wanted, f"obstacle_detected = {flag} {moment}", "set the flag from every scan, to True or to False"
-        )
+        try_ = "set the flag from every scan, to True or to False"
+        judge.expect(flag is wanted, f"obstacle_detected = {flag} {moment}", try_)
     flag = _answer(judge.call(trial, "get_status", _ASIDE))["obstacle_detected"]
     if flag is not False and not _stops_for_what_is_behind(judge):
         seen = f"obstacle_detected = {flag} while driving past a pole 0.4 m away, more than 60 degrees to one side"
@@ -73,9 +70,8 @@ def test_status_is_active_or_obstacle_detected(judge: Judge) -> None:
     if asked is not None and asked.response is None:
         judge.share(0.5, f"{asked.problem} on the way to a goal", "do not let a callback wait for the end of a goal")
     elif asked is not None and _answer(asked)["status"] != "ACTIVE":
-        judge.share(
-            0.5, f"status {_answer(asked)['status']!r} on the way to a goal", "the status during a goal is ACTIVE, too"
-        )
+        seen = f"status {_answer(asked)['status']!r} on the way to a goal"
+        judge.share(0.5, seen, "the status during a goal is ACTIVE, too")
 
 
 def _stops_for_what_is_behind(judge: Judge) -> bool:

@@ -17,11 +17,8 @@ def within_bounds(judge: Judge) -> Quality:
     """Return the facts about a package of which every file was read."""
     quality = judge.quality()
     words = reading_limits.beyond(quality.files)
-    judge.expect(
-        not words,
-        f"{some(words)}, so the package was not read completely",
-        "remove the files that the nodes do not need",
-    )
+    seen = f"{some(words)}, so the package was not read completely"
+    judge.expect(not words, seen, "remove the files that the nodes do not need")
     return quality
 
 
