@@ -144,7 +144,7 @@ def test_a_zip_with_one_folder_too_many_is_graded(reference: Path, tmp_path: Pat
     assert grading.scorecard.points == grading.scorecard.max == 6
 
 
-def test_an_empty_folder_is_no_submission(tmp_path: Path):
+def test_an_empty_folder_is_not_a_submission(tmp_path: Path):
     (tmp_path / "empty").mkdir()
     done = grader("grade", tmp_path / "empty", "--out", tmp_path / "out")
     assert done.returncode == 1
@@ -152,7 +152,7 @@ def test_an_empty_folder_is_no_submission(tmp_path: Path):
     assert "Traceback" not in done.stderr
 
 
-def test_a_readme_alone_is_no_submission(tmp_path: Path):
+def test_a_readme_alone_is_not_a_submission(tmp_path: Path):
     (tmp_path / "only").mkdir()
     (tmp_path / "only" / "README.md").write_text("# My robot\n")
     done = grader("grade", tmp_path / "only", "--out", tmp_path / "out")
@@ -160,14 +160,14 @@ def test_a_readme_alone_is_no_submission(tmp_path: Path):
     assert "package.xml" in done.stderr
 
 
-def test_a_submission_that_is_not_there_is_said_so(tmp_path: Path):
+def test_a_missing_submission_is_named(tmp_path: Path):
     done = grader("grade", tmp_path / "nobody.zip", "--out", tmp_path / "out")
     assert done.returncode == 1
     assert "nobody.zip" in done.stderr
 
 
 @pytest.mark.parametrize(("words", "seconds"), [((), 20.0), (("--mutation-budget", "300"), 300.0)])
-def test_the_time_for_faults_can_be_chosen(monkeypatch, tmp_path: Path, words: tuple[str, ...], seconds: float):
+def test_the_mutation_budget_can_be_chosen(monkeypatch, tmp_path: Path, words: tuple[str, ...], seconds: float):
     chosen = []
 
     def grade(_source: Path, _out: Path, settings: pipeline.Settings, **_: object) -> None:
@@ -184,7 +184,7 @@ def test_wrong_usage_is_status_2():
     assert grader("frobnicate").returncode == 2
 
 
-def test_a_package_xml_that_is_no_xml_is_told_in_words(tmp_path: Path, settings):
+def test_a_package_xml_that_is_not_xml_gets_no_points(tmp_path: Path, settings):
     package = apply(None, tmp_path)
     (package / "package.xml").write_text("this is <not xml")
     grading = pipeline.grade(package, tmp_path / "out", replace(settings, requirements=("F1", "I1")))
@@ -192,7 +192,7 @@ def test_a_package_xml_that_is_no_xml_is_told_in_words(tmp_path: Path, settings)
     assert grading.scorecard.complete
 
 
-def test_a_build_that_hangs_is_stopped_and_told(tmp_path: Path):
+def test_a_build_that_hangs_is_stopped_and_reported(tmp_path: Path):
     package = apply(None, tmp_path)
     cmake = package / "CMakeLists.txt"
     hang = "execute_process(COMMAND sleep 1000)\nfind_package(ament_cmake"
@@ -203,14 +203,14 @@ def test_a_build_that_hangs_is_stopped_and_told(tmp_path: Path):
     assert "Traceback" not in done.stdout + done.stderr
 
 
-def test_a_rubric_that_cannot_be_read_is_our_fault(reference: Path, tmp_path: Path):
+def test_an_unreadable_rubric_is_an_error_of_the_grader(reference: Path, tmp_path: Path):
     (tmp_path / "rubric.yaml").write_text("- nothing\n")
     done = grader("grade", reference, "--out", tmp_path / "out", "--rubric", tmp_path / "rubric.yaml")
     assert done.returncode == 3
     assert "rubric" in done.stderr
 
 
-def test_a_host_without_walls_refuses_to_grade(reference: Path, tmp_path: Path):
+def test_a_host_without_a_sandbox_refuses_to_grade(reference: Path, tmp_path: Path):
     bare = tmp_path / "bin"
     bare.mkdir()
     for tool in ("sh", "true"):
