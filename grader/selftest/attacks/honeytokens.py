@@ -55,7 +55,7 @@ class Honeytokens:
 
     def damage(self) -> list[str]:
         """Return a phrase for each thing on the host that was changed, reached or left running."""
-        found = [f"{name} was changed" for name, state in self._state().items() if state != self._before[name]]
+        found = [f"{name} changed" for name, state in self._state().items() if state != self._before[name]]
         if self.calls:
             found.append(f"a port of the host was reached {self.calls} times")
         deadline = time.monotonic() + _SETTLE_S

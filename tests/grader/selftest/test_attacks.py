@@ -79,7 +79,7 @@ def test_untouched_honeytokens_are_undamaged():
 def test_a_changed_report_of_another_submission_is_damage():
     with planted() as tokens:
         (tokens.neighbour / "report.json").write_text("{}")
-        assert tokens.damage() == ["the neighbour's report was changed"]
+        assert tokens.damage() == ["the neighbour's report changed"]
 
 
 def test_a_call_to_the_host_is_damage():
