@@ -45,7 +45,7 @@ FAULTS = Mutation(
         Mutant(_NODE, 90, "navigate", "call", "`self._publish_feedback(distance)` was left out", "unreached"),
         Mutant("ros2_robot_controller/utils/conversions.py", 7, "clamp", "call", "`min` became `max`", "not tried"),
     ],
-    note="1 of 5 faults were not tried: the budget of 20 s was used up",
+    note="1 of 5 mutants were not tried: the budget of 20 s was used up",
 )
 
 RUBRIC = KIT / "rubric.yaml"

@@ -28,7 +28,7 @@ FAILS_ON = {
     "check_readings::test_bad_readings_are_not_an_obstacle": "believes_every_reading",
     "check_readings::test_bad_readings_do_not_crash_the_node": "crashes_on_an_empty_scan",
     "check_readings::test_a_real_obstacle_among_bad_readings_is_seen": "keeps_the_last_valid_scan",
-    # F7: Tells its status
+    # F7: Reports its status
     "check_status::test_status_gives_the_speed_in_force": "speed_without_a_sign",
     "check_status::test_status_reports_an_obstacle": "status_never_clears_the_obstacle",
     "check_status::test_status_gives_the_pose_from_odometry": "never_reports_the_pose",
@@ -84,7 +84,7 @@ FAILS_ON = {
     "check_build::test_colcon_build_succeeds": "does_not_compile",
     "check_build::test_executables_are_installed": "forgets_an_executable",
     "check_build::test_launch_and_config_are_installed": "forgets_the_config",
-    # I2: A true package.xml
+    # I2: A correct package.xml
     "check_package_xml::test_package_xml_is_valid_format_3": "has_a_package_xml_of_format_2",
     "check_package_xml::test_licence_has_its_spdx_name": "writes_out_its_licence",
     "check_package_xml::test_build_type_matches_the_package": "calls_itself_ament_python",

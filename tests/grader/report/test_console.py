@@ -52,8 +52,8 @@ def test_the_end_says_how_much_is_graded_so_far(rubric):
 def test_an_error_of_ours_says_that_it_costs_nothing_and_that_the_grade_is_incomplete(rubric):
     text = console.render(grading(rubric, results(rubric)[1:]))
     assert "ERROR  F4" in text
-    assert "a fault of the grader: costs no points" in text
-    assert "Incomplete: a fault of the grader left F4 without a full verdict." in text
+    assert "an error of the grader: costs no points" in text
+    assert "Incomplete: an error of the grader left F4 without a full verdict." in text
 
 
 def test_what_was_not_reached_for_one_reason_is_told_once(rubric):

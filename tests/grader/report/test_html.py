@@ -193,7 +193,7 @@ def test_a_build_that_failed_shows_the_end_of_its_log_at_the_top():
 def test_an_incomplete_grade_says_which_requirements_a_person_must_look_at(rubric):
     text = html.render(grading(rubric, results(rubric)[1:]))
     assert "This grade is not complete" in text
-    assert 'A fault of the grader left <a href="#F4">F4</a> without a full verdict.' in text
+    assert 'An error of the grader left <a href="#F4">F4</a> without a full verdict.' in text
 
 
 def test_code_in_a_requirement_is_shown_as_code(rubric):
@@ -208,9 +208,9 @@ def test_both_files_are_written_beside_each_other(rubric, tmp_path):
 
 def test_each_fault_is_shown_with_the_tests_that_noticed_it_or_not():
     page = html.render(mediocre(load(RUBRIC)), pictures=False)
-    table = page[page.index("Faults put into the package, and") :]
+    table = page[page.index("Mutants of the package, and") :]
     table = table[: table.index("</details>")]
-    assert "which of its tests noticed (2 of 4)" in table
+    assert "the tests that noticed them (2 of 4)" in table
     rows = [re.sub(r"<[^>]+>", " ", row).split() for row in re.findall(r"<tr.*?</tr>", table)[1:]]
     assert [" ".join(row) for row in rows] == [
         "robot_controller.py:41 &lt; became &lt;= "
@@ -221,4 +221,4 @@ def test_each_fault_is_shown_with_the_tests_that_noticed_it_or_not():
         "utils/conversions.py:7 min became max not tried",
     ]
     assert "not tried: the budget of 20 s" in table
-    assert "Faults put into the package, and" not in html.render(broken(load(RUBRIC)), pictures=False)
+    assert "Mutants of the package, and" not in html.render(broken(load(RUBRIC)), pictures=False)
