@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import pty
 import shlex
@@ -197,14 +198,21 @@ class ExecuteProcess(Action):
 
     # -- ending ----------------------------------------------------------------------------------------------------
     def signal(self, number: _Signals) -> None:
-        """Send the process a signal if it is running."""
+        """Send the process a signal if it is running; SIGINT goes to its whole group, as Ctrl-C in a terminal does.
+
+        A node below `ros2 run` or a shell would not hear of it otherwise: those wait for their child to end.
+        """
         if self._process is None or self._process.returncode is not None or self._process.poll() is not None:
             return
         assert self._context is not None
         name = self.process_details["name"]
         self._context.runner.output.info(name, f"sending signal '{number.name}' to process[{name}]")
         self._sent.append(number.name)
-        self._process.send_signal(number)
+        if number is signal.SIGINT:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, number)
+        else:
+            self._process.send_signal(number)
 
     def stop(self) -> None:
         """Ask the process to end; insist after each time limit. A second call does nothing."""

@@ -97,6 +97,18 @@ def test_a_second_sigint_is_ignored(launch, tmp_path):
     assert started.end().ended("counting-1")["sent"] == ["SIGINT"]
 
 
+def test_sigint_reaches_a_process_below_a_shell(launch, tmp_path):
+    """It once went to the shell alone, which waits for its child; SIGTERM then killed both."""
+    child, ready = tmp_path / "child", tmp_path / "ready"
+    child.write_text(f"trap 'echo heard; exit 0' INT\ntouch {ready}\nwhile :; do sleep 0.05; done\n")
+    started = launch(write(tmp_path, f"ExecuteProcess(cmd=['sh {child}; exit $?'], shell=True, output='screen')"))
+    until(ready.exists)
+    started.signal(signal.SIGINT)
+    run = started.end()
+    assert run.out.count("heard") == 1
+    assert [e["sent"] for e in run.events if e["event"] == "ended"] == [["SIGINT"]]
+
+
 def test_ctrl_c_at_a_terminal_reaches_a_process_once(demo, tmp_path):
     """A terminal signals its foreground group. The processes are in others; the launch passes the signal on once."""
     file, record = write(tmp_path, "demo('counting')"), tmp_path / "record.jsonl"
