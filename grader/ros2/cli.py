@@ -95,8 +95,8 @@ def _run(chosen: Callable[[argparse.Namespace], int], args: argparse.Namespace) 
         interrupted = True
         raise KeyboardInterrupt
 
-    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-        signal.signal(signal.SIGINT, interrupt)
+    # Also where SIGINT is ignored, as behind an `&` in a script: rclpy sets a handler there too.
+    signal.signal(signal.SIGINT, interrupt)
     try:
         code = chosen(args)
         sys.stdout.flush()

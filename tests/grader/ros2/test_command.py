@@ -10,7 +10,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from helpers.ros2_runs import COMMAND, FILES, environment
+from helpers.ros2_runs import COMMAND, FILES, environment, until
+
+from grader.host import ros_env
 
 
 def test_an_interface_is_shown_with_the_types_of_its_fields(ros2):
@@ -164,6 +166,17 @@ def test_ctrl_c_that_was_blocked_while_python_started_reaches_the_node(demo, tmp
     os.killpg(started.pid, signal.SIGINT)
     assert started.communicate(timeout=60)[0].startswith("INT 1\n")
     assert started.returncode == 1
+
+
+@pytest.mark.ros
+def test_sigint_ends_a_command_in_the_background_of_a_script(demo, tmp_path):
+    """A shell starts what stands before an `&` with SIGINT ignored; `kill -INT` must end it all the same."""
+    env = {**environment(demo, tmp_path), **ros_env.environment(home=tmp_path), "ROS2_COURSE_KIT_OWN": "1"}
+    echo = [sys.executable, str(COMMAND), "topic", "echo", "/nothing", "std_msgs/msg/String"]
+    with subprocess.Popen(echo, env=env, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN)) as process:
+        # Before the command has set its own handler, the signal is ignored: so again and again.
+        until(lambda: process.send_signal(signal.SIGINT) or process.poll() is not None)
+    assert process.returncode in (2, -signal.SIGINT)
 
 
 def test_the_folder_works_by_itself_under_any_name(ros2, demo, tmp_path):
