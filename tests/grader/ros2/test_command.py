@@ -175,7 +175,10 @@ def test_sigint_ends_a_command_in_the_background_of_a_script(demo, tmp_path):
     echo = [sys.executable, str(COMMAND), "topic", "echo", "/nothing", "std_msgs/msg/String"]
     with subprocess.Popen(echo, env=env, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN)) as process:
         # Before the command has set its own handler, the signal is ignored: so again and again.
-        until(lambda: process.send_signal(signal.SIGINT) or process.poll() is not None)
+        try:
+            until(lambda: process.send_signal(signal.SIGINT) or process.poll() is not None)
+        finally:
+            process.kill()
     assert process.returncode in (2, -signal.SIGINT)
 
 
