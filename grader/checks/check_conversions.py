@@ -16,6 +16,13 @@ def test_conversions_are_right_at_their_edges(judge: Judge) -> None:
     answers = judge.evidence.conversions
     if not answers:
         raise Unjudged("the conversions were not called")
+    problems = {answer.problem for answer in answers}
+    if len(problems) == 1 and (problem := problems.pop()):  # before any function could be called
+        judge.expect(
+            False,
+            f"utils/conversions.py cannot be imported: {problem}",
+            "is the file there, does CMakeLists.txt install it, and are its own imports right?",
+        )
     wrong = {}
     for answer in answers:
         if answer.function not in wrong and not _is_right(answer):
