@@ -62,6 +62,24 @@ os._exit(0)
         stopped="no folder of the host is mounted writable; a node that has exited earns nothing",
     ),
     attack(
+        "writes_the_kernels_settings",
+        "The node writes settings of the kernel, such as the program that is run as root at the next crash.",
+        node("""
+written = []
+for path in ('/proc/sys/kernel/core_pattern', '/proc/sys/kernel/panic', '/proc/sys/vm/swappiness'):
+    try:
+        before = open(path).read()
+        open(path, 'w').write(before)
+        written.append(path)
+    except OSError:
+        pass
+print('ATTACK wrote', len(written), 'settings', flush=True)
+os._exit(0)
+"""),
+        needs="F1", costs="F1", proof="ATTACK wrote 0 settings",
+        stopped="the kernel's global settings are mounted read-only; a node that has exited earns nothing",
+    ),
+    attack(
         "exits_at_import",
         "The conversions module exits the process that imports it with status 0.",
         append(_CONVERSIONS, "\n\nimport os\nimport sys\nif 'conversions_worker.py' in sys.argv[0]:\n    os._exit(0)\n"),
