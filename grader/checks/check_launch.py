@@ -1,6 +1,6 @@
 """I5: the launch files, run."""
 
-from grader.checks.judge import Judge, NotReached
+from grader.checks.judge import Judge, NotReached, Unjudged
 from grader.evidence import ParameterAnswer, Trial
 
 _OF_PROCESSOR = ("fusion_frequency", "battery_low_threshold")
@@ -22,6 +22,7 @@ def test_each_launch_file_takes_use_sim_time(judge: Judge) -> None:
             seen = f"{trial.launch} use_sim_time:=true left {answer.node} with use_sim_time = {answer.value}"
             try_ = "DeclareLaunchArgument('use_sim_time'), and LaunchConfiguration in each node's parameters"
             judge.expect(answer.value is True, seen, try_)
+        _expect_declared(judge, trial)
     for answer in _answers(judge.trial("launch_by_wall"), "use_sim_time"):
         seen = f"use_sim_time:=false left {answer.node} with use_sim_time = {answer.value}"
         judge.expect(answer.value is False, seen, "pass LaunchConfiguration('use_sim_time') on, not True")
@@ -61,6 +62,19 @@ def test_a_remapping_in_a_launch_file_works(judge: Judge) -> None:
             judge.expect(new in topics, seen, "use relative names: 'scan', not '/scan'")
     if not tried:
         raise NotReached("the nodes have none of the topics that would be remapped (I4)")
+
+
+def _expect_declared(judge: Judge, trial: Trial) -> None:
+    """Expect that the launch file declares use_sim_time.
+
+    A file that only reads the argument works as well where it is given on the command line, and nowhere else.
+    """
+    listed = trial.others.get("arguments")
+    if listed is None or listed.exit_code is None:
+        raise Unjudged(f"the trial {trial.name} has no list of the arguments of {trial.launch}")
+    seen = f"`ros2 launch --show-args` lists no use_sim_time for {trial.launch}"
+    try_ = "add DeclareLaunchArgument('use_sim_time', default_value='false')"
+    judge.expect("\n    'use_sim_time':" in listed.output_tail, seen, try_)
 
 
 def _expect_nodes(judge: Judge, trial: Trial, wanted: set[str]) -> None:

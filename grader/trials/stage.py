@@ -19,6 +19,8 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from std_msgs.msg import Float32
 
 from grader import evidence
+from grader.build import INSTALL
+from grader.contract.spec import PACKAGE
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.goal import SentGoal
@@ -32,6 +34,7 @@ from sim.bridge import TICK_S
 from sim.sensors import ScanReading
 
 _ANSWER_WITHIN_S = 2.0  # simulated, for a service or a goal's acceptance
+_SHOW_ARGS_WALL_S = 30.0  # half a second on an idle machine
 _ANSWER_WALL_S = 3.0  # how long the clock stands still for an answer before time goes on
 TOPICS: dict[str, tuple[Any, QoSProfile]] = {
     "sensor_fusion_data": (SensorFusionData, QoSProfile(depth=10)),
@@ -240,6 +243,12 @@ class Stage(Observation):
         self.simulator.remove_obstacle(name)
 
     # -- processes ------------------------------------------------------------------------------------------------
+
+    def list_launch_arguments(self) -> None:
+        """Run the trial's launch file with --show-args; the output is recorded as that of the process "arguments"."""
+        file = f"{INSTALL}/share/{PACKAGE}/launch/{self.plan.launch}"
+        process = self.others["arguments"] = self.start(["python3", "/ws/ros2", "launch", file, "--show-args"])
+        self.bridge.spin_until(lambda: process.exit_code() is not None, _SHOW_ARGS_WALL_S)
 
     def run_script(self, script: str) -> Program:
         """Start a Python script of the package, given by its path in the source folder."""

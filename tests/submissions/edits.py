@@ -774,6 +774,22 @@ _EDITS = (
         says=("left sensor_processor with use_sim_time = False",),
     ),
     _edit(
+        "does_not_declare_use_sim_time",
+        "I5",
+        "The second launch file reads use_sim_time without declaring it.",
+        ("launch/sensor_processor_launch.py",
+         "        DeclareLaunchArgument('use_sim_time', default_value='false',\n"
+         "                              description='Follow /clock, as in a simulator.'),\n", ""),
+        says=("lists no use_sim_time for sensor_processor_launch.py",),
+    ),
+    _edit(
+        "needs_an_argument",
+        "I5",
+        "The second launch file does not start without an argument.",
+        ("launch/sensor_processor_launch.py", "'raw_scan', default_value='raw_scan',", "'raw_scan',"),
+        says=("missing required argument 'raw_scan'",),
+    ),
+    _edit(
         "always_simulated_time",
         "I5",
         "A launch file sets use_sim_time whatever its argument says.",

@@ -98,7 +98,7 @@ FAILS_ON = {
     "check_graph::test_sensor_subscriptions_match_best_effort": "deaf_to_best_effort",
     # I5: Launch files
     "check_launch::test_the_launch_files_start_the_nodes": "launches_two_controllers",
-    "check_launch::test_each_launch_file_takes_use_sim_time": "does_not_pass_on_use_sim_time",
+    "check_launch::test_each_launch_file_takes_use_sim_time": "does_not_declare_use_sim_time",
     "check_launch::test_parameters_come_from_the_yaml_files": "sets_the_parameters_in_the_launch_file",
     "check_launch::test_a_remapping_in_a_launch_file_works": "pins_a_topic_name",
     # I6: Parameters

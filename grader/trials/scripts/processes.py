@@ -44,12 +44,14 @@ def _get_parameters(stage: Stage, nodes: tuple[str, ...]) -> None:
 def launch_both(stage: Stage) -> None:
     """Run robot_controller_launch.py with changed parameter files."""
     _get_parameters(stage, NODES)
+    stage.list_launch_arguments()
 
 
 @trial(serves=["I5"], node="sensor_processor", launch="sensor_processor_launch.py", awaits=("sensor_processor",))
 def launch_processor(stage: Stage) -> None:
     """Run sensor_processor_launch.py with changed parameter files."""
     _get_parameters(stage, ("sensor_processor",))
+    stage.list_launch_arguments()
     stage.refresh_graph()  # a second node, which should not run, may come up later
 
 
