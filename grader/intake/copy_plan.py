@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import posixpath
 import stat
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -23,6 +23,7 @@ from grader.intake.names import (
 from grader.sanitize import printable
 
 MB = 1024**2
+MAX_LARGEST = 3  # files named when there is too much
 # A build tree contains one of these. By its name alone, a student's own folder `log` would be left out too.
 BUILD_NAMES = frozenset({"build", "install", "log", "devel"})
 BUILD_MARKERS = frozenset(
@@ -75,7 +76,7 @@ def plan_copy(name: str, entries: Sequence[Entry], limits: SizeLimits, packed_by
     planner = _Planner(limits)
     planner.add(entries)
     total = sum(planner.sizes.values())
-    _check_limits(name, len(planner.sizes), total, limits, packed_bytes)
+    _check_limits(name, planner.sizes, limits, packed_bytes)
     remarks = planner.remarks
     return CopyPlan(
         planner.files, frozenset(planner.executable), planner.copies, total, tuple(remarks.flags), tuple(remarks.notes)
@@ -255,16 +256,23 @@ class _Remarks:
             self.notes.append(text)
 
 
-def _check_limits(name: str, count: int, total: int, limits: SizeLimits, packed_bytes: int | None) -> None:
+def _check_limits(name: str, sizes: Mapping[str, int], limits: SizeLimits, packed_bytes: int | None) -> None:
+    count, total = len(sizes), sum(sizes.values())
     advice = "Submit the package folder only, without recordings, build trees and virtual environments."
     if count > limits.files:
         raise SubmissionError(f"{printable(name)} contains {count} files, more than {limits.files}. {advice}")
     if total > limits.total_bytes:
         raise SubmissionError(
-            f"{printable(name)} contains {total // MB} MB, more than {limits.total_bytes // MB} MB. {advice}"
+            f"{printable(name)} contains {total // MB} MB, more than {limits.total_bytes // MB} MB. "
+            f"The largest files are {_largest(sizes)}. {advice}"
         )
     if packed_bytes is not None and total > limits.ratio_applies_above_bytes and total > limits.ratio * packed_bytes:
         raise SubmissionError(
             f"{printable(name)} unpacks to {total // max(packed_bytes, 1)} times its size, like a decompression bomb. "
             + advice
         )
+
+
+def _largest(sizes: Mapping[str, int]) -> str:
+    largest = sorted(sizes, key=lambda path: (-sizes[path], path))[:MAX_LARGEST]
+    return ", ".join(f"{printable(path)} ({max(1, sizes[path] // MB)} MB)" for path in largest)

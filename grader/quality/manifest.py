@@ -56,7 +56,7 @@ def read_manifest(package: Path, files: Sequence[str], modules: Sequence[Module]
         generates_interfaces="rosidl_generate_interfaces" in cmake,
         declared=sorted({printable(name) for name in xml.texts(*_DEPENDS)})[:_MAX_NAMES],
         declared_to_run=sorted({printable(name) for name in xml.texts(*_DEPENDS[:-2])})[:_MAX_NAMES],
-        used=dict(sorted(_uses(package, files, modules).items())[:_MAX_NAMES]),
+        used=dict(sorted(_uses(package, files, modules, xml.name).items())[:_MAX_NAMES]),
     )
 
 
@@ -83,14 +83,18 @@ def _is_spdx(licence: str) -> bool:
     return True
 
 
-def _uses(package: Path, files: Sequence[str], modules: Sequence[Module]) -> dict[str, list[str]]:
-    """Return the packages that code, launch files, CMake and interfaces use, each with places."""
+def _uses(package: Path, files: Sequence[str], modules: Sequence[Module], package_name: str) -> dict[str, list[str]]:
+    """Return the packages that code, launch files, CMake and interfaces use, each with places; not the package itself.
+
+    That goes for a package under another name, too: package.xml cannot ask for itself.
+    """
     found: dict[str, list[str]] = defaultdict(list)
     python = [PurePosixPath(path) for path in files if path.endswith(".py")]
-    own = {PACKAGE, *(path.parent.name if path.stem == "__init__" else path.stem for path in python)}
+    itself = {PACKAGE, package_name}
+    own = {*itself, *(path.parent.name if path.stem == "__init__" else path.stem for path in python)}
     named = [*_in_python(modules, own), *_in_cmake(package, files), *_in_interfaces(package, files)]
     for name, place in named:
-        if name != PACKAGE and place not in found[name] and len(found[name]) < _MAX_PLACES:
+        if name not in itself and place not in found[name] and len(found[name]) < _MAX_PLACES:
             found[name].append(place)
     return {name: places for name, places in found.items() if places}
 

@@ -143,6 +143,16 @@ def test_many_files_packed_small_are_refused(tmp_path: Path, into: Path):
     assert "like a decompression bomb" in refusal(source, into)
 
 
+def test_a_submission_that_is_too_large_names_its_largest_files(into: Path, handed_in: Path):
+    write(handed_in, PACKAGE)
+    for megabytes in (3, 9, 8, 2):
+        (handed_in / f"bag_{megabytes}.mcap").write_bytes(os.urandom(megabytes * 1024**2))
+    with pytest.raises(SubmissionError) as refused:
+        open_submission(handed_in, into, SizeLimits(total_bytes=10 * 1024**2))
+    largest = "bag_9.mcap (9 MB), bag_8.mcap (8 MB), bag_3.mcap (3 MB)"
+    assert f"contains 22 MB, more than 10 MB. The largest files are {largest}." in str(refused.value)
+
+
 def test_a_packed_tar_bomb_is_refused_before_it_is_unpacked(tmp_path: Path, into: Path):
     header = member("zeros")
     header.size = 8 * 1024**3

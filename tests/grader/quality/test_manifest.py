@@ -198,6 +198,18 @@ def test_own_optional_and_standard_modules_need_no_declaration(tmp_path: Path, l
     assert result.share == 1.0, result.seen
 
 
+def test_a_package_of_another_name_need_not_depend_on_itself(tmp_path: Path):
+    """Its launch files name it."""
+    line = "\nnode = Node(package='team7_controller', executable='robot_controller')\n"
+    text = (REFERENCE / CONTROLLER).read_text() + line
+    named = XML.replace("<name>ros2_robot_controller</name>", "<name>team7_controller</name>")
+    assert named != XML
+    (tmp_path / "named").mkdir()
+    assert with_xml(tmp_path / "named", named, DEPENDENCIES, {CONTROLLER: text}).share == 1.0
+    (tmp_path / "other").mkdir()
+    assert "team7_controller (used in " in with_xml(tmp_path / "other", XML, DEPENDENCIES, {CONTROLLER: text}).seen
+
+
 def test_the_type_of_a_field_needs_a_declaration(tmp_path: Path):
     files: dict[str, str | bytes | None] = {
         "msg/More.msg": "sensor_msgs/LaserScan[] scans  # tf2_msgs/No\nshape_msgs/Mesh<=3 x\n"
