@@ -10,6 +10,19 @@ _TRY_SHUTDOWN = "end with rclpy.try_shutdown(): after Ctrl-C rclpy is already sh
 _TRY_ZERO = "publish a zero before the context is shut down, and wait until it is sent"
 
 
+_TRACEBACK = "Traceback (most recent call last)"
+
+
+def _is_a_race_in_rclpy(output: str) -> bool:
+    """Return whether the only traceback is one of rclpy's try_shutdown, which is what a node should end with.
+
+    It asks whether the context is up and then shuts it down; in between the signal handler's thread may have done so
+    (rclpy 7.1, seen once in some forty endings of a node with a MultiThreadedExecutor).
+    """
+    ending = output.rstrip().rpartition("\n")[2]
+    return output.count(_TRACEBACK) == 1 and "in try_shutdown" in output and "rcl_shutdown already called" in ending
+
+
 def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
     """Ctrl-C (SIGINT) ends each node within 2 s, without a traceback, and the last `cmd_vel` is zero."""
     wrong = []  # (seen, try) of everything at once, so that a student need not fix one to learn of the next
@@ -23,7 +36,7 @@ def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
             seen = "still running 2 s after SIGINT" if took is None else f"ended {took:.2f} s after SIGINT"
             wrong.append((f"{when}: {seen}", _TRY_CATCH if took is None else _TRY_SOONER))
         lines = process.output_tail.splitlines()
-        if any("Traceback (most recent call last)" in line for line in lines):
+        if _TRACEBACK in process.output_tail and not _is_a_race_in_rclpy(process.output_tail):
             uncaught = any(word in lines[-1] for word in ("KeyboardInterrupt", "ExternalShutdownException"))
             seen = f"a traceback after SIGINT, ending {lines[-1].strip()[:200]!r}"
             wrong.append((f"{when}: {seen}", _TRY_CATCH if uncaught else _TRY_SHUTDOWN))
