@@ -11,7 +11,6 @@ import signal
 import subprocess
 import sys
 import threading
-from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -106,13 +105,18 @@ class _Trials:
     found: dict[str, evidence.Trial] = field(default_factory=dict)
 
     def patience_s(self, plan: TrialPlan) -> float:
-        """Return how long a trial waits for its node: less where the same has not come up twice already.
+        """Return how long a trial waits for its node: less if that has failed to come up twice, and never come up.
 
         A package whose nodes never come up once took 262 s. The trial still runs: a node that comes up is tried.
+        Launched nodes are counted apart: a broken launch file says nothing of the nodes themselves.
         """
-        ended = [trial.ended for trial in list(self.found.values()) if trial.node == plan.node]
-        absent = Counter(reason for reason in ended if reason.startswith(NO_NODE))
-        return SHORT_PATIENCE_S if max(absent.values(), default=0) >= 2 else PATIENCE_S
+        earlier = [
+            trial
+            for trial in list(self.found.values())
+            if trial.node == plan.node and bool(trial.launch) == bool(plan.launch)
+        ]
+        absent = sum(trial.ended.startswith(NO_NODE) for trial in earlier)
+        return SHORT_PATIENCE_S if absent >= 2 and not any(trial.ready for trial in earlier) else PATIENCE_S
 
 
 class _Worker(threading.Thread):

@@ -82,6 +82,9 @@ def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(run_with
         trials.found[str(len(trials.found))] = found
     assert [*waited, trials.patience_s(PLAN)] == [PATIENCE_S] * 4 + [scheduler.SHORT_PATIENCE_S]
     assert trials.patience_s(replace(PLAN, node="sensor_processor")) == PATIENCE_S
+    assert trials.patience_s(replace(PLAN, launch="robot_controller_launch.py")) == PATIENCE_S
+    trials.found["up"] = replace(absent, ready=True, ended="")
+    assert trials.patience_s(PLAN) == PATIENCE_S
 
 
 CRASHES_ON_CLOSE = """
