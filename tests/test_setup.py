@@ -124,7 +124,7 @@ def clone(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def test_ci_runs_the_command_of_the_readme(clone: Path):
+def test_ci_runs_the_command_of_the_readme():
     """Word for word: a new user meets whatever CI hides."""
     last = (ROOT / ".ci" / "run").read_text().splitlines()[-1]
     assert last == "make test </dev/null"

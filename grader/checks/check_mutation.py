@@ -23,12 +23,12 @@ def _share(judge: Judge, none: float, full: float) -> None:
     judged = [mutant for mutant in mutation.mutants if mutant.outcome != "not tried"]
     noticed = [mutant for mutant in judged if mutant.outcome == "noticed"]
     if not judged:
-        raise NotReached("the package's source has no line to put a fault into")
+        raise NotReached("the package's source has no line that can be mutated")
     # Whole tenths of a percent, so that the last digit of a float never decides a point.
     percent = round(100 * len(noticed) / len(judged), 1)
     share = (percent - none) / (full - none)
     if share < 1:
-        seen = f"{len(noticed)} of {len(judged)} faults were noticed, {percent:g} %" + _notes(mutation)
+        seen = f"{len(noticed)} of {len(judged)} mutants were noticed, {percent:g} %" + _notes(mutation)
         try_ = "for each line listed, write down what would go wrong, then write a test that asserts that it does not"
         judge.share(share, "\n".join([seen, *_unnoticed(judged)]), try_)
 
@@ -40,7 +40,7 @@ def _mutation(judge: Judge) -> Mutation:
     judge.expect_trusted(tests)
     mutation = judge.evidence.mutation
     if mutation is None:
-        raise Unjudged("no faults were put into the package")
+        raise Unjudged("the package was not mutated")
     judge.expect(
         not mutation.convicted,
         _conviction(mutation),

@@ -54,7 +54,7 @@ def test_the_two_checks_make_one_line(noticed: int):
 
 def test_an_unnoticed_mutant_is_reported_with_its_place_change_and_passing_tests():
     assert judged(are_noticed, Mutation(0, 300, mutants(1, 1, 1))).seen.splitlines() == [
-        "1 of 3 faults were noticed, 33.3 %",
+        "1 of 3 mutants were noticed, 33.3 %",
         f"{PLACE}: test_one, test_two[0.5] and 1 more passed all the same",
         f"{PLACE}: no test reaches this line",
     ]
@@ -70,7 +70,7 @@ def test_mutants_that_were_not_tried_do_not_count():
     cut = [Mutant("a.py", 1, "f", "sign", "", "not tried")] * 20
     note = "20 of 40 faults were not tried: the budget of 20 s was used up"
     said = judged(most_are_noticed, Mutation(0, 300, [*mutants(2, 18), *cut], note=note)).seen
-    assert said.startswith(f"2 of 20 faults were noticed, 10 %; {note}\n")
+    assert said.startswith(f"2 of 20 mutants were noticed, 10 %; {note}\n")
 
 
 @pytest.mark.parametrize("check", BOTH)
