@@ -17,7 +17,7 @@ def _is_a_race_in_rclpy(output: str) -> bool:
     """Return whether the only traceback is one of rclpy's try_shutdown, which is what a node should end with.
 
     It asks whether the context is up and then shuts it down; in between the signal handler's thread may have done so
-    (rclpy 7.1, seen once in some forty endings of a node with a MultiThreadedExecutor).
+    (rclpy 7.1, seen once, in a node with a MultiThreadedExecutor).
     """
     ending = output.rstrip().rpartition("\n")[2]
     return output.count(_TRACEBACK) == 1 and "in try_shutdown" in output and "rcl_shutdown already called" in ending

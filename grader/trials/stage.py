@@ -34,7 +34,7 @@ from sim.bridge import TICK_S
 from sim.sensors import ScanReading
 
 _ANSWER_WITHIN_S = 2.0  # simulated, for a service or a goal's acceptance
-_SHOW_ARGS_WALL_S = 30.0  # half a second on an idle machine
+_SHOW_ARGS_WALL_S = 30.0  # a launch file that takes longer leaves the check unjudged, and costs no points
 _ANSWER_WALL_S = 3.0  # how long the clock stands still for an answer before time goes on
 TOPICS: dict[str, tuple[Any, QoSProfile]] = {
     "sensor_fusion_data": (SensorFusionData, QoSProfile(depth=10)),
