@@ -33,6 +33,15 @@ def thread_times(pids: Iterable[int]) -> dict[int, tuple[float, float]]:
     return found
 
 
+def cpu_seconds(pids: Iterable[int]) -> float:
+    """Return the CPU time that the processes have used, together with those of their children that have ended."""
+    ticks = 0
+    for pid in pids:
+        with contextlib.suppress(OSError):  # it has just ended
+            ticks += sum(map(int, _status(pid)[11:15]))
+    return ticks / os.sysconf("SC_CLK_TCK")
+
+
 def pin_to(cores: Iterable[int], pids: Iterable[int]) -> None:
     """Restrict the threads of `pids`, and everything they start from now on, to `cores`."""
     wanted = set(cores)
@@ -54,10 +63,12 @@ def _parents() -> dict[int, int]:
     found = {}
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit():
-            try:
-                status = (entry / "stat").read_text()
-            except OSError:
-                continue
-            # The command's name is in brackets and can hold any character, so count from the last bracket.
-            found[int(entry.name)] = int(status.rpartition(")")[2].split()[1])
+            with contextlib.suppress(OSError):  # it has just ended
+                found[int(entry.name)] = int(_status(int(entry.name))[1])
     return found
+
+
+def _status(pid: int) -> list[str]:
+    """Return the fields of /proc/PID/stat that follow the command's name."""
+    # The name is in brackets and can hold any character, so count from the last bracket.
+    return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()

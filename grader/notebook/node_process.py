@@ -55,6 +55,10 @@ class NodeProcess:
         """Return nothing: a notebook shows the wall time of a node's end."""
         return {}
 
+    def cpu_seconds(self) -> float:
+        """Return nothing, for the same reason."""
+        return 0.0
+
     def pin_to(self, cores: Iterable[int]) -> None:
         """Let all its threads run on these cores only."""
         procfs.pin_to(cores, [self._popen.pid, *procfs.descendants(self._popen.pid)])

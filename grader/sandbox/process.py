@@ -135,6 +135,10 @@ class Process:
         """Return for each thread of the whole tree the seconds that it has run, and has waited for a core."""
         return procfs.thread_times(procfs.descendants(self._init_pid))
 
+    def cpu_seconds(self) -> float:
+        """Return the CPU time that the whole tree has used, with the processes in it that have ended."""
+        return procfs.cpu_seconds([self._init_pid, *procfs.descendants(self._init_pid)])
+
     def pin_to(self, cores: Iterable[int]) -> None:
         """Let the whole tree run on these cores only."""
         procfs.pin_to(cores, procfs.descendants(self._init_pid))

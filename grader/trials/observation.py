@@ -65,6 +65,9 @@ class Program(Protocol):
     def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return for each of its threads the seconds that it has run, and has waited for a core."""
 
+    def cpu_seconds(self) -> float:
+        """Return the CPU time that all its processes have used, those that have ended included."""
+
     def pin_to(self, cores: Iterable[int]) -> None:
         """Let all its threads run on these cores only."""
 

@@ -67,6 +67,7 @@ def test_nothing_of_our_environment_leaks_in(monkeypatch: pytest.MonkeyPatch):
 
 def test_the_system_and_read_only_mounts_cannot_be_written(tmp_path: Path):
     (tmp_path / "file").write_text("before")
+    tmp_path.chmod(0o755)
     box = Sandbox(read_only={tmp_path: "/ws/in"}, environment=PYTHON.environment)
     for path in ("/usr/evil", "/ws/in/evil", "/ws/in/file", f"{ros_env.PREFIX}/evil"):
         assert "Error" in python(f"open({path!r}, 'w')", box).output
@@ -120,6 +121,51 @@ def test_a_command_with_more_busy_threads_than_cores_is_stopped_too(monkeypatch:
 def test_no_command_takes_more_than_four_times_its_limit(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(Process, "thread_times", lambda self: {1: (0.0, 9 * self.wall_seconds)})
     assert python("import time; time.sleep(60)", wall_seconds=0.2).timed_out
+
+
+class Compilers:
+    """A build that keeps two cores busy with four compilers at a time, each of which lives for two seconds."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def thread_times(self) -> dict[int, tuple[float, float]]:
+        """Return half of the life of each as run, the other half as waited."""
+        lives = {number: self.now - 0.5 * number for number in range(int(2 * self.now) + 1)}
+        return {number: (0.5 * life, 0.5 * life) for number, life in lives.items() if life < 2.0}
+
+    def cpu_seconds(self) -> float:
+        """Return what both cores have done."""
+        return 2.0 * self.now
+
+
+def test_a_build_that_keeps_the_cores_busy_itself_waits_for_nobody(monkeypatch: pytest.MonkeyPatch):
+    """A build of 31 interfaces ran 398 s at a limit of 300: compilers that ended between two readings were not seen."""
+    build = Compilers()
+    monkeypatch.setattr("time.monotonic", lambda: build.now)
+    monkeypatch.setattr("os.cpu_count", lambda: 2)
+    clock = CpuClock(build)
+    for second in range(1, 31):
+        build.now = float(second)
+        clock.read()
+    assert clock.read() == pytest.approx(30.0)
+
+
+def test_a_command_that_starts_processes_without_end_is_stopped():
+    spin = "import time\nwhile time.process_time() < 0.3: pass"
+    code = f"import subprocess, sys\nwhile True:\n    each = [subprocess.Popen([sys.executable, '-c', {spin!r}]) "
+    code += "for _ in range(4)]\n    [one.wait() for one in each]"
+    assert python(code, wall_seconds=2.0).timed_out
+
+
+def test_the_cpu_time_of_a_sandbox_includes_processes_that_have_ended():
+    code = "import subprocess, sys, time\n"
+    code += "subprocess.run([sys.executable, '-c', 'import time\\nwhile time.process_time() < 0.5: pass'])\n"
+    code += "print('done', flush=True); time.sleep(1000)"
+    with Process(["python3", "-c", code], PYTHON, Limits()) as ran:
+        assert wait_until(lambda: "done" in ran.output, 60.0)
+        assert ran.cpu_seconds() >= 0.5
+        assert sum(seconds for seconds, _ in ran.thread_times().values()) < 0.5
 
 
 def test_thread_times_cover_the_whole_process_tree():
