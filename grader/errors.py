@@ -7,6 +7,11 @@ EXIT_GRADED, EXIT_NOT_GRADED, EXIT_USAGE, EXIT_OUR_FAULT = 0, 1, 2, 3
 class KitError(Exception):
     """An expected error. Its message says what happened, to what, and what to do next."""
 
+    def __init__(self, what: str, advice: str = "") -> None:
+        super().__init__(f"{what} {advice}".rstrip())
+        self.what = what
+        self.advice = advice
+
 
 class SubmissionError(KitError):
     """The submission cannot be graded as it is; the student can fix it."""

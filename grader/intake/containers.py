@@ -7,13 +7,14 @@ crafted archive becomes a SubmissionError.
 from __future__ import annotations
 
 import bz2
-import gzip
 import lzma
 import os
 import stat
+import struct
 import tarfile
 import zipfile
-from collections.abc import Callable, Collection, Iterator
+import zlib
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
@@ -31,6 +32,11 @@ MAX_TAR_BYTES = 250 * 1024**2
 # An xz file declares its dictionary size, up to 4 GiB; `xz -9` needs 65 MiB.
 MAX_LZMA_MEMORY = 256 * 1024**2
 MAX_LINK_BYTES = 4096
+# After an entry's data a zip may repeat its sizes and checksum, in 24 bytes at most; before the first entry, 4 bytes
+# may mark an archive that was meant to be split.
+_ZIP_GAP_BYTES = 24
+
+MAX_LARGEST = 3  # files named when there is too much
 
 ARCHIVE_SUFFIXES = (".zip", ".tar", ".tar.gz", ".tgz", ".tar.bz2", ".tbz2", ".tbz", ".tar.xz", ".txz")
 
@@ -89,23 +95,30 @@ def open_container(path: Path) -> Container:
         if path.is_dir():
             return Folder(path)
         if not path.exists():
-            raise SubmissionError(f"There is no file or folder {printable(str(path))}. Check the path.")
+            raise SubmissionError(f"There is no file or folder {printable(str(path))}.", "Check the path.")
         if not path.is_file():
-            raise SubmissionError(f"{shown} is neither a folder nor a file. Submit the package folder or a zip of it.")
+            raise SubmissionError(
+                f"{shown} is neither a folder nor a file.", "Submit the package folder or a zip of it."
+            )
         with path.open("rb") as file:
             head = file.read(512)
     except OSError as error:
         raise GraderError(f"Cannot read {printable(str(path))}: {error.strerror}. Check its permissions.") from error
     if not head:
-        raise SubmissionError(f"{shown} is an empty file. Zip the package folder and submit again.")
+        raise SubmissionError(f"{shown} is an empty file.", "Zip the package folder and submit again.")
     unpacker = _unpacker(head)
+    zipped = head.startswith(b"PK") and zipfile.is_zipfile(path)
+    if unpacker is not None and zipped:
+        raise _two_archives(path.name)
     if unpacker is not None:
         return Tar(path, unpacker)
-    if head.startswith(b"PK") and zipfile.is_zipfile(path):
+    if zipped:
         return Zip(path)
     if head.startswith((b"PK", b"Rar!", b"7z\xbc\xaf")):
-        raise SubmissionError(f"{shown} is damaged, or of a type that cannot be opened. Zip the package folder again.")
-    raise SubmissionError(f"{shown} is not a folder, zip or tar. Zip the package folder and submit that.")
+        raise SubmissionError(
+            f"{shown} is damaged, or of a kind that cannot be opened.", "Zip the package folder again."
+        )
+    raise SubmissionError(f"{shown} is not a folder, zip or tar.", "Zip the package folder and submit that.")
 
 
 class Folder:
@@ -136,7 +149,7 @@ class Folder:
             inside = os.path.relpath(folder, self._path)
             prefix = "" if inside == "." else inside + "/"
             if len(found) + len(files) + len(folders) > MAX_ENTRIES:
-                raise SubmissionError(_too_many(self.name))
+                raise _too_many(self.name)
             found += [self._entry(len(found) + i, prefix, name, handle) for i, name in enumerate(sorted(files))]
             links = [name for name in sorted(folders) if stat.S_ISLNK(os.lstat(name, dir_fd=handle).st_mode)]
             found += [self._entry(len(found) + i, prefix, name, handle) for i, name in enumerate(links)]
@@ -190,16 +203,34 @@ class Zip:
     def entries(self) -> list[Entry]:
         """Return the entries of the central directory."""
         if _count(self._path, b"PK\x01\x02") > MAX_ENTRIES:
-            raise SubmissionError(_too_many(self.name))
+            raise _too_many(self.name)
         with self._open() as archive, _damage(self.name):
+            self._require_one(archive)
             return [self._entry(archive, index, info) for index, info in enumerate(archive.infolist())]
+
+    def _require_one(self, archive: zipfile.ZipFile) -> None:
+        """Refuse a zip with entries that its directory does not list: another zip in front of it, or between."""
+        end = 0
+        with self._path.open("rb") as file:
+            for start, packed in sorted((info.header_offset, info.compress_size) for info in archive.infolist()):
+                if start > end:
+                    file.seek(end)
+                    if start - end > _ZIP_GAP_BYTES and b"PK" in file.read(start - end):
+                        raise _two_archives(self.name)
+                file.seek(start + 26)
+                end = max(end, start + 30 + sum(struct.unpack("<HH", file.read(4))) + packed)
+            file.seek(end)
+            if archive.start_dir - end > _ZIP_GAP_BYTES and b"PK\x03\x04" in file.read(archive.start_dir - end):
+                raise _two_archives(self.name)
 
     def _entry(self, archive: zipfile.ZipFile, index: int, info: zipfile.ZipInfo) -> Entry:
         mode = info.external_attr >> 16
         if info.is_dir():
             return Entry(index, info.filename, Kind.FOLDER)
         if info.flag_bits & 1:
-            raise SubmissionError(f"{printable(self.name)} is protected by a password. Submit it without a password.")
+            raise SubmissionError(
+                f"{printable(self.name)} is protected by a password.", "Submit it without a password."
+            )
         if stat.S_ISLNK(mode):
             target = b""
             if info.file_size <= MAX_LINK_BYTES:
@@ -235,11 +266,18 @@ class Tar:
 
     def entries(self) -> list[Entry]:
         """Return the entries in the order of the archive."""
-        found = []
-        for index, member, _ in self._members():
-            if index >= MAX_ENTRIES:
-                raise SubmissionError(_too_many(self.name))
-            found.append(_tar_entry(index, member))
+        found: list[Entry] = []
+        try:
+            for index, member, _ in self._members():
+                if index >= MAX_ENTRIES:
+                    raise _too_many(self.name)
+                found.append(_tar_entry(index, member))
+        except _StreamTooLong:
+            raise SubmissionError(
+                f"{printable(self.name)} unpacks to more than {MAX_TAR_BYTES // 1024**2} MB. The largest of its first "
+                f"files are {largest({entry.name: entry.size for entry in found})}.",
+                "Submit the package folder only, without build trees, recordings and virtual environments.",
+            ) from None
         return found
 
     def contents(self, wanted: Collection[int]) -> Iterator[tuple[int, Readable]]:
@@ -254,7 +292,7 @@ class Tar:
     def _members(self) -> Iterator[tuple[int, tarfile.TarInfo, tarfile.TarFile]]:
         with self._path.open("rb") as file:
             with _damage(self.name):
-                stream = _CappedStream(self._unpacker(file), MAX_TAR_BYTES, self.name)
+                stream = _CappedStream(self._unpacker(file), MAX_TAR_BYTES)
                 archive = tarfile.open(fileobj=stream, mode="r|", errorlevel=2)  # type: ignore[call-overload]  # noqa: SIM115
             # Typeshed asks for more than read(), which is all that a stream needs.
             with archive:
@@ -263,11 +301,19 @@ class Tar:
                     with _damage(self.name):
                         member = archive.next()
                     if member is None:
+                        self._require_end(archive)
                         return
                     # TarFile remembers every member; this one is never asked for them again.
                     archive.members = []
                     yield index, member, archive
                     index += 1
+
+    def _require_end(self, archive: tarfile.TarFile) -> None:
+        """Refuse a tar that is followed by something else, such as a second archive: `tar` would not show that."""
+        with _damage(self.name):
+            while block := archive.fileobj.read(tarfile.RECORDSIZE):
+                if block.strip(b"\0"):
+                    raise _two_archives(self.name)
 
 
 def _tar_entry(index: int, member: tarfile.TarInfo) -> Entry:
@@ -293,54 +339,104 @@ class _MemberStream:
             return self._stream.read(size)
 
 
-class _CappedStream:
-    """A stream that raises a SubmissionError instead of reading more than `max_bytes`."""
+class _StreamTooLong(Exception):
+    """A stream is longer than its limit."""
 
-    def __init__(self, stream: Readable, max_bytes: int, name: str) -> None:
+
+class _CappedStream:
+    """A stream that raises _StreamTooLong instead of reading more than `max_bytes`."""
+
+    def __init__(self, stream: Readable, max_bytes: int) -> None:
         self._stream = stream
         self._left = max_bytes
-        self._name = name
 
     def read(self, size: int = -1) -> bytes:
         if size < 0 or size > self._left:
-            raise SubmissionError(
-                f"{printable(self._name)} unpacks to more than {MAX_TAR_BYTES // 1024**2} MB. "
-                "Submit the package folder only, without build trees, recordings and virtual environments."
-            )
+            raise _StreamTooLong
         data = self._stream.read(size)
         self._left -= len(data)
         return data
 
 
-class _XzStream:
-    """An xz stream with a limit on the memory that its header may demand."""
+class _Decompressor(Protocol):
+    """What zlib, bz2 and lzma have in common."""
 
-    def __init__(self, stream: IO[bytes]) -> None:
-        self._stream = stream
-        self._decompressor = lzma.LZMADecompressor(memlimit=MAX_LZMA_MEMORY)
+    @property
+    def eof(self) -> bool: ...
+
+    @property
+    def unused_data(self) -> bytes: ...
+
+    def decompress(self, data: bytes, max_length: int = ..., /) -> bytes: ...
+
+
+class _PackedStream:
+    """What a compressed file unpacks to. Several streams in one file are read as one, as gzip, bzip2 and xz do."""
+
+    def __init__(self, file: IO[bytes], new: Callable[[], _Decompressor], magic: bytes) -> None:
+        self._file = file
+        self._new = new
+        self._magic = magic
+        self._decompressor = new()
+        self._packed = b""
 
     def read(self, size: int = -1) -> bytes:
-        while not self._decompressor.eof:
-            packed = self._stream.read(64 * 1024) if self._decompressor.needs_input else b""
-            if not packed and self._decompressor.needs_input:
+        while not self._decompressor.eof or self._begin_next():
+            # zlib hands back what it has not used yet; the others keep it, and say when they need more.
+            hungry = not self._packed and getattr(self._decompressor, "needs_input", True)
+            packed = self._file.read(64 * 1024) if hungry else self._packed
+            if hungry and not packed:
                 raise EOFError("the packed stream ends early")
             data = self._decompressor.decompress(packed, size)
+            self._packed = getattr(self._decompressor, "unconsumed_tail", b"")
             if data:
                 return data
         return b""
 
+    def _begin_next(self) -> bool:
+        """Begin with the stream that follows; False if there is none. Zero bytes between streams are padding."""
+        rest = self._decompressor.unused_data.lstrip(b"\0")
+        while len(rest) < len(self._magic) and (block := self._file.read(64 * 1024)):
+            rest = (rest + block).lstrip(b"\0")
+        if not rest:
+            return False
+        if not rest.startswith(self._magic):
+            raise _FollowedByMore
+        self._decompressor, self._packed = self._new(), rest
+        return True
+
+
+class _FollowedByMore(Exception):
+    """A compressed stream is followed by something that is no such stream."""
+
+
+def _gzip() -> _Decompressor:
+    return zlib.decompressobj(wbits=31)
+
+
+_PACKED: dict[bytes, Callable[[], _Decompressor]] = {
+    b"\x1f\x8b": _gzip,
+    b"BZh": bz2.BZ2Decompressor,
+    b"\xfd7zXZ\x00": lambda: lzma.LZMADecompressor(memlimit=MAX_LZMA_MEMORY),
+}
+"""The compressions that a tar may have, by the first bytes of the file."""
+
 
 def _unpacker(head: bytes) -> Callable[[IO[bytes]], Readable] | None:
     """Return the function that decompresses a tar that starts with `head`; None if it is not a tar."""
-    if head.startswith(b"\x1f\x8b"):
-        return lambda file: gzip.GzipFile(fileobj=file)
-    if head.startswith(b"BZh"):
-        return bz2.BZ2File
-    if head.startswith(b"\xfd7zXZ\x00"):
-        return _XzStream
+    for magic, new in _PACKED.items():
+        if head.startswith(magic):
+            return lambda file: _PackedStream(file, new, magic)
     if head[257:262] == b"ustar":
         return lambda file: file
     return None
+
+
+def _two_archives(name: str) -> SubmissionError:
+    return SubmissionError(
+        f"{printable(name)} holds more than one archive in one file, and programs differ in which of them they show.",
+        "Zip the package folder again, into a new file.",
+    )
 
 
 @contextmanager
@@ -348,17 +444,19 @@ def _damage(name: str) -> Iterator[None]:
     """Turn any exception of a library into a SubmissionError that says that the archive `name` is damaged."""
     try:
         yield
-    except KitError:
+    except (KitError, _StreamTooLong):
         raise
+    except _FollowedByMore:
+        raise _two_archives(name) from None
     except NotImplementedError as error:
         raise SubmissionError(
-            f"{printable(name)} is compressed in a way that cannot be opened here ({error}). "
-            "Zip it again with the usual method."
+            f"{printable(name)} is compressed in a way that cannot be opened here ({printable(str(error))}).",
+            "Zip it again with the usual method.",
         ) from error
     except Exception as error:
         # On crafted bytes, archive parsers raise all sorts of exceptions; to the reader they all mean the same.
         raise SubmissionError(
-            f"{printable(name)} is damaged ({printable(str(error)) or 'unreadable'}). Pack it again."
+            f"{printable(name)} is damaged ({printable(str(error)) or 'unreadable'}).", "Pack it again."
         ) from error
 
 
@@ -373,10 +471,16 @@ def _count(path: Path, signature: bytes) -> int:
     return count
 
 
-def _too_many(name: str) -> str:
-    return (
-        f"{printable(name)} contains more than {MAX_ENTRIES} files. "
-        "Submit the package folder only, without build trees and virtual environments."
+def largest(sizes: Mapping[str, int]) -> str:
+    """Return the names and sizes of the largest files as text."""
+    names = sorted(sizes, key=lambda name: (-sizes[name], name))[:MAX_LARGEST]
+    return ", ".join(f"{printable(name)} ({max(1, sizes[name] // 1024**2)} MB)" for name in names)
+
+
+def _too_many(name: str) -> SubmissionError:
+    return SubmissionError(
+        f"{printable(name)} contains more than {MAX_ENTRIES} files.",
+        "Submit the package folder only, without build trees and virtual environments.",
     )
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import posixpath
 import stat
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from grader.errors import SubmissionError
 from grader.evidence import Flag
-from grader.intake.containers import Entry, Kind
+from grader.intake.containers import Entry, Kind, largest
 from grader.intake.names import (
     MAX_DEPTH,
     MAX_NAME_BYTES,
@@ -23,7 +23,6 @@ from grader.intake.names import (
 from grader.sanitize import printable
 
 MB = 1024**2
-MAX_LARGEST = 3  # files named when there is too much
 # A build tree contains one of these. By its name alone, a student's own folder `log` would be left out too.
 BUILD_NAMES = frozenset({"build", "install", "log", "devel"})
 BUILD_MARKERS = frozenset(
@@ -31,6 +30,7 @@ BUILD_MARKERS = frozenset(
 )
 VENV_MARKER = "pyvenv.cfg"
 MAX_REMARKS = 30
+_ALSO_A_FOLDER = "there is a folder of the same name; it was left out"
 
 
 @dataclass(frozen=True)
@@ -66,9 +66,10 @@ class _Refused(Exception):
 
 
 def plan_copy(name: str, entries: Sequence[Entry], limits: SizeLimits, packed_bytes: int | None = None) -> CopyPlan:
-    """Return which of `entries` to copy, and where. The order of the entries makes no difference.
+    """Return which of `entries` to copy, and where.
 
-    `name` is that of the container; `packed_bytes` the size of the archive, None for a folder.
+    The order of the entries makes no difference, but for those of the very same name: the last of them counts, as for
+    `unzip` and `tar`. `name` is that of the container; `packed_bytes` the size of the archive, None for a folder.
 
     Raises:
         SubmissionError: together they are more than `limits` allow.
@@ -93,7 +94,7 @@ class _Planner:
         self.executable: set[str] = set()
         self.sizes: dict[str, int] = {}
         self._limits = limits
-        self._taken = _TakenPaths()
+        self._folders: set[str] = set()
 
     def add(self, entries: Sequence[Entry]) -> None:
         paths: dict[int, str] = {}
@@ -105,17 +106,33 @@ class _Planner:
             (e for e in entries if e.index in paths and not _is_pruned(paths[e.index], pruned)),
             key=lambda e: paths[e.index],
         )
+        kept = self._last_of_each_name(kept, paths)
         for entry in kept:
-            if entry.kind not in (Kind.FOLDER, Kind.HARD_LINK):
+            if entry.kind is not Kind.HARD_LINK:
                 with self._remarking(entry):
                     self._add_file(entry, paths[entry.index])
         for entry in kept:
             if entry.kind is Kind.HARD_LINK:
                 with self._remarking(entry):
                     self._add_copy(entry, paths[entry.index])
+        self.remarks.flags += _look_alikes(self.sizes)[: MAX_REMARKS - len(self.remarks.flags)]
         if pruned:
             names = ", ".join(printable(path, 80) for path in sorted(pruned)[:8])
             self.remarks.note(f"Left out because tools made it: {names}.")
+
+    def _last_of_each_name(self, entries: Sequence[Entry], paths: Mapping[int, str]) -> list[Entry]:
+        """Return the files and links among `entries`, for each path the last, and none where others need a folder."""
+        last = {paths[entry.index]: entry for entry in entries if entry.kind is not Kind.FOLDER}
+        copied = (Kind.FILE, Kind.HARD_LINK)
+        self._folders = {folder for path, entry in last.items() if entry.kind in copied for folder in _folders(path)}
+        for entry in entries:
+            path = paths[entry.index]
+            with self._remarking(entry):
+                if entry.kind is Kind.FILE and path in self._folders:
+                    raise _Refused("collision", _ALSO_A_FOLDER)
+                if entry.kind is not Kind.FOLDER and last[path] is not entry:
+                    raise _Refused("collision", "its name occurs again; only the last of that name was kept")
+        return [entry for path, entry in last.items() if path not in self._folders or entry.kind is not Kind.FILE]
 
     @contextmanager
     def _remarking(self, entry: Entry) -> Iterator[None]:
@@ -126,7 +143,6 @@ class _Planner:
 
     def _add_file(self, entry: Entry, path: str) -> None:
         _accept(entry, path, self._limits)
-        self._taken.add(path)
         self.files[entry.index] = path
         self.sizes[path] = entry.size
         if entry.mode & (stat.S_ISUID | stat.S_ISGID):
@@ -138,7 +154,8 @@ class _Planner:
         original = _clean(Entry(0, entry.target, Kind.FILE))
         if original not in self.sizes:
             raise _Refused("link", f"hard link to {printable(entry.target)}, which is not in the submission")
-        self._taken.add(path)
+        if path in self._folders:
+            raise _Refused("collision", _ALSO_A_FOLDER)
         self.copies[path] = original
         self.sizes[path] = self.sizes[original]
 
@@ -209,33 +226,32 @@ def _is_source(path: str, venv: str) -> bool:
 
 
 def _below(path: str, folders: set[str]) -> bool:
-    parts = path.split("/")
-    return any("/".join(parts[:depth]) in folders for depth in range(1, len(parts)))
+    return any(folder in folders for folder in _folders(path))
 
 
 def _is_pruned(path: str, pruned: set[str]) -> bool:
+    last = path.rpartition("/")[2]
+    return path in pruned or _below(path, pruned) or tool_folder(last) or tool_file(last)
+
+
+def _folders(path: str) -> list[str]:
+    """Return the folders that a path leads through, the outermost first."""
     parts = path.split("/")
-    return path in pruned or _below(path, pruned) or tool_folder(parts[-1]) or tool_file(parts[-1])
+    return ["/".join(parts[:depth]) for depth in range(1, len(parts))]
 
 
-class _TakenPaths:
-    """The paths in use. No two may be equal on a file system that ignores letter case; no file may be a folder too."""
-
-    def __init__(self) -> None:
-        self._spelling: dict[str, str] = {}
-        self._files: set[str] = set()
-
-    def add(self, path: str) -> None:
-        parts = path.split("/")
-        prefixes = ["/".join(parts[: depth + 1]) for depth in range(len(parts))]
-        for prefix in prefixes:
-            key = collision_key(prefix)
-            taken = self._spelling.get(key)
-            if taken is not None and (prefix == path or taken != prefix or key in self._files):
-                raise _Refused("collision", f"its name collides with {printable(taken)}; it was left out")
-        for prefix in prefixes:
-            self._spelling.setdefault(collision_key(prefix), prefix)
-        self._files.add(collision_key(path))
+def _look_alikes(paths: Iterable[str]) -> list[Flag]:
+    """Return a flag for each two names that are one on some file systems (letter case, Unicode form). Both are kept."""
+    spellings: dict[str, str] = {}
+    flags: dict[tuple[str, str], Flag] = {}
+    for path in sorted(paths):
+        for name in (*_folders(path), path):
+            first = spellings.setdefault(collision_key(name), name)
+            if first != name:
+                what = f"it is one name with {printable(first)} on Windows and macOS; both were kept"
+                flags.setdefault((first, name), Flag("collision", what, printable(name)))
+                break
+    return list(flags.values())
 
 
 class _Remarks:
@@ -260,19 +276,15 @@ def _check_limits(name: str, sizes: Mapping[str, int], limits: SizeLimits, packe
     count, total = len(sizes), sum(sizes.values())
     advice = "Submit the package folder only, without recordings, build trees and virtual environments."
     if count > limits.files:
-        raise SubmissionError(f"{printable(name)} contains {count} files, more than {limits.files}. {advice}")
+        raise SubmissionError(f"{printable(name)} contains {count} files, more than {limits.files}.", advice)
     if total > limits.total_bytes:
         raise SubmissionError(
             f"{printable(name)} contains {total // MB} MB, more than {limits.total_bytes // MB} MB. "
-            f"The largest files are {_largest(sizes)}. {advice}"
+            f"The largest files are {largest(sizes)}.",
+            advice,
         )
     if packed_bytes is not None and total > limits.ratio_applies_above_bytes and total > limits.ratio * packed_bytes:
         raise SubmissionError(
-            f"{printable(name)} unpacks to {total // max(packed_bytes, 1)} times its size, like a decompression bomb. "
-            + advice
+            f"{printable(name)} unpacks to {total // max(packed_bytes, 1)} times its size, like a decompression bomb.",
+            advice,
         )
-
-
-def _largest(sizes: Mapping[str, int]) -> str:
-    largest = sorted(sizes, key=lambda path: (-sizes[path], path))[:MAX_LARGEST]
-    return ", ".join(f"{printable(path)} ({max(1, sizes[path] // MB)} MB)" for path in largest)

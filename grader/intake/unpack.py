@@ -51,7 +51,8 @@ def unpack(source: Path, into: Path, limits: SizeLimits) -> Unpacked:
         if written != declared[index]:
             raise SubmissionError(
                 f"{printable(path)} in {printable(container.name)} does not have its declared size: the archive is "
-                "damaged, or the folder changed in the meantime. Pack it again."
+                "damaged, or the folder changed in the meantime.",
+                "Pack it again.",
             )
     with _disk_errors(into):
         for path, original in plan.copies.items():
