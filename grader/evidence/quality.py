@@ -127,6 +127,44 @@ class Manifest:
 
 
 @dataclass(frozen=True)
+class Fault:
+    """Something in the package's text that will go wrong when it is built or run; `line` is 0 for a whole file.
+
+    `stops` is what it keeps from working: "build", "install", "start", "launch", "parameters" or "interfaces". `cure`
+    says what to do.
+    """
+
+    path: str
+    line: int
+    stops: str
+    text: str
+    cure: str
+
+
+@dataclass(frozen=True)
+class Reached:
+    """What of the package's code the contract's nodes reach.
+
+    Attributes:
+        nodes: for each node of the contract that is there, the files that make it and the classes it inherits from.
+        lines: how many lines of code are reached in each file; other files are not reached at all.
+        gaps: the first and last lines of the functions in these files that nothing reaches.
+        style: how many of the findings of style are in reached lines, by file.
+        idle: how many lines of modules only tests or nothing can reach, by file; further nodes are left out.
+    """
+
+    nodes: dict[str, list[str]] = field(default_factory=dict)
+    lines: dict[str, int] = field(default_factory=dict)
+    gaps: dict[str, list[list[int]]] = field(default_factory=dict)
+    style: dict[str, int] = field(default_factory=dict)
+    idle: dict[str, int] = field(default_factory=dict)
+
+    def covers(self, path: str, line: int) -> bool:
+        """Return whether a line is reached."""
+        return path in self.lines and not any(first <= line <= last for first, last in self.gaps.get(path, []))
+
+
+@dataclass(frozen=True)
 class Quality:
     """Everything the package's text shows. `style` holds ament_flake8's findings, with suppressions ignored."""
 
@@ -146,3 +184,6 @@ class Quality:
     readme: Readme | None = None
     report: TestReport | None = None
     tests: list[str] = field(default_factory=list)
+    reached: Reached | None = None
+    faults: list[Fault] = field(default_factory=list)
+    """The first cause of what stops the package comes first."""

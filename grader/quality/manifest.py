@@ -67,7 +67,8 @@ def _validity(path: Path) -> tuple[list[str], list[str]]:
     except InvalidPackage as error:
         lines = [line.strip(" -\t") for line in str(error).splitlines() if line.strip()]
         # The first line may only say in which file.
-        problems = [printable(re.sub(r"^Error\(s\) in package '.*?':?\s*", "", line)) for line in lines][-5:]
+        problems = [printable(re.sub(r"^Error\(s\) in package '.*?':?\s*", "", line)) for line in lines]
+        problems = [problem for problem in problems if problem][-5:]
     except (ValueError, RecursionError, AssertionError, LookupError) as error:
         problems = [printable(f"package.xml cannot be read ({type(error).__name__})")]
     else:
@@ -104,7 +105,7 @@ def _in_python(modules: Sequence[Module], own: set[str]) -> Iterator[tuple[str, 
     for module in modules:
         if module.role == "setup":
             continue
-        optional = _optional(module.tree)
+        optional = optional_imports(module.tree)
         for node in ast.walk(module.tree):
             if isinstance(node, ast.Call) and called(node) in _BY_KEYWORD | _FIRST:
                 yield from ((name, f"{module.path}:{node.lineno}") for name in _named(node))
@@ -124,7 +125,7 @@ def _named(call: ast.Call) -> list[str]:
     return [name] if re.fullmatch(r"[a-z][a-z0-9_]*", name) else []
 
 
-def _optional(tree: ast.Module) -> set[int]:
+def optional_imports(tree: ast.Module) -> set[int]:
     """Return the ids of optional imports: those in a `try` that catches ImportError."""
     found = set()
     for node in ast.walk(tree):

@@ -1,0 +1,233 @@
+"""Faults that keep a node from starting: in its Python, in its imports, and in the scripts that start it."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import re
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import PurePosixPath
+
+from grader.contract.layout import role
+from grader.contract.spec import CONVERSIONS_MODULE, NODE_MODULES
+from grader.evidence import Fault, SourceFile
+from grader.quality.manifest import optional_imports
+from grader.quality.package_sources import PackageSources, similar
+from grader.quality.parsed_module import Module
+
+_RUNS = ("module", "script")
+_GENERATED = ("msg", "srv", "action")
+_OF_CONTRACT = (*NODE_MODULES, CONVERSIONS_MODULE)
+_MAX_IMPORTS = 2000
+
+
+def start_faults(
+    sources: PackageSources, modules: Sequence[Module], unreadable: Sequence[SourceFile]
+) -> Iterator[Fault]:
+    """Yield what keeps the nodes from starting."""
+    for file in unreadable:
+        if role(file.path) in _RUNS:
+            line = re.search(r": line (\d+): ", file.problem)
+            cure = "look at that line, and at the end of the line before it"
+            yield Fault(file.path, int(line[1]) if line else 0, "start", f"it {file.problem}", cure)
+    yield from _shadows(sources)
+    yield from _scripts(sources)
+    names = _Names(sources, modules)
+    programs = _programs(sources)
+    for module in modules:
+        if module.role == "module" or module.path in programs:
+            yield from names.missing(module)
+    for entry in sources.setup.entry_points if sources.setup and not sources.by_cmake else ():
+        defined = names.defined.get(entry.module)
+        if defined is not None and entry.function.partition(".")[0] not in defined:
+            text = f"the entry point `{entry.text}` calls `{entry.function}`, which {entry.module} does not define"
+            cure = f"def {entry.function}() in that module, or its right name in the entry"
+            yield Fault("setup.py", entry.line, "start", text, cure)
+
+
+def _scripts(sources: PackageSources) -> Iterator[Fault]:
+    """Yield what is wrong with the first line of the programs that CMakeLists.txt installs."""
+    for path in sorted(_programs(sources)):
+        first, _, _ = sources.read(path).partition("\n")
+        if not first.startswith("#!"):
+            text = "its first line does not say which program runs it, so the system cannot start it"
+            yield Fault(path, 1, "start", text, "write `#!/usr/bin/env python3` as its first line")
+        elif first.endswith("\r"):
+            text = "its lines end as on Windows, so the system looks for a program called `python3\\r`"
+            yield Fault(path, 1, "start", text, "save it with Unix line ends (LF): sed -i 's/\\r$//' " + path)
+
+
+def _programs(sources: PackageSources) -> set[str]:
+    """Return the paths of the programs that CMakeLists.txt installs."""
+    commands = sources.cmake.named("install") if sources.cmake is not None and sources.by_cmake else []
+    named = {name for command in commands if command.arguments[:1] == ("PROGRAMS",) for name in command.arguments}
+    return named & set(sources.paths)
+
+
+def _shadows(sources: PackageSources) -> Iterator[Fault]:
+    """Yield the files that hide a module of Python or of ROS.
+
+    A node finds the modules beside its executable first. Modules inside the Python package hide nothing, but they
+    share it with the generated msg, srv and action.
+    """
+    own = {PurePosixPath(path).parts[0] for path in _OF_CONTRACT} | sources.names
+    for path in sources.paths:
+        parts = PurePosixPath(path).parts
+        if not path.endswith(".py") or not 2 <= len(parts) <= 3 or parts[0] not in own or not sources.interfaces:
+            continue
+        inside = parts[1].removesuffix(".py")
+        if inside in _GENERATED:
+            where = f"{parts[0]}.{inside}"
+            what = (
+                f"is installed over the generated {where}" if len(parts) == 3 else f"is hidden by the generated {where}"
+            )
+            yield Fault(path, 0, "start", f"it {what}", "give it another name: rosidl makes that module")
+    beside = set(_beside_programs(sources))
+    for name in sorted(beside):
+        module = name.removesuffix(".py").partition("/")[0]
+        if module not in own and name in (f"{module}.py", f"{module}/__init__.py") and _is_known(module):
+            text = f"it is installed beside the executables, where it hides the module `{module}` of Python or ROS"
+            yield Fault(_place(sources, name), 0, "start", text, "give it another name, or install it elsewhere")
+
+
+def _place(sources: PackageSources, name: str) -> str:
+    return next((path for path in sources.paths if path == name or path.endswith(f"/{name}")), name)
+
+
+def _beside_programs(sources: PackageSources) -> Iterator[str]:
+    """Yield the names under which Python files are installed in the folder of the executables."""
+    for command in sources.cmake.named("install") if sources.cmake is not None and sources.by_cmake else ():
+        if not any(argument.rstrip("/") in {f"lib/{own}" for own in sources.names} for argument in command.arguments):
+            continue
+        for argument in command.arguments[1:]:
+            name = PurePosixPath(argument).name
+            if argument in sources.paths:
+                yield name
+            for path in sources.paths if command.arguments[0] == "DIRECTORY" else ():
+                if path.startswith(f"{argument.rstrip('/')}/") and path.endswith(".py"):
+                    rest = path.removeprefix(f"{argument.rstrip('/')}/")
+                    yield rest if argument.endswith("/") else f"{name}/{rest}"
+
+
+def _is_known(name: str) -> bool:
+    """Return whether Python finds a module of this name here, which is not the package's. Nothing is imported."""
+    try:
+        return name in sys.stdlib_module_names or importlib.util.find_spec(name) is not None
+    except (ImportError, ValueError):
+        return False
+
+
+def _imports(module: Module) -> Iterator[tuple[str, ast.Import | ast.ImportFrom]]:
+    """Yield the dotted modules that a module imports, other than as an option, with the statements."""
+    optional = optional_imports(module.tree)
+    for node in ast.walk(module.tree):
+        if isinstance(node, ast.Import) and id(node) not in optional:
+            yield from ((alias.name, node) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and id(node) not in optional:
+            yield _source(module, node), node
+
+
+def _source(module: Module, node: ast.ImportFrom) -> str:
+    """Return the dotted module that an import takes names from; a relative one is made absolute."""
+    if not node.level:
+        return node.module or ""
+    folders = PurePosixPath(module.path).parts[:-1]
+    return ".".join([*folders[: len(folders) - node.level + 1], *([node.module] if node.module else [])])
+
+
+class _Names:
+    """The modules of the package, and what each defines."""
+
+    def __init__(self, sources: PackageSources, modules: Sequence[Module]) -> None:
+        self._sources = sources
+        self.defined = {module.name: _defined(module.tree) for module in modules}
+        self._folders = {
+            ".".join(parent.parts)
+            for path in sources.paths if path.endswith(".py")
+            for parent in PurePosixPath(path).parents
+        }  # fmt: skip
+        self._tops = {name.partition(".")[0] for name in self.defined if "." in name} | sources.names
+        self._unparsed = {path.removesuffix(".py").replace("/", ".") for path in sources.paths if path.endswith(".py")}
+        self._types = {path.rpartition("/")[2].partition(".")[0] for path in sources.interfaces}
+
+    def missing(self, module: Module) -> Iterator[Fault]:
+        """Yield the imports of a module that find nothing."""
+        for name, node in list(_imports(module))[:_MAX_IMPORTS]:
+            words = self._missing(name, node)
+            if words:
+                yield Fault(module.path, node.lineno, "start", *words)
+
+    def _missing(self, name: str, node: ast.Import | ast.ImportFrom) -> tuple[str, str] | None:
+        top, _, rest = name.partition(".")
+        if not top:
+            return None
+        if top not in self._tops:
+            return self._elsewhere(top)
+        if rest in _GENERATED:
+            return self._missing_types(name, rest, node)
+        if rest and name not in self._unparsed | self._folders:
+            meant = similar(name, [*self.defined, *self._folders])
+            cure = f"is {meant} meant?" if meant else f"write {name.replace('.', '/')}.py"
+            return f"it imports `{name}`, which is not in the package", cure
+        defined = self.defined.get(name)
+        if defined is None or "*" in defined or not isinstance(node, ast.ImportFrom):
+            return None
+        inside = {other.removeprefix(f"{name}.") for other in self._unparsed | self._folders}
+        for alias in node.names:
+            if alias.name != "*" and alias.name not in defined | inside | set(_GENERATED):
+                meant = similar(alias.name, defined)
+                cure = f"is {meant} meant?" if meant else f"define {alias.name} there, or correct the import"
+                return f"it imports `{alias.name}` from {name}, which does not define it", cure
+        return None
+
+    def _missing_types(self, name: str, kind: str, node: ast.Import | ast.ImportFrom) -> tuple[str, str] | None:
+        """Return what to say of types that are imported from the package's interfaces and that it does not have."""
+        if not self._sources.interfaces or not isinstance(node, ast.ImportFrom):
+            return (
+                None
+                if self._sources.interfaces or len(self._sources.handed_in) > 1
+                else (
+                    f"it imports from {name}, and the submission has no interface file in {kind}/",
+                    "if the interfaces are a package of their own, hand it in with this one (both folders in one zip)",
+                )
+            )
+        for alias in node.names:
+            if alias.name not in self._types | {"*"} and not alias.name.startswith("_"):
+                meant = similar(alias.name, self._types)
+                cure = f"is {meant} meant?" if meant else f"write {kind}/{alias.name}.{kind}"
+                return f"it imports `{alias.name}` from {name}, and there is no {kind}/{alias.name}.{kind}", cure
+        return None
+
+    def _elsewhere(self, top: str) -> tuple[str, str] | None:
+        """Return what to say of a package that is neither the submission's nor installed here."""
+        if top in self._sources.handed_in | self._sources.known or _is_known(top) or top in self._folders:
+            return None
+        if f"{top}.py" in {PurePosixPath(path).name for path in self._sources.paths}:
+            text = f"it imports `{top}`, which Python finds only where it lies beside the program that runs"
+            return text, f"from {self._sources.name} import {top}"
+        if top.endswith(("_interfaces", "_msgs")):
+            text = f"it imports `{top}`, a package of interfaces that is neither installed here nor in the submission"
+            return text, "if it is yours, hand it in with the package (both folders in one zip)"
+        return f"it imports `{top}`, which is not installed here", "the assignment needs rclpy and ROS's messages only"
+
+
+def _defined(tree: ast.Module) -> set[str]:
+    """Return the names that a module defines at its top level, with "*" if it may define any."""
+    found: set[str] = set()
+    todo: list[ast.AST] = [*tree.body]
+    while todo:
+        node = todo.pop()
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            found.add(node.name)
+            if node.name == "__getattr__":
+                found.add("*")
+            continue
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            found |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            found.add(node.id)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("globals", "exec"):
+            found.add("*")
+        todo += ast.iter_child_nodes(node)
+    return found
