@@ -47,16 +47,27 @@ def to_plain(value: Any, limits: Limits | None = None) -> Any:
     """Return a message, or a value in one, as dictionaries, lists and scalars."""
     limits = limits or Limits()
     if hasattr(value, "get_fields_and_field_types"):
-        return {name: to_plain(getattr(value, name), limits) for name in value.get_fields_and_field_types()}
+        kinds = value.get_fields_and_field_types()
+        return {name: _field_to_plain(getattr(value, name), kind, limits) for name, kind in kinds.items()}
     if isinstance(value, str):
         return limits.text(value)
     if isinstance(value, bytes):
-        return limits.sequence(list(value)) if len(value) > 1 else (value[0] if value else 0)
+        return Limits(limits.length).text(value.decode("latin-1"))  # one letter for each byte
     if isinstance(value, array.array) or type(value).__name__ == "ndarray":
         return limits.sequence(value.tolist())
     if isinstance(value, Sequence):
         return limits.sequence([to_plain(one, limits) for one in value[: limits.needed()]], len(value))
     return value
+
+
+def _field_to_plain(value: Any, kind: str, limits: Limits) -> Any:
+    if limits.arrays or not (kind.endswith("]") or kind.startswith("sequence<")):
+        return to_plain(value, limits)
+    element, size = re.fullmatch(r"(?:sequence<)?(.*?)(?:(?:, |\[)(\d+)\]?)?>?", kind).groups()  # type: ignore[union-attr]  # matches every text
+    element = element.replace("/", "/msg/").partition("<")[0] + (f"[{size}]" if size else "")
+    if kind.endswith("]"):
+        return f"<array type: {element}>"
+    return f"<sequence type: {element}, length: {len(value)}>"
 
 
 class Limits:
@@ -78,18 +89,41 @@ class Limits:
     def sequence(self, value: list[Any], count: int | None = None) -> Any:
         """Return a sequence in the form that is shown."""
         count = len(value) if count is None else count
-        if not self.arrays:
-            return f"<sequence type, length: {count}>"
         return value if self.length is None or count <= self.length else [*value[: self.length], "..."]
 
 
-def to_yaml(value: Any, limits: Limits | None = None, flow: bool = False) -> str:
-    """Return a message as YAML, its fields in the order of the definition."""
+class _FlowingLists(yaml.SafeDumper):
+    """Writes lists in one line, but a message outside of any list field by field: the real `echo --flow-style`."""
+
+    def represent_dict(self, data: Any) -> Any:
+        """Leave the style to where the dictionary is written."""
+        node = super().represent_dict(data)
+        node.flow_style = None
+        return node
+
+
+_FlowingLists.add_representer(dict, _FlowingLists.represent_dict)
+
+
+def to_yaml(value: Any, limits: Limits | None = None, flow: bool = False, flowing_lists: bool = False) -> str:
+    """Return a message as YAML, its fields in the order of the definition.
+
+    Args:
+        value: the message, or a value in one.
+        limits: how much of it is shown.
+        flow: whether all of it goes into one line.
+        flowing_lists: whether each list goes into one line.
+    """
     plain = to_plain(value, limits)
     if isinstance(plain, Mapping) and not plain:
         return "{}\n"
-    text = yaml.safe_dump(plain, sort_keys=False, allow_unicode=True, width=10**9, default_flow_style=flow)
-    return text.removesuffix("...\n")
+    text = yaml.dump(
+        plain,
+        Dumper=_FlowingLists if flowing_lists else yaml.SafeDumper,
+        default_flow_style=flow or flowing_lists,
+        sort_keys=False, allow_unicode=True, width=10**9,
+    )  # fmt: skip
+    return text[: -len("...\n")] if text.endswith("\n...\n") else text  # the end mark of a document, not of a long text
 
 
 def to_csv(value: Any, limits: Limits | None = None) -> str:
@@ -180,10 +214,13 @@ def _sequence(kind: str, current: Any, value: Any, now: Any) -> Any:
 
 
 def field(message: Any, path: str) -> Any:
-    """Return the part of a message at a path such as `linear.x` or `ranges[0]`."""
-    for name, index in re.findall(r"([^.\[\]]+)|\[(-?\d+)\]", path):
+    """Return the part of a message at a path such as `linear.x`; like the real command, it knows no `ranges[0]`."""
+    names = [name for name in path.split(".") if name]
+    if not names:
+        raise Refusal(f"Invalid field value '{path}'")
+    for name in names:
         try:
-            message = getattr(message, name) if name else message[int(index)]
-        except (AttributeError, IndexError, TypeError) as error:
-            raise Refusal(f"Invalid field '{path}': {error}") from error
+            message = getattr(message, name)
+        except AttributeError as error:
+            raise Refusal(f"Invalid field '{'.'.join(names)}': {error}") from error
     return message

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -191,27 +192,34 @@ def run_delete(args: argparse.Namespace) -> int:
 
 
 def show_describe(args: argparse.Namespace) -> int:
-    """Print the descriptions of parameters."""
+    """Print the descriptions of parameters; like the real command, return 0 also where a node has no such parameter."""
     with graph(args.spin_time) as seen:
         parameters = Parameters(seen, args.node_name)
         found = parameters.answer(parameters.client.describe_parameters(args.parameter_names)).descriptors
         missing = [] if found else [name for name in args.parameter_names if name not in parameters.names()]
         hint = parameters.near(missing[0]) if missing else ""
     if missing:
-        raise Refusal(f"{missing[0]}: Parameter not set{hint}")
+        print(f"{missing[0]}: Parameter not set{hint}", file=sys.stderr)
     for one in found:
-        print(f"Parameter name: {one.name}")
-        print(f"  Type: {TYPES[one.type]}")
-        if one.description:
-            print(f"  Description: {one.description}")
-        print("  Constraints:")
-        if one.read_only:
-            print("    Read only: true")
-        for bounds in (*one.floating_point_range, *one.integer_range):
-            print(f"    Min value: {bounds.from_value}\n    Max value: {bounds.to_value}\n    Step: {bounds.step}")
-        if one.additional_constraints:
-            print(f"    Additional constraints: {one.additional_constraints}")
+        print(described(one))
     return 0
+
+
+def described(one: Any) -> str:
+    """Return what `describe` prints of a parameter's descriptor."""
+    lines = [f"Parameter name: {one.name}", f"  Type: {TYPES[one.type]}"]
+    if one.description:
+        lines.append(f"  Description: {one.description}")
+    lines.append("  Constraints:")
+    if one.read_only:
+        lines.append("    Read only: true")
+    for bounds in (*one.floating_point_range, *one.integer_range):
+        lines += [f"    Min value: {bounds.from_value}", f"    Max value: {bounds.to_value}"]
+        if bounds.step:
+            lines.append(f"    Step: {bounds.step}")
+    if one.additional_constraints:
+        lines.append(f"    Additional constraints: {one.additional_constraints}")
+    return "\n".join(lines)
 
 
 def show_dump(args: argparse.Namespace) -> int:

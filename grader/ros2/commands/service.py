@@ -1,4 +1,4 @@
-"""`ros2 service`: list the services, and call one."""
+"""`ros2 service`: list and describe the services, and call one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import time
 
 from . import arguments, listing, messages
 from .graph import Graph, NamesAndTypes, graph, wait
-from .refusals import Refusal
+from .refusals import Refusal, near
 from .spinning import spin
 
 
@@ -19,6 +19,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         add_verb("list", "Output a list of available services", listing.show_list, graph=True), "service"
     )
     listing.type_arguments(add_verb("type", "Output a service's type", listing.show_type, graph=True), "service")
+    info = add_verb("info", "Print information about a service", show_info, graph=True)
+    arguments.name_argument(info, "service")
     find = add_verb("find", "Output a list of available services of a given type", listing.show_found, graph=True)
     listing.find_arguments(find, "service", "e.g. 'std_srvs/srv/Trigger'")
     call = add_verb("call", "Call a service", run_call)
@@ -27,6 +29,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "Values to fill the service request with in YAML format"
     arguments.values_arguments(call, "service", "service_type", text)
     call.add_argument("-r", "--rate", metavar="N", type=float, help="Repeat the call at a specific rate in Hz")
+
+
+def show_info(args: argparse.Namespace) -> int:
+    """Print the type of a service, and how many clients and servers it has."""
+    name = args.service_name
+    with graph(args.spin_time) as seen:
+        types = seen.types("service", name)
+        if not types or not name.startswith("/"):  # the real command wants the name as it is in the graph
+            raise Refusal(f"Unknown service '{name}'{near(name, dict(seen.names('service')))}")
+        seen.settle()
+        print("Type:", types[0] if len(types) == 1 else types)
+        print(f"Clients count: {seen.node.count_clients(name)}")
+        print(f"Services count: {seen.node.count_services(name)}")
+    return 0
 
 
 def run_call(args: argparse.Namespace) -> int:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
+
+import yaml
 
 from . import arguments, messages
 from .graph import Graph, NamesAndTypes, full_name, graph, other_type, wait
@@ -98,20 +100,11 @@ def run_echo(args: argparse.Namespace) -> int:
         nonlocal count
         if args.once and count:
             return
-        if args.raw:
-            print(f"{message!r}\n---", flush=True)
-            count += 1
-            return
-        if keep is not None and not eval(keep, {"m": message}):
+        part = message if args.field is None else messages.field(message, args.field)
+        if keep is not None and not eval(keep, {"m": part}):
             return
         count += 1
-        part = messages.field(message, args.field) if args.field else message
-        if args.include_message_info and info is not None:
-            print(f"- {info}" if args.csv else messages.to_yaml(dict(info)), end="\n" if args.csv else "")
-        if args.csv:
-            print(messages.to_csv(part, limits), flush=True)
-        else:
-            print(f"{messages.to_yaml(part, limits, args.flow_style)}---", flush=True)
+        print(_shown(part, info, args, limits), flush=True)
 
     with graph(args.spin_time, sim_time=args.use_sim_time) as seen:
         name, kind, publishers = subscription(seen, args, args.message_type)
@@ -119,9 +112,23 @@ def run_echo(args: argparse.Namespace) -> int:
         callback = show if args.include_message_info else lambda message: show(message)
         profile = from_flags(args, [end.qos_profile for end in publishers])
         listening = seen.node.create_subscription(kind, name, callback, profile, raw=args.raw)
-        done = spin(seen.node, lambda: args.once and count > 0, args.timeout)
+        spin(seen.node, lambda: args.once and count > 0, args.timeout)
         seen.node.destroy_subscription(listening)
-    return 0 if done or args.timeout is None else 1
+    return 0
+
+
+def _shown(part: Any, info: Mapping[str, Any] | None, args: argparse.Namespace, limits: messages.Limits) -> str:
+    """Return a message, or the field of one that was asked for, as `echo` prints it.
+
+    Like the real command, it prints a field that is no message itself as Python does, in full.
+    """
+    if not hasattr(part, "__slots__"):
+        said = "" if info is None else f"---Got new message, message info:---\n{info}\n---Message data:---\n"
+        return f"{said}{part}\n---"
+    if args.csv:
+        return ",".join([*map(str, info.values() if info else ()), messages.to_csv(part, limits)])
+    said = "" if info is None else f"{yaml.safe_dump(dict(info))}---\n"
+    return f"{said}{messages.to_yaml(part, limits, flowing_lists=args.flow_style)}---"
 
 
 def run_pub(args: argparse.Namespace) -> int:

@@ -98,6 +98,12 @@ def test_echo_prints_yaml(ros2):
     )
 
 
+def test_echo_that_hears_nothing_in_time_exits_with_0(ros2):
+    """As the real command does."""
+    heard = ros2("topic", "echo", "--once", "--timeout", "0.5", "/nothing", "std_msgs/msg/String")
+    assert (heard.code, heard.out) == (0, "")
+
+
 def test_pub_reaches_a_node(ros2):
     """With a filled-in header; a wrong field is refused."""
     scan = "{header: auto, angle_increment: 0.1, range_min: 0.1, range_max: 5.0, ranges: [0.3]}"
@@ -118,6 +124,11 @@ def test_hz_measures_the_rate_of_a_topic(ros2):
 def test_services_are_listed_and_called(ros2):
     until(lambda: f"/set_speed [{TYPE}/srv/SetSpeed]\n" in ros2("service", "list", "-t").out)
     assert ros2("service", "type", "/set_speed").out == f"{TYPE}/srv/SetSpeed\n"
+    assert ros2("service", "info", "/set_speed").out == (
+        f"Type: {TYPE}/srv/SetSpeed\nClients count: 0\nServices count: 1\n"
+    )
+    unknown = ros2("service", "info", "set_speed")  # like the real command, it adds no slash
+    assert (unknown.code, unknown.err) == (1, "Unknown service 'set_speed'\nDid you mean /set_speed?\n")
     called = ros2("service", "call", "/set_speed", f"{TYPE}/srv/SetSpeed", "{speed: 9.0}").out
     assert f"requester: making request: {TYPE}.srv.SetSpeed_Request(speed=9.0)\n\nresponse:\n" in called
     assert f"{TYPE}.srv.SetSpeed_Response(success=False, message=" in called
@@ -162,6 +173,9 @@ def test_parameters_are_listed_set_dumped_and_loaded(ros2):
     assert ros2("param", "describe", node, "fusion_frequency").out.startswith(
         "Parameter name: fusion_frequency\n  Type: double\n"
     )
+    undeclared = ros2("param", "describe", node, "fusion_rate")
+    assert (undeclared.code, undeclared.out) == (0, ""), "as with the real command"
+    assert undeclared.err.startswith("fusion_rate: Parameter not set\n")
     assert ros2("param", "get", "/nope", "x").err == "Node not found\n"
 
 

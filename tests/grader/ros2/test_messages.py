@@ -1,0 +1,87 @@
+"""What `echo` and `param describe` print of a message. The expected texts are those of the real ros2cli 0.32.2."""
+
+from __future__ import annotations
+
+import argparse
+
+import pytest
+import yaml
+
+from grader.ros2.commands import messages, param, topic_pubsub
+from grader.ros2.commands.refusals import Refusal
+
+pytestmark = pytest.mark.ros
+FULL = messages.Limits(messages.FULL)
+
+
+def echoed(part, info=None, csv=False, flow_style=False):
+    return topic_pubsub._shown(part, info, argparse.Namespace(csv=csv, flow_style=flow_style), FULL)
+
+
+def test_a_long_last_text_is_cut_and_keeps_its_line_end():
+    """Both end in three dots; the end mark of a YAML document was once taken off the text, with its line end."""
+    from std_msgs.msg import String
+
+    assert messages.to_yaml(String(data="x" * 128), FULL) == "data: " + "x" * 128 + "\n"
+    assert messages.to_yaml(String(data="x" * 129), FULL) == "data: " + "x" * 128 + "...\n"
+    assert messages.to_csv(String(data="x" * 129), FULL) == "x" * 128 + "..."
+    assert messages.to_yaml(String(data="x" * 129), messages.Limits(None)) == "data: " + "x" * 129 + "\n"
+    assert messages.to_yaml("one", FULL) == "one\n"
+
+
+def test_arrays_that_are_not_printed_are_named_by_type_and_length():
+    from geometry_msgs.msg import PoseStamped
+    from nav_msgs.msg import Path
+    from sensor_msgs.msg import Imu, LaserScan
+
+    def kinds(message):
+        plain = yaml.safe_load(messages.to_yaml(message, messages.Limits(messages.FULL, arrays=False)))
+        return [value for value in plain.values() if str(value).startswith("<")]
+
+    assert kinds(Path(poses=[PoseStamped()] * 3)) == ["<sequence type: geometry_msgs/msg/PoseStamped, length: 3>"]
+    assert kinds(LaserScan(ranges=[1.0] * 200)) == [
+        "<sequence type: float, length: 200>",
+        "<sequence type: float, length: 0>",
+    ]
+    assert kinds(Imu()) == ["<array type: double[9]>"] * 3
+
+
+def test_lists_flow_and_messages_do_not():
+    from geometry_msgs.msg import Point32, Polygon
+
+    polygon = Polygon(points=[Point32(x=1.0)])
+    assert echoed(polygon, flow_style=True) == "points: [{x: 1.0, y: 0.0, z: 0.0}]\n---"
+    assert echoed(Point32(), flow_style=True) == "x: 0.0\ny: 0.0\nz: 0.0\n---"
+
+
+def test_a_field_that_is_no_message_is_printed_as_python_does():
+    from sensor_msgs.msg import LaserScan
+    from std_msgs.msg import Byte
+
+    scan = LaserScan(ranges=[0.5] * 130)
+    assert echoed(messages.field(scan, "ranges")) == f"{scan.ranges}\n---"
+    assert echoed(messages.field(scan, "header.frame_id"), csv=True) == "\n---"
+    assert echoed(messages.field(scan, "header.stamp")) == "sec: 0\nnanosec: 0\n---"
+    assert echoed(Byte(data=b"A")) == "data: A\n---"
+    for wrong in ("ranges[0]", "header.nope"):
+        with pytest.raises(Refusal, match=f"Invalid field '{wrong[:6]}.*object has no attribute"):
+            messages.field(scan, wrong)
+
+
+def test_the_message_info_comes_before_the_message():
+    from std_msgs.msg import Bool
+
+    info = {"source_timestamp": 5, "received_timestamp": 6}
+    assert echoed(Bool(), info) == "received_timestamp: 6\nsource_timestamp: 5\n---\ndata: false\n---"
+    assert echoed(Bool(), info, csv=True) == "5,6,False"
+
+
+def test_a_range_without_a_step_is_described_without_one():
+    from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+
+    speed = ParameterDescriptor(name="v", type=3, floating_point_range=[FloatingPointRange(to_value=0.5)])
+    assert param.described(speed) == (
+        "Parameter name: v\n  Type: double\n  Constraints:\n    Min value: 0.0\n    Max value: 0.5"
+    )
+    count = ParameterDescriptor(name="n", type=2, integer_range=[IntegerRange(to_value=9, step=3)])
+    assert param.described(count).endswith("    Max value: 9\n    Step: 3")
