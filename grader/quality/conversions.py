@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Sequence
 
-from grader.contract.spec import CONVERSIONS, NODES
+from grader.contract.spec import CONVERSIONS
 from grader.evidence import Conversions, Finding
 from grader.python_ast import Function, called, last_name
 from grader.quality.call_graph import CallGraph
@@ -16,28 +16,15 @@ _MAX_ENTRIES = 50
 
 
 def conversion_use(graph: CallGraph) -> Conversions:
-    """Return what utils/conversions.py defines, the calls of it that the nodes lead to, and work done elsewhere."""
+    """Return what utils/conversions.py defines, the calls of it in other modules, and work done elsewhere."""
     home = next((module for module in graph.modules if module.path.endswith("utils/conversions.py")), None)
     elsewhere = [finding for module in graph.modules if module is not home for finding in _by_hand(module)]
     if home is None:
         return Conversions(elsewhere=elsewhere)
     defined = [node.name for node in home.tree.body if isinstance(node, Function)]
-    users = [module for module in _reached_from_nodes(graph) if module is not home]
+    users = [module for module in graph.modules if module is not home]
     calls = [finding for module in users for finding in _calls_of(home, defined, module, graph)]
     return Conversions(defined[:_MAX_ENTRIES], calls[:_MAX_ENTRIES], elsewhere[:_MAX_ENTRIES])
-
-
-def _reached_from_nodes(graph: CallGraph) -> list[Module]:
-    """Return the nodes' modules and those that they import, directly or not."""
-    by_name = {module.name: module for module in graph.modules}
-    todo = [module for module in graph.modules if module.stem in NODES]
-    found: set[str] = set()
-    while todo:
-        module = todo.pop()
-        if module.path not in found:
-            found.add(module.path)
-            todo += [by_name[name] for name in graph.imports[module.path].modules if name in by_name]
-    return [module for module in graph.modules if module.path in found]
 
 
 def _calls_of(home: Module, defined: Sequence[str], module: Module, graph: CallGraph) -> Iterator[Finding]:

@@ -20,21 +20,23 @@ _MIN_FIXED = 5  # letters of a formatted name that are written in the code
 _MAX_PARTS = 5
 
 
-def parameter_use(modules: Sequence[Module]) -> list[ParameterUse]:
+def parameter_use(modules: Sequence[Module], reached: Sequence[Module] | None = None) -> list[ParameterUse]:
     """Return, for each parameter of the contract, whether the package's modules declare it and read it.
+
+    `reached` are the modules without what nothing reaches: a parameter that is declared there only is not declared.
 
     Names go through variables, tables, fields of a dataclass and helper functions: where the code declares or reads
     names that are not written in the call itself, a name counts that is written elsewhere in the modules. A callback
     that takes each new parameter's name and value also reads it, because declaring a parameter calls it.
     """
-    names = _Names([module for module in modules if module.role == "module"])
+    names = _Names([module for module in (modules if reached is None else reached) if module.role == "module"])
     return [
         ParameterUse(
             node=node,
             name=name,
             declared=names.declares(name),
             read=names.reads(name),
-            literals=[] if names.reads(name) else list(_literals(names.modules, node, default))[:_MAX_LITERALS],
+            literals=[] if names.reads(name) else list(_literals(modules, node, default))[:_MAX_LITERALS],
         )
         for node, defaults in PARAMETERS.items()
         for name, default in defaults.items()
@@ -45,7 +47,6 @@ class _Names:
     """The names that the modules declare, read and mention."""
 
     def __init__(self, modules: Sequence[Module]) -> None:
-        self.modules = modules
         nodes = [node for module in modules for node in ast.walk(module.tree)]
         calls = [node for node in nodes if isinstance(node, ast.Call)]
         declarations = [call for call in calls if called(call) in _DECLARE]
@@ -142,7 +143,7 @@ def _fields(node: ast.ClassDef) -> Iterator[ast.Name]:
 
 def _literals(modules: Sequence[Module], node: str, default: float) -> Iterator[Finding]:
     """Yield the places in a node's functions where a parameter's default is written as a number."""
-    trees = [(module.path, module.tree) for module in modules if module.stem == node]
+    trees = [(module.path, module.tree) for module in modules if module.stem == node and module.role == "module"]
     functions = [(path, part) for path, tree in trees for part in ast.walk(tree) if isinstance(part, Function)]
     for path, function in functions:
         for part in ast.walk(function):

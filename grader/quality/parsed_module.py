@@ -28,7 +28,7 @@ _CONSTANT_PARTS = (
 class Module:
     """One Python file that can be parsed. `role` is "module" (of the package), "launch", "script", "test", "setup".
 
-    `constants` is how many of its `lines` only give names to constants.
+    `constants` is how many of its `lines` only give names to constants; `code` are the numbers of the others.
     """
 
     path: str
@@ -36,6 +36,7 @@ class Module:
     lines: int
     role: str = field(default="")
     constants: int = 0
+    code: frozenset[int] = frozenset()
 
     @property
     def name(self) -> str:
@@ -61,7 +62,8 @@ def parse(path: str, data: bytes) -> Module:
             tree = ast.parse(data)
         _refuse_depth(tree)
         lines = _code_lines(data, tree)
-        return Module(path, tree, len(lines), role(path), len(lines & set(_constant_lines(tree.body))))
+        constants = lines & set(_constant_lines(tree.body))
+        return Module(path, tree, len(lines), role(path), len(constants), frozenset(lines - constants))
     except SyntaxError as error:
         raise ValueError(f"line {error.lineno or 1}: {error.msg}") from error
     except (RecursionError, MemoryError) as error:
@@ -131,7 +133,7 @@ def imports(module: Module) -> Imports:
                 top = alias.name.partition(".")[0]
                 names[alias.asname or top] = (alias.name if alias.asname else top, "")
         elif isinstance(node, ast.ImportFrom):
-            source = _absolute(module, node)
+            source = absolute(module, node)
             modules.add(source)
             for alias in node.names:
                 modules.add(f"{source}.{alias.name}")
@@ -139,7 +141,8 @@ def imports(module: Module) -> Imports:
     return Imports(names, frozenset(modules))
 
 
-def _absolute(module: Module, node: ast.ImportFrom) -> str:
+def absolute(module: Module, node: ast.ImportFrom) -> str:
+    """Return the dotted name of what a `from` import names; a relative one is made absolute."""
     if not node.level:
         return node.module or ""
     parts = list(PurePosixPath(module.path).parts[:-1])

@@ -17,12 +17,14 @@ from grader.quality.call_graph import CallGraph
 from grader.quality.conversions import conversion_use
 from grader.quality.definitions import public_definitions
 from grader.quality.duplicates import duplicated_blocks
+from grader.quality.faults import find_faults
 from grader.quality.habits import bad_habits
 from grader.quality.interfaces import created_interfaces
 from grader.quality.junit_report import names_of_tests, read_report
 from grader.quality.manifest import read_manifest
 from grader.quality.parameters import parameter_use
 from grader.quality.parsed_module import Module, parse
+from grader.quality.reached import kept, reached_code
 from grader.quality.readme import read_readme
 from grader.quality.source_files import package_files
 from grader.sanitize import printable
@@ -54,6 +56,10 @@ def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[st
     modules, files = _parse(sources)
     paths = package_files(package)
     graph = CallGraph(modules)
+    texts = {path: Path(copy).read_text("utf-8", "replace") for path, copy in sources}
+    reached = reached_code(package, modules, texts, files)
+    # What nothing reaches declares no parameter and uses no conversion.
+    used = kept(modules, reached)
     public = [item for module in modules for item in public_definitions(module)]
     if len(public) > reading_limits.MAX_DEFINITIONS:
         files.append(evidence.SourceFile(public[reading_limits.MAX_DEFINITIONS].path, 0, reading_limits.TOO_PUBLIC))
@@ -64,12 +70,14 @@ def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[st
         definitions=public[: reading_limits.MAX_DEFINITIONS],
         copies=duplicated_blocks(modules),
         habits=bad_habits(modules, graph)[:_MAX_ENTRIES],
-        conversions=conversion_use(graph),
-        parameters=parameter_use(modules),
+        conversions=replace(conversion_use(graph), calls=conversion_use(CallGraph(used)).calls),
+        parameters=parameter_use(modules, used),
         interfaces=list(created_interfaces(graph))[:_MAX_INTERFACES],
         readme=read_readme(package, paths),
         report=read_report(package, paths),
         tests=sorted(set(names_of_tests(modules)))[:_MAX_ENTRIES],
+        reached=reached,
+        faults=find_faults(package, interfaces, modules, [file for file in files if file.problem]),
     )
     if interfaces is not None:
         # The contract's interface files count wherever they are; a package of their own is part of the submission.
