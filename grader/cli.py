@@ -57,6 +57,10 @@ def _parser() -> argparse.ArgumentParser:
     _add_submit(verbs)
     _add_handout(verbs)
     _add_doctor(verbs)
+    if (KIT / "grader" / "classroom").exists():  # not in the students' kit
+        from grader.classroom import command as classroom
+
+        classroom.add(verbs)
     if (KIT / "grader" / "authoring").exists():  # not in the students' kit
         _add_release(verbs)
     if (KIT / "grader" / "selftest").exists():

@@ -15,7 +15,7 @@ import pytest
 from grader import KIT
 
 ROOMS = (
-    "cli", "selftest", "authoring", "notebook", "pipeline", "collect",
+    "cli", "selftest", "authoring", "notebook", "classroom", "pipeline", "collect",
     "mutation", "student_tests", "trials", "conversions", "quality",
     "source", "settings", "report", "checks", "scoring", "build", "sandbox", "intake", "host", "evidence", "contract",
     "python_ast", "sanitize", "errors", "",

@@ -47,6 +47,14 @@ def require_memory() -> None:
         )
 
 
+def free_memory() -> int:
+    """Return the bytes of memory that new processes can use, swap left out, as /proc/meminfo estimates them."""
+    for line in Path("/proc/meminfo").read_text().splitlines():
+        if line.startswith("MemAvailable:"):
+            return int(line.split()[1]) * 1024
+    return 0
+
+
 def explain(error: BaseException) -> str:
     """Return what happened, to what, and what to do next, if the host's state caused `error`; "" if not."""
     return next((sentence for each in _chain(error) if (sentence := _explain_one(each))), "")

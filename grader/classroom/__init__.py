@@ -1,0 +1,1 @@
+"""A class: find the submissions of an export, grade them all, keep the results, make the gradebook."""

@@ -1,0 +1,229 @@
+"""A class on disk: plain files, written completely or not at all.
+
+    class.yaml               what was graded: rubric, kit, seed, source, deadline, and each submission with its people
+    rubric.yaml              the rubric by which it was graded
+    submissions/ID/          record.json, report.json, report.html, evidence/
+    gradebook.csv            one line for each person
+    index.html               the class at a glance
+    overrides.yaml           written by people, never by the kit
+
+`record.json` is in a submission's folder only if everything beside it is complete: the folder is made elsewhere and
+moved to its place by one rename.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import fcntl
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import cattrs
+import yaml
+
+from grader.classroom.discovery import Entry
+from grader.classroom.roster import Person
+from grader.errors import GraderError
+from grader.host import tempdir
+from grader.host.atomic import write_atomically
+
+CLASS, RECORD, RUBRIC = "class.yaml", "record.json", "rubric.yaml"
+OVERRIDES, GRADEBOOK, OVERVIEW = "overrides.yaml", "gradebook.csv", "index.html"
+SUBMISSIONS = "submissions"
+_WORK, _LOCK = ".work", ".lock"
+_CLASS_SCHEMA, _RECORD_SCHEMA = "ros2-course-kit/class/1", "ros2-course-kit/record/1"
+
+
+class Status(Enum):
+    """How the grading of a submission ended."""
+
+    GRADED = "graded"
+    REFUSED = "refused"
+    """It cannot be graded as it is; the student can fix it."""
+    ERROR = "error"
+    """The kit or the machine failed. It is graded again by the next run."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """How one submission was graded. `key` stands for all that decides the result: input, rubric, seed, kit, options.
+
+    `why` says why there is no grade; `started` is local time with its zone; `seconds` wall time.
+    """
+
+    id: str
+    key: str
+    status: Status
+    why: str = ""
+    content: str = ""
+    rubric: str = ""
+    kit: str = ""
+    seed: int = 0
+    started: str = ""
+    seconds: float = 0.0
+    host: str = ""
+    attempts: int = 1
+
+
+@dataclass(frozen=True)
+class ClassFacts:
+    """What class.yaml says. Hashes are SHA-256; `source` is the path as it was given."""
+
+    title: str
+    source: str
+    layout: str
+    rubric: str
+    kit: str
+    version: str
+    commit: str
+    seed: int
+    entries: tuple[Entry, ...]
+    missing: tuple[Person, ...] = ()
+    notes: tuple[str, ...] = ()
+    deadline: dt.datetime | None = None
+    late_rule: str = ""
+    made: dt.datetime | None = None
+
+
+class ClassFolder:
+    """One class folder. Reading needs nothing but the files; writing needs the lock."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    @property
+    def overrides(self) -> Path:
+        """Return the path of the people's decisions; the file need not exist."""
+        return self.path / OVERRIDES
+
+    def submission(self, name: str) -> Path:
+        """Return the folder of one submission's results."""
+        return self.path / SUBMISSIONS / name
+
+    def facts(self) -> ClassFacts:
+        """Return what class.yaml says.
+
+        Raises:
+            GraderError: this is not a class folder, or the file is damaged.
+        """
+        path = self.path / CLASS
+        if not path.is_file():
+            raise GraderError(
+                f"{self.path} is not a class: it has no {CLASS}. `grader batch SOURCE --out CLASS` makes one."
+            )
+        try:
+            data = yaml.safe_load(path.read_text(encoding="utf-8"))
+            if data.pop("schema") != _CLASS_SCHEMA:
+                raise ValueError("made by another version of the kit")
+            return _CONVERTER.structure(data, ClassFacts)
+        except (
+            OSError,
+            ValueError,
+            AttributeError,
+            KeyError,
+            TypeError,
+            yaml.YAMLError,
+            cattrs.BaseValidationError,
+        ) as error:
+            raise GraderError(
+                f"{path} is damaged ({type(error).__name__}: {error}). "
+                "Run the same `grader batch` once more; what is graded stays graded."
+            ) from error
+
+    def write_facts(self, facts: ClassFacts) -> None:
+        """Write class.yaml."""
+        data = {"schema": _CLASS_SCHEMA} | _CONVERTER.unstructure(facts)
+        write_atomically(self.path / CLASS, yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=120))
+
+    def record(self, name: str) -> Record | None:
+        """Return how a submission was graded, None if it was not, or not to its end."""
+        try:
+            data = json.loads((self.submission(name) / RECORD).read_text(encoding="utf-8"))
+            if data.pop("schema") != _RECORD_SCHEMA:
+                return None
+            return _CONVERTER.structure(data, Record)
+        except (OSError, ValueError, AttributeError, KeyError, TypeError, cattrs.BaseValidationError):
+            return None
+
+    def report(self, name: str) -> dict[str, Any] | None:
+        """Return a submission's report.json, None if there is none."""
+        try:
+            data = json.loads((self.submission(name) / "report.json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        return data if isinstance(data, dict) else None
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the folder, so that no second run writes to it; remove what a killed run has left.
+
+        Raises:
+            GraderError: another run holds it, or it cannot be written.
+        """
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            handle = os.open(self.path / _LOCK, os.O_RDWR | os.O_CREAT, 0o644)
+        except OSError as error:
+            raise GraderError(f"{self.path} cannot be written ({error.strerror}). Choose another --out.") from error
+        try:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise GraderError(
+                    f"{self.path} is being written by another run of the grader. Wait for its end."
+                ) from None
+            tempdir.remove(self.path / _WORK)
+            yield
+        finally:
+            os.close(handle)
+            shutil.rmtree(self.path / _WORK, ignore_errors=True)
+
+    def working(self, name: str) -> Path:
+        """Return a new empty folder in which one submission's results can be made."""
+        folder = self.path / _WORK / name
+        tempdir.remove(folder)
+        folder.mkdir(parents=True)
+        return folder
+
+    def keep(self, made: Path, record: Record) -> None:
+        """Move the results in `made` to their place, together with their record, instead of earlier ones."""
+        write_atomically(
+            made / RECORD, json.dumps({"schema": _RECORD_SCHEMA} | _CONVERTER.unstructure(record), indent=2) + "\n"
+        )
+        place = self.submission(record.id)
+        place.parent.mkdir(exist_ok=True)
+        if place.exists():
+            old = self.working(f"{record.id}-old")
+            place.rename(old / place.name)
+            made.rename(place)
+            tempdir.remove(old)
+        else:
+            made.rename(place)
+
+
+def relative(entries: tuple[Entry, ...], root: Path) -> tuple[Entry, ...]:
+    """Return the entries with paths relative to the export's folder, as class.yaml keeps them."""
+    return tuple(replace(entry, path=entry.path.relative_to(root)) for entry in entries)
+
+
+def _converter() -> cattrs.Converter:
+    converter = cattrs.Converter(forbid_extra_keys=True)
+    converter.register_unstructure_hook(Path, lambda path: path.as_posix())
+    converter.register_structure_hook(Path, lambda value, _: Path(value))
+    converter.register_unstructure_hook(dt.datetime, lambda time: time.isoformat(timespec="seconds"))
+    converter.register_structure_hook(
+        dt.datetime, lambda value, _: value if isinstance(value, dt.datetime) else dt.datetime.fromisoformat(value)
+    )
+    # Only what the roster knows about a person is written.
+    converter.register_unstructure_hook(Person, lambda person: {k: v for k, v in asdict(person).items() if v})
+    return converter
+
+
+_CONVERTER = _converter()

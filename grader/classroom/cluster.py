@@ -1,0 +1,94 @@
+"""Grade on a Dask cluster: submissions travel as bytes and results come back, so the machines share no disk."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from grader.classroom.class_folder import Status
+from grader.classroom.one_grading import Ending, Order, grade_packed, pack, unpack_results
+from grader.errors import GraderError
+from grader.host import provenance
+
+_CONNECT_S = 15
+
+
+class Cluster:
+    """Grades on the workers of a Dask scheduler, one submission on each of their threads."""
+
+    def __init__(self, executor: Executor, slots: int) -> None:
+        self.slots = slots
+        self._executor = executor
+        self._doing: dict[str, str] = {}
+        # Each of these threads waits for one result of the cluster and writes it to this machine's disk.
+        self._threads = ThreadPoolExecutor(slots)
+
+    def submit(self, order: Order) -> Future[Ending]:
+        """Begin a grading; its results are in `order.out` when the future is done."""
+        return self._threads.submit(self._grade, order)
+
+    def doing(self) -> dict[str, str]:
+        """Return the ids of the submissions that the cluster has."""
+        return dict(self._doing)
+
+    def stop(self) -> None:
+        """Forget what is not finished; what a worker is doing it does to its end, for nobody."""
+        self._executor.shutdown(wait=False, cancel_futures=True)
+        self._threads.shutdown(wait=False, cancel_futures=True)
+
+    def _grade(self, order: Order) -> Ending:
+        self._doing[order.id] = "on the cluster"
+        source = Path(order.source)
+        try:
+            archive = pack(source) if source.is_dir() else source.read_bytes()
+            # The cache is each machine's own.
+            sent = asdict(order) | {"source": source.name, "out": "", "cache": ""}
+            status, why, seconds, results = self._executor.submit(grade_packed, sent, archive, source.is_dir()).result()
+            unpack_results(results, Path(order.out))
+            return Ending(Status(status), why, seconds)
+        except Exception as error:  # of many kinds: Dask's own, the network's
+            return Ending(Status.ERROR, f"The cluster did not grade it: {type(error).__name__}: {error}")
+        finally:
+            del self._doing[order.id]
+
+
+@contextmanager
+def workforce(address: str, kit: str) -> Iterator[Cluster]:
+    """Yield what grades on the cluster of the scheduler at `address`.
+
+    Raises:
+        GraderError: Dask is not installed, the scheduler does not answer, has no workers, or they have another kit.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        raise GraderError("--scheduler needs Dask: pip install 'distributed', here and on the workers.") from None
+    try:
+        client: Any = Client(address, timeout=_CONNECT_S)
+    except (OSError, ValueError) as error:
+        raise GraderError(
+            f"The scheduler {address} does not answer ({error}). Start it with `dask scheduler`."
+        ) from error
+    try:
+        threads = client.nthreads()
+        if not threads:
+            raise GraderError(
+                f"The scheduler {address} has no workers. Start some with `dask worker {address} --nthreads 1`."
+            )
+        others = sorted(worker for worker, found in client.run(provenance.kit_hash).items() if found != kit)
+        if others:
+            raise GraderError(
+                f"These workers have another version of the kit: {', '.join(others)}. "
+                "Install the same one everywhere, so that all submissions are graded alike."
+            )
+        cluster = Cluster(client.get_executor(pure=False), sum(threads.values()))
+        try:
+            yield cluster
+        finally:
+            cluster.stop()
+    finally:
+        client.close()

@@ -1,0 +1,216 @@
+"""From a source, a folder or an archive, to the entries of a class: who handed in what, when. Nothing is run."""
+
+from __future__ import annotations
+
+import datetime as dt
+import hashlib
+import os
+import re
+import unicodedata
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from grader.classroom import commit_time, export_layouts
+from grader.classroom.export_layouts import Claim, HandIn
+from grader.classroom.roster import Person
+from grader.errors import GraderError
+from grader.host import tempdir
+from grader.intake.copy_plan import MB, SizeLimits
+from grader.intake.unpack import unpack
+
+# An export of 300 submissions of the largest size that intake takes.
+EXPORT_LIMITS = SizeLimits(total_bytes=15_000 * MB, file_bytes=2_000 * MB, files=1_000_000, ratio=1_000_000)
+
+_SLUG = re.compile(r"[^a-z0-9]+")
+_SHORT = 60
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One submission of a class.
+
+    Attributes:
+        id: its name in the class folder and in overrides.yaml: lower case letters, digits and hyphens.
+        label: how the export calls it.
+        path: the archive or folder.
+        content: the SHA-256 of what was handed in, packed as it was.
+        people: who handed it in, with all their team; empty if nobody of the roster fits.
+        submitted: when, None if that is not known.
+        late: whether the export marks it as late.
+        notes: remarks for the instructor.
+    """
+
+    id: str
+    label: str
+    path: Path
+    content: str
+    people: tuple[Person, ...] = ()
+    submitted: dt.datetime | None = None
+    late: bool = False
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Found:
+    """All that was found in a source. `missing` are the people of the roster without a submission."""
+
+    layout: str
+    entries: tuple[Entry, ...]
+    missing: tuple[Person, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+
+@contextmanager
+def opened(source: Path) -> Iterator[Path]:
+    """Yield the folder with a class's submissions; an archive is unpacked into a temporary one.
+
+    Raises:
+        GraderError: there is no such source, or it cannot be opened.
+        SubmissionError: the archive is damaged or too large.
+    """
+    if source.is_dir():
+        yield source
+    elif source.is_file():
+        with tempdir.folder("class") as folder:
+            unpack(source, folder / "export", EXPORT_LIMITS)
+            yield folder / "export"
+    else:
+        raise GraderError(f"There is no {source}. Name the folder or the archive with the class's submissions.")
+
+
+def find(root: Path, roster: Sequence[Person] = ()) -> Found:
+    """Return the submissions in the folder `root`, each with its people.
+
+    Of several submissions of one team the latest counts, if the export gives the times; the others are left out
+    with a note. Otherwise all of them are entries.
+
+    Raises:
+        GraderError: there is no submission.
+    """
+    export = export_layouts.read(root)
+    notes = list(export.notes)
+    drafts = [_draft(hand_in, roster) for hand_in in export.hand_ins]
+    drafts, left_out = _latest(drafts)
+    entries = _named(drafts)
+    for entry in entries:
+        if roster and not entry.people:
+            notes.append(f"{entry.label} fits nobody of the roster; it is graded as {entry.id}.")
+    handed_in = {person.key for entry in entries for person in entry.people}
+    missing = tuple(person for person in roster if person.key not in handed_in)
+    return Found(export.layout, entries, missing, (*notes, *left_out))
+
+
+def content_hash(path: Path) -> str:
+    """Return the SHA-256 of an archive's bytes, or of a folder's paths and bytes without its git history."""
+    digest = hashlib.sha256()
+    if path.is_dir():
+        for folder, folders, names in os.walk(path):
+            folders[:] = sorted(name for name in folders if name != ".git")
+            for name in sorted(names):
+                file = Path(folder) / name
+                digest.update(f"\0{file.relative_to(path)}\0".encode(errors="surrogateescape"))
+                if file.is_symlink():
+                    digest.update(os.fsencode(file.readlink()))
+                elif file.is_file():
+                    digest.update(hashlib.sha256(file.read_bytes()).digest())
+    else:
+        with path.open("rb") as stream:
+            while block := stream.read(MB):
+                digest.update(block)
+    return digest.hexdigest()
+
+
+def slug(text: str) -> str:
+    """Return `text` as lower case letters, digits and hyphens, "submission" if nothing is left of it."""
+    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode().lower()
+    return _SLUG.sub("-", plain).strip("-")[:_SHORT].rstrip("-") or "submission"
+
+
+def _draft(hand_in: HandIn, roster: Sequence[Person]) -> Entry:
+    people: list[Person] = []
+    for claims in hand_in.claims:
+        people += _match(claims, roster) if roster else _claimed(claims)
+    teams = {person.team for person in people if person.team}
+    people += [person for person in roster if person.team in teams]
+    submitted = commit_time.last_commit(hand_in.path) if hand_in.repository else hand_in.submitted
+    return Entry(
+        id="",
+        label=hand_in.label,
+        path=hand_in.path,
+        content=content_hash(hand_in.path),
+        people=tuple(dict.fromkeys(people)),
+        submitted=submitted,
+        late=hand_in.late,
+    )
+
+
+def _match(claims: Iterable[Claim], roster: Sequence[Person]) -> list[Person]:
+    """Return the people whom the first fitting claim names: one person, or a team's members."""
+    for claim in claims:
+        kinds = ("team", "id", "login", "email", "name", "lms_id") if claim.kind == "any" else (claim.kind,)
+        for kind in kinds:
+            fits = [person for person in roster if _fits(person, kind, claim.value)]
+            if len(fits) == 1 or (fits and kind == "team"):
+                return fits
+    return []
+
+
+def _fits(person: Person, kind: str, value: str) -> bool:
+    if kind == "joined name":  # Canvas: "doejane" for Jane Doe
+        words = slug(person.name).split("-")
+        return "".join([*words[-1:], *words[:-1]]) == slug(value).replace("-", "")
+    own = getattr(person, kind)
+    return bool(own) and (
+        own.casefold() == value.casefold() or (kind in ("name", "team") and _words(own) == _words(value))
+    )
+
+
+def _words(text: str) -> list[str]:
+    return sorted(slug(text).split("-"))
+
+
+def _claimed(claims: Iterable[Claim]) -> list[Person]:
+    """Return the person whom the claims describe, for a class without a roster."""
+    known = {claim.kind: claim.value for claim in reversed(list(claims)) if claim.kind not in ("any", "joined name")}
+    if "lms_id" in known:
+        known = {"lms_id": known["lms_id"], "name": known.get("name", "")}
+    return [Person(**known)] if known else []
+
+
+def _latest(drafts: list[Entry]) -> tuple[list[Entry], list[str]]:
+    """Leave of each team's submissions only the latest, where the times tell; return them and what was left out."""
+    groups: dict[tuple[str, ...], list[Entry]] = {}
+    for number, draft in enumerate(drafts):
+        team = next((person.team for person in draft.people if person.team), "")
+        who = ("team", team) if team else tuple(person.key for person in draft.people) or ("alone", str(number))
+        groups.setdefault(who, []).append(draft)
+    kept, notes = [], []
+    for several in groups.values():
+        times = [draft.submitted for draft in several if draft.submitted is not None]
+        if len(several) == 1:
+            kept += several
+        elif len({draft.content for draft in several}) == 1 or len(times) == len(several):
+            last = max(several, key=lambda draft: draft.submitted or dt.datetime.min.replace(tzinfo=dt.UTC))
+            others = [draft.label for draft in several if draft is not last]
+            kept.append(replace(last, notes=(f"The latest of {len(several)} submissions; not: {', '.join(others)}.",)))
+            notes.append(f"{last.label} is graded for its team, not {', '.join(others)}: earlier, or the same.")
+        else:
+            note = f"One of {len(several)} submissions of the same people; the gradebook takes the best."
+            kept += [replace(draft, notes=(note,)) for draft in several]
+    return kept, notes
+
+
+def _named(drafts: Iterable[Entry]) -> tuple[Entry, ...]:
+    """Give each entry an id: its team's, its person's or its label's, in the order of the labels."""
+    entries = []
+    taken: Counter[str] = Counter()
+    for draft in sorted(drafts, key=lambda draft: (draft.label, draft.content)):
+        teams = {person.team for person in draft.people if person.team}
+        one = draft.people[0] if len(draft.people) == 1 else None
+        name = slug(next(iter(teams)) if len(teams) == 1 else (one.login or one.id or one.name) if one else draft.label)
+        taken[name] += 1
+        entries.append(replace(draft, id=name if taken[name] == 1 else f"{name}-{taken[name]}"))
+    return tuple(sorted(entries, key=lambda entry: entry.id))

@@ -1,0 +1,208 @@
+"""Grade one submission in a process of its own, so that nothing that happens to it reaches another.
+
+The parent writes the order to the child's standard input and keeps the pipe open: when the parent dies, however it
+dies, the child reads the pipe's end and ends itself and its sandboxes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import zipfile
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from grader.classroom.class_folder import Status
+from grader.errors import GraderError, SubmissionError
+
+_RESULT = "result: "
+
+
+@dataclass(frozen=True)
+class Order:
+    """What to grade and how. `source` is an archive or a folder, `rubric` the text of a rubric."""
+
+    id: str
+    source: str
+    out: str
+    rubric: str
+    seed: int
+    cache: str
+    mutation_budget_s: float
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a grading ended; `why` says why there is no grade. `seconds` of wall time."""
+
+    status: Status
+    why: str = ""
+    seconds: float = 0.0
+
+
+class Runner:
+    """Starts gradings and can end all of them at once. Its methods may be called from several threads."""
+
+    def __init__(self, progress: Callable[[str, str], None] = lambda _id, _what: None) -> None:
+        """`progress` is called with a submission's id and a few words whenever something new begins."""
+        self._progress = progress
+        self._running: set[subprocess.Popen[str]] = set()
+        self._lock = threading.Lock()
+        self._stopped = False
+
+    def grade(self, order: Order) -> Ending:
+        """Grade one submission into the folder `order.out` and return how it ended. It raises nothing."""
+        started = time.monotonic()
+        with self._lock:
+            if self._stopped:
+                return Ending(Status.ERROR, "interrupted")
+            child = subprocess.Popen(
+                [sys.executable, "-m", "grader.classroom.one_grading"],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                text=True, errors="replace", start_new_session=True,
+            )  # fmt: skip
+            self._running.add(child)
+        try:
+            ending = self._follow(child, order)
+        finally:
+            _end(child)
+            with self._lock:
+                self._running.discard(child)
+        return Ending(ending.status, ending.why, time.monotonic() - started)
+
+    def stop(self) -> None:
+        """End all gradings that are going on; no other will begin."""
+        with self._lock:
+            self._stopped = True
+            running = list(self._running)
+        for child in running:
+            _end(child)
+
+    def _follow(self, child: subprocess.Popen[str], order: Order) -> Ending:
+        assert child.stdin is not None
+        assert child.stdout is not None
+        with contextlib.suppress(BrokenPipeError):
+            child.stdin.write(json.dumps(asdict(order)) + "\n")
+            child.stdin.flush()
+        last = ""
+        for line in child.stdout:
+            if line.startswith(_RESULT):
+                status, why = json.loads(line.removeprefix(_RESULT))
+                return Ending(Status(status), why)
+            last = line.strip() or last
+            self._progress(order.id, line.strip())
+        code = child.wait()
+        how = f"killed by signal {-code}" if code < 0 else f"ended with status {code}"
+        return Ending(Status.ERROR, f"The process that graded it was {how}; its last words: {last[:300] or 'none'}")
+
+
+def grade_packed(order: dict[str, object], archive: bytes, folder: bool) -> tuple[str, str, float, bytes]:
+    """Grade a submission that travels as bytes, and return status, reason, seconds and a zip of the results.
+
+    For a worker on another machine: it shares no disk with the caller. `folder` says that the archive is a packed
+    folder. A cache folder that the order leaves empty is this machine's own.
+    """
+    with tempfile.TemporaryDirectory(prefix="batch-") as scratch:
+        source = Path(scratch) / "in" / Path(str(order["source"])).name
+        if folder:
+            _unzip(archive, source)
+        else:
+            source.parent.mkdir(parents=True)
+            source.write_bytes(archive)
+        out = Path(scratch) / "out"
+        out.mkdir()
+        here = Order(**(order | {"source": str(source), "out": str(out)}))  # type: ignore[arg-type]  # from asdict
+        ending = Runner().grade(here)
+        return ending.status.value, ending.why, ending.seconds, pack(out)
+
+
+def pack(folder: Path) -> bytes:
+    """Return the files of a folder as a zip; links and special files are left out."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as packed:
+        for path in sorted(folder.rglob("*")):
+            if path.is_file() and not path.is_symlink() and ".git" not in path.relative_to(folder).parts:
+                packed.write(path, path.relative_to(folder).as_posix())
+    return stream.getvalue()
+
+
+def unpack_results(packed: bytes, into: Path) -> None:
+    """Write what `grade_packed` returned into the folder `into`."""
+    _unzip(packed, into)
+
+
+def _unzip(packed: bytes, into: Path) -> None:
+    into.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(io.BytesIO(packed)) as archive:
+        archive.extractall(into)  # of our own making; zipfile drops ".." and absolute paths
+
+
+def _end(child: subprocess.Popen[str]) -> None:
+    """Kill a child with its whole group, and wait until it is gone."""
+    with contextlib.suppress(ProcessLookupError):
+        if child.poll() is None:
+            os.killpg(child.pid, signal.SIGKILL)
+    child.wait()
+    for stream in (child.stdin, child.stdout):
+        if stream is not None:
+            with contextlib.suppress(OSError):
+                stream.close()
+
+
+def _die_with_parent() -> None:
+    """End this process group as soon as standard input is closed."""
+
+    def watch() -> None:
+        while sys.stdin.buffer.read(1):
+            pass
+        os.killpg(0, signal.SIGKILL)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def _grade(order: Order) -> Ending:
+    # Imported here: a parent that only starts children needs none of it.
+    from grader import build, pipeline, report
+    from grader.scoring import rubric
+
+    with tempfile.NamedTemporaryFile("w", suffix=".yaml", encoding="utf-8") as file:
+        file.write(order.rubric)
+        file.flush()
+        settings = pipeline.Settings(
+            rubric=rubric.load(Path(file.name)),
+            cache=Path(order.cache) if order.cache else build.cache_folder(),
+            seed=order.seed,
+            mutation_budget_s=order.mutation_budget_s,
+            progress=lambda what: print(what.replace("\n", " "), flush=True),
+        )
+    try:
+        pipeline.grade(Path(order.source), Path(order.out), settings, write=report.write)
+    except SubmissionError as error:
+        return Ending(Status.REFUSED, str(error))
+    except GraderError as error:
+        return Ending(Status.ERROR, str(error))
+    return Ending(Status.GRADED)
+
+
+def main() -> None:
+    """Read an order from standard input, carry it out, and print how it ended."""
+    order = Order(**json.loads(sys.stdin.buffer.readline()))
+    _die_with_parent()
+    try:
+        ending = _grade(order)
+    except Exception as error:
+        ending = Ending(Status.ERROR, f"internal error: {type(error).__name__}: {error}")
+    print(_RESULT + json.dumps([ending.status.value, ending.why]), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,240 @@
+"""Grading a class: never stopped by one submission, resumed where it was interrupted."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from grader.classroom import batch, class_folder
+from grader.classroom.batch import Options
+from grader.classroom.class_folder import ClassFolder, Record, Status
+from grader.classroom.one_grading import Ending, Order, Runner, grade_packed, pack
+from grader.classroom.roster import Person
+from grader.errors import GraderError
+
+
+class Silent:
+    """Hears how a run goes on and keeps it."""
+
+    def __init__(self) -> None:
+        self.records: list[Record] = []
+        self.left: list[float | None] = []
+
+    def finished(self, record: Record, progress: batch.Progress) -> None:
+        self.records.append(record)
+        self.left.append(progress.left_s)
+
+    def going_on(self, progress: batch.Progress) -> None:
+        pass
+
+
+class Workers:
+    """Stands in for the processes that grade: `how` makes the ending of an order, in the caller's thread."""
+
+    slots = 2
+
+    def __init__(self, how: Callable[[Order], Ending]) -> None:
+        self.how = how
+        self.orders: list[str] = []
+        self.stopped = False
+
+    def submit(self, order: Order) -> Future[Ending]:
+        self.orders.append(order.id)
+        future: Future[Ending] = Future()
+        ending = self.how(order)
+        if ending.status is Status.GRADED:
+            (Path(order.out) / "report.json").write_text('{"total": 50}')
+        future.set_result(ending)
+        return future
+
+    def doing(self) -> dict[str, str]:
+        return {}
+
+    def stop(self) -> None:
+        self.stopped = True
+
+
+GRADED = Ending(Status.GRADED, seconds=10.0)
+
+
+@pytest.fixture
+def workers(monkeypatch) -> Callable[[Callable[[Order], Ending]], Workers]:
+    def install(how: Callable[[Order], Ending]) -> Workers:
+        made = Workers(how)
+
+        @contextmanager
+        def here(_jobs: int) -> Iterator[Workers]:
+            yield made
+
+        monkeypatch.setattr(batch, "here", here)
+        return made
+
+    return install
+
+
+@pytest.fixture
+def source(tmp_path) -> Path:
+    for name in ("team01", "team02", "team03"):
+        (tmp_path / "source" / name).mkdir(parents=True)
+        (tmp_path / "source" / name / "readme").write_text(name)
+    return tmp_path / "source"
+
+
+def test_every_submission_gets_a_folder_and_a_record(tmp_path, source, workers):
+    workers(lambda _order: GRADED)
+    said = Silent()
+    summary = batch.run(source, tmp_path / "class", [Person("s9", team="team09")], Options(seed=7), said)
+    assert (summary.entries, summary.graded, summary.missing) == (3, 3, 1)
+    folder = ClassFolder(tmp_path / "class")
+    assert [entry.id for entry in folder.facts().entries] == ["team01", "team02", "team03"]
+    assert folder.facts().seed == 7
+    assert folder.report("team02") == {"total": 50}
+    assert [record.id for record in said.records] == ["team01", "team02", "team03"]
+    assert said.left[0] == pytest.approx(10.0), "two are left, two go on at a time"
+
+
+def test_what_is_graded_is_not_graded_again(tmp_path, source, workers):
+    workers(lambda _order: GRADED)
+    batch.run(source, tmp_path / "class", [], Options(), Silent())
+    again = workers(lambda _order: GRADED)
+    summary = batch.run(source, tmp_path / "class", [], Options(), Silent())
+    assert (again.orders, summary.kept, summary.graded) == ([], 3, 3)
+
+
+@pytest.mark.parametrize(
+    ("change", "regraded"),
+    [
+        (lambda _source: Options(seed=1), ["team01", "team02", "team03"]),
+        (lambda _source: Options(mutation_budget_s=5.0), ["team01", "team02", "team03"]),
+        (lambda _source: Options(fresh=True), ["team01", "team02", "team03"]),
+        (lambda source: (source / "team02" / "readme").write_text("new") and Options(), ["team02"]),
+    ],
+    ids=["seed", "budget", "fresh", "input"],
+)
+def test_what_changed_is_graded_again(tmp_path, source, workers, change, regraded):
+    workers(lambda _order: GRADED)
+    batch.run(source, tmp_path / "class", [], Options(), Silent())
+    again = workers(lambda _order: GRADED)
+    batch.run(source, tmp_path / "class", [], change(source), Silent())
+    assert again.orders == regraded
+
+
+def test_one_bad_submission_stops_nobody(tmp_path, source, workers):
+    workers(lambda order: Ending(Status.REFUSED, "is empty") if order.id == "team01" else GRADED)
+    summary = batch.run(source, tmp_path / "class", [], Options(), Silent())
+    assert (summary.graded, summary.refused) == (2, 1)
+    record = ClassFolder(tmp_path / "class").record("team01")
+    assert record is not None
+    assert (record.status, record.why) == (Status.REFUSED, "is empty")
+
+
+def test_an_error_of_ours_is_tried_once_more_and_by_the_next_run(tmp_path, source, workers):
+    first = workers(lambda order: Ending(Status.ERROR, "killed") if order.id == "team02" else GRADED)
+    summary = batch.run(source, tmp_path / "class", [], Options(), Silent())
+    assert first.orders == ["team01", "team02", "team03", "team02"]
+    assert summary.errors == 1
+    second = workers(lambda _order: GRADED)
+    assert batch.run(source, tmp_path / "class", [], Options(), Silent()).graded == 3
+    assert second.orders == ["team02"]
+
+
+def test_ctrl_c_keeps_what_is_finished(tmp_path, source, workers):
+    def how(order: Order) -> Ending:
+        if order.id == "team03":
+            raise KeyboardInterrupt
+        return GRADED
+
+    interrupted = workers(how)
+    summary = batch.run(source, tmp_path / "class", [], Options(), Silent())
+    assert summary.interrupted
+    assert interrupted.stopped
+    finished = {name for name in ("team01", "team02", "team03") if ClassFolder(tmp_path / "class").record(name)}
+    rest = workers(lambda _order: GRADED)
+    batch.run(source, tmp_path / "class", [], Options(), Silent())
+    assert set(rest.orders) == {"team01", "team02", "team03"} - finished
+
+
+def test_a_half_written_submission_is_no_result(tmp_path, source, workers):
+    workers(lambda _order: GRADED)
+    batch.run(source, tmp_path / "class", [], Options(), Silent())
+    record = tmp_path / "class" / "submissions" / "team02" / class_folder.RECORD
+    record.write_text(record.read_text()[:40])
+    again = workers(lambda _order: GRADED)
+    batch.run(source, tmp_path / "class", [], Options(), Silent())
+    assert again.orders == ["team02"]
+
+
+def test_two_runs_do_not_write_to_one_class(tmp_path, source):
+    folder = ClassFolder(tmp_path / "class")
+    with folder.locked(), pytest.raises(GraderError, match="being written by another run"):
+        batch.run(source, tmp_path / "class", [], Options(), Silent())
+
+
+def test_a_folder_that_cannot_be_written_is_a_sentence(tmp_path, source):
+    (tmp_path / "file").touch()
+    with pytest.raises(GraderError, match=r"cannot be written .* Choose another --out"):
+        batch.run(source, tmp_path / "file" / "class", [], Options(), Silent())
+
+
+def test_a_folder_that_is_no_class_is_a_sentence(tmp_path):
+    with pytest.raises(GraderError, match="is not a class"):
+        ClassFolder(tmp_path).facts()
+
+
+def test_class_yaml_is_read_back_as_it_was_written(tmp_path, source, workers):
+    workers(lambda _order: GRADED)
+    batch.run(source, tmp_path / "class", [Person("s1", "Jane", team="team01")], Options(), Silent())
+    folder = ClassFolder(tmp_path / "class")
+    facts = folder.facts()
+    folder.write_facts(facts)
+    assert folder.facts() == facts
+    assert facts.entries[0].people == (Person("s1", "Jane", team="team01"),)
+
+
+@pytest.mark.sandbox
+def test_a_submission_is_graded_in_a_process_of_its_own(tmp_path, source):
+    """A folder without a package is refused there, which needs no build."""
+    summary = batch.run(source, tmp_path / "class", [], Options(jobs=2), Silent())
+    assert (summary.refused, summary.errors) == (3, 0)
+    record = ClassFolder(tmp_path / "class").record("team01")
+    assert record is not None
+    assert "team01" in record.why
+
+
+def order(tmp_path: Path, source: Path) -> Order:
+    rubric = batch.rubric.RUBRIC.read_text()
+    (tmp_path / "out").mkdir()
+    return Order("team01", str(source), str(tmp_path / "out"), rubric, 0, str(tmp_path / "cache"), 5.0)
+
+
+def test_a_stopped_runner_ends_what_is_going_on(tmp_path, source):
+    started = threading.Event()
+    runner = Runner(lambda _id, _what: started.set())
+    endings: list[Ending] = []
+    package = Path(batch.rubric.RUBRIC).parent / "solution_pkg" / "ros2_robot_controller"
+    thread = threading.Thread(target=lambda: endings.append(runner.grade(order(tmp_path, package))))
+    thread.start()
+    assert started.wait(60), "it says what it is doing"
+    runner.stop()
+    thread.join(30)
+    assert [ending.status for ending in endings] == [Status.ERROR]
+    assert runner.grade(order(tmp_path / "source", package)).why == "interrupted"
+
+
+@pytest.mark.sandbox
+def test_a_submission_may_travel_as_bytes(tmp_path, source):
+    sent = json.loads(json.dumps(order(tmp_path, source / "team01").__dict__)) | {
+        "source": "team01",
+        "out": "",
+        "cache": "",
+    }
+    status, why, _, results = grade_packed(sent, pack(source / "team01"), folder=True)
+    assert status == "refused"
+    assert "team01" in why
+    assert results.startswith(b"PK")

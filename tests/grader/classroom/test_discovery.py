@@ -1,0 +1,141 @@
+"""From an export and a roster to entries: who handed in what, under which id."""
+
+from __future__ import annotations
+
+import datetime as dt
+import subprocess
+import zipfile
+
+import pytest
+
+from grader.classroom import discovery
+from grader.classroom.roster import Person
+from grader.errors import GraderError
+
+JANE = Person("s1", "Jane Doe", "jane@uni.edu", "jdoe", "team07", "12345")
+LI = Person("s2", "Li Wu", "li@uni.edu", "liwu", "team07", "12346")
+BO = Person("s3", "Bo Ek", "bo@uni.edu", "boek", "", "12347")
+
+
+def test_a_team_submission_is_all_its_members(tmp_path):
+    (tmp_path / "Team07.zip").touch()
+    found = discovery.find(tmp_path, [JANE, LI, BO])
+    (entry,) = found.entries
+    assert (entry.id, entry.people) == ("team07", (JANE, LI))
+    assert found.missing == (BO,)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["boek.zip", "s3.zip", "bo@uni.edu.zip", "Bo Ek.zip", "Ek_Bo.zip", "ekbo_12347_9_pkg.zip", "ekbo_99_9_pkg.zip"],
+)
+def test_a_person_is_found_by_whatever_the_export_calls_them(tmp_path, name):
+    (tmp_path / name).touch()
+    (entry,) = discovery.find(tmp_path, [JANE, LI, BO]).entries
+    assert (entry.id, entry.people) == ("boek", (BO,))
+
+
+def test_a_moodle_group_is_found_by_its_team(tmp_path):
+    (tmp_path / "team07_99_assignsubmission_file_").mkdir()
+    (entry,) = discovery.find(tmp_path, [JANE, LI, BO]).entries
+    assert entry.people == (JANE, LI)
+
+
+def test_who_fits_nobody_is_graded_all_the_same_and_said(tmp_path):
+    (tmp_path / "stranger.zip").touch()
+    found = discovery.find(tmp_path, [JANE])
+    assert [entry.id for entry in found.entries] == ["stranger"]
+    assert any("fits nobody of the roster" in note for note in found.notes)
+
+
+def test_two_of_one_name_fit_nobody(tmp_path):
+    (tmp_path / "Jane Doe.zip").touch()
+    twin = Person("s9", "Jane Doe")
+    (entry,) = discovery.find(tmp_path, [JANE, twin]).entries
+    assert entry.people == ()
+
+
+def test_without_a_roster_the_export_itself_says_who(tmp_path):
+    (tmp_path / "Jane Doe_12345_assignsubmission_file_a.zip").touch()
+    (entry,) = discovery.find(tmp_path).entries
+    assert (entry.id, entry.people) == ("jane-doe", (Person(name="Jane Doe", lms_id="12345"),))
+
+
+def test_the_latest_of_a_team_counts_where_times_tell(tmp_path):
+    (tmp_path / "submission_metadata.yml").write_text(
+        "submission_1:\n  :submitters:\n  - :email: jane@uni.edu\n  :created_at: 2026-11-20 10:00:00 Z\n"
+        "submission_2:\n  :submitters:\n  - :email: li@uni.edu\n  :created_at: 2026-11-20 12:00:00 Z\n"
+    )
+    for number in (1, 2):
+        (tmp_path / f"submission_{number}").mkdir()
+        (tmp_path / f"submission_{number}" / "file").write_text(str(number))
+    found = discovery.find(tmp_path, [JANE, LI])
+    (entry,) = found.entries
+    assert (entry.id, entry.path.name) == ("team07", "submission_2")
+    assert any("not jane@uni.edu" in note for note in found.notes)
+
+
+def test_without_times_all_of_a_team_are_graded(tmp_path):
+    (tmp_path / "jdoe.zip").write_text("1")
+    (tmp_path / "liwu.zip").write_text("2")
+    assert [entry.id for entry in discovery.find(tmp_path, [JANE, LI]).entries] == ["team07", "team07-2"]
+
+
+def test_the_same_bytes_from_two_members_are_one_submission(tmp_path):
+    for name in ("jdoe.zip", "liwu.zip"):
+        (tmp_path / name).write_text("same")
+    assert [entry.id for entry in discovery.find(tmp_path, [JANE, LI]).entries] == ["team07"]
+
+
+def test_the_time_of_a_repository_is_its_last_commits(tmp_path):
+    for login in ("boek", "jdoe"):
+        clone = tmp_path / f"robots-{login}"
+        clone.mkdir()
+        git = ["git", "-c", "user.name=x", "-c", "user.email=x@y", "-C", str(clone)]
+        subprocess.run([*git, "init", "-q"], check=True)
+        subprocess.run(
+            [*git, "commit", "-q", "--allow-empty", "-m", "x"],
+            check=True,
+            env={"PATH": "/usr/bin:/bin", "GIT_COMMITTER_DATE": "2026-11-20T10:00:00+01:00"},
+        )
+        # A repository's own settings must not start a program on this machine.
+        subprocess.run([*git, "config", "log.showSignature", "true"], check=True)
+        subprocess.run([*git, "config", "gpg.program", f"touch {tmp_path}/started"], check=True)
+    entries = discovery.find(tmp_path, [JANE, LI, BO]).entries
+    assert [entry.id for entry in entries] == ["boek", "team07"]
+    assert entries[0].submitted == dt.datetime(2026, 11, 20, 9, tzinfo=dt.UTC)
+    assert not (tmp_path / "started").exists()
+
+
+def test_the_content_of_a_folder_does_not_depend_on_its_git_history(tmp_path):
+    (tmp_path / "a").write_text("1")
+    before = discovery.content_hash(tmp_path)
+    (tmp_path / ".git").mkdir()
+    (tmp_path / ".git" / "HEAD").write_text("ref")
+    assert discovery.content_hash(tmp_path) == before
+    (tmp_path / "a").write_text("2")
+    assert discovery.content_hash(tmp_path) != before
+
+
+def test_an_archive_is_opened_as_a_class(tmp_path):
+    with zipfile.ZipFile(tmp_path / "export.zip", "w") as archive:
+        archive.writestr("export/team01.zip", b"x" * 11_000_000)
+        archive.writestr("export/team02.zip", b"y")
+    with discovery.opened(tmp_path / "export.zip") as root:
+        assert [entry.id for entry in discovery.find(root).entries] == ["team01", "team02"]
+
+
+def test_a_missing_source_is_a_sentence(tmp_path):
+    with (
+        pytest.raises(GraderError, match=r"There is no .*Name the folder or the archive"),
+        discovery.opened(tmp_path / "no"),
+    ):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [("Müller, Jörg", "muller-jorg"), ("../../etc", "etc"), ("日本", "submission"), ("Team 7!", "team-7")],
+)
+def test_an_id_is_safe_as_a_folders_name(text, name):
+    assert discovery.slug(text) == name

@@ -1,0 +1,145 @@
+"""Finding the submissions of an export: each learning platform's layout as its pages and sources describe it."""
+
+from __future__ import annotations
+
+import datetime as dt
+from pathlib import Path
+
+import pytest
+
+from grader.classroom import export_layouts
+from grader.classroom.export_layouts import Claim, Export
+from grader.errors import GraderError
+
+
+def layout(root: Path, *names: str) -> Export:
+    """Make files (with their folders) and read the layout. A name that ends in "/" is a folder."""
+    for name in names:
+        path = root / name
+        if name.endswith("/"):
+            path.mkdir(parents=True)
+        else:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.touch()
+    return export_layouts.read(root)
+
+
+def test_moodle_has_a_folder_for_each_participant(tmp_path):
+    export = layout(
+        tmp_path,
+        "Jane Doe_12345_assignsubmission_file_/team.zip",
+        "Li_Na Wu_12346_assignsubmission_file_/pkg/package.xml",
+    )
+    jane, li = export.hand_ins
+    assert export.layout == "moodle"
+    assert jane.path.name == "team.zip", "the archive itself, not the folder around it"
+    assert Claim("lms_id", "12345") in jane.claims[0]
+    assert Claim("name", "Jane Doe") in jane.claims[0]
+    assert (li.label, li.path.name) == ("Li_Na Wu", "Li_Na Wu_12346_assignsubmission_file_")
+
+
+def test_moodle_without_folders_writes_the_participant_before_each_file(tmp_path):
+    export = layout(
+        tmp_path,
+        "Jane Doe_12345_assignsubmission_file_team.zip",
+        "Jane Doe_12345_assignsubmission_file_notes.pdf",
+        "Jane Doe_12345_assignsubmission_onlinetext_onlinetext.html",
+        "grades.csv",
+    )
+    assert [hand_in.path.name for hand_in in export.hand_ins] == ["Jane Doe_12345_assignsubmission_file_team.zip"]
+    assert any("notes.pdf" in note for note in export.notes)
+    assert any("grades.csv" in note for note in export.notes)
+
+
+def test_canvas_marks_late_ones_and_numbers_attachments(tmp_path):
+    export = layout(
+        tmp_path,
+        "doejane_12345_67890_team-1.zip",
+        "doejane_LATE_12345_67999_team-2.zip",
+        "wuli_12346_67891_package.tar.gz",
+    )
+    jane, li = export.hand_ins
+    assert export.layout == "canvas"
+    assert jane.path.name == "doejane_LATE_12345_67999_team-2.zip", "the last attachment counts"
+    assert (jane.late, li.late) == (True, False)
+    assert jane.claims == ((Claim("lms_id", "12345"), Claim("joined name", "doejane")),)
+
+
+GRADESCOPE = """\
+---
+submission_101:
+  :submitters:
+  - :name: Jane Doe
+    :sid: '3001'
+    :email: jane@uni.edu
+  - :name: Li Wu
+    :sid: '3002'
+    :email: li@uni.edu
+  :created_at: 2026-11-20 22:58:01.000000000 Z
+  :score: 0.0
+  :status: processed
+  :results: !ruby/hash:ActiveSupport::HashWithIndifferentAccess
+    score: 1
+submission_102:
+  :submitters:
+  - :name: Bo
+    :email: bo@uni.edu
+  :created_at: 2026-11-21 01:00:00.5 +0100
+"""
+
+
+def test_gradescope_says_who_and_when_in_its_metadata(tmp_path):
+    (tmp_path / "submission_metadata.yml").write_text(GRADESCOPE)
+    export = layout(tmp_path, "submission_101/package.xml", "submission_102/team.zip", "submission_999/x")
+    first, second = export.hand_ins
+    assert export.layout == "gradescope"
+    assert first.submitted == dt.datetime(2026, 11, 20, 22, 58, 1, tzinfo=dt.UTC)
+    assert second.submitted == dt.datetime(2026, 11, 21, 0, 0, 0, 500_000, tzinfo=dt.UTC)
+    assert first.claims[1] == (Claim("id", "3002"), Claim("email", "li@uni.edu"), Claim("name", "Li Wu"))
+    assert second.path.name == "team.zip"
+    assert any("submission_999" in note for note in export.notes)
+
+
+def test_damaged_metadata_is_a_sentence(tmp_path):
+    (tmp_path / "submission_metadata.yml").write_text("just words")
+    with pytest.raises(GraderError, match="not as Gradescope writes it"):
+        layout(tmp_path, "submission_101/package.xml")
+
+
+def test_clones_of_github_classroom_are_named_assignment_login(tmp_path):
+    root = tmp_path / "robots-submissions"
+    export = layout(root, "robots-jane-doe/.git/HEAD", "robots-janus/.git/HEAD", "loose/readme.md")
+    assert export.layout == "git"
+    assert [hand_in.label for hand_in in export.hand_ins] == ["jane-doe", "janus"]
+    assert all(hand_in.repository for hand_in in export.hand_ins)
+    assert export.notes == ("loose is not a git repository; it was left out.",)
+
+
+def test_the_login_is_what_the_names_do_not_share(tmp_path):
+    export = layout(tmp_path, "hw-2-anna/.git/HEAD", "hw-2-andy/.git/HEAD")
+    assert [hand_in.label for hand_in in export.hand_ins] == ["andy", "anna"]
+
+
+def test_a_plain_folder_has_archives_and_folders(tmp_path):
+    export = layout(
+        tmp_path, "team01.zip", "team02.TAR.GZ", "team03.rar", "team04/package.xml", "roster.csv", ".DS_Store"
+    )
+    assert export.layout == "plain"
+    assert [hand_in.label for hand_in in export.hand_ins] == ["team01", "team02", "team03", "team04"]
+    assert export.notes == ("roster.csv is neither an archive nor a folder; it was left out.",)
+
+
+def test_one_folder_around_everything_is_looked_through(tmp_path):
+    export = layout(tmp_path, "export/__MACOSX/x", "export/team01.zip", "export/team02.zip")
+    assert [hand_in.label for hand_in in export.hand_ins] == ["team01", "team02"]
+
+
+@pytest.mark.parametrize("name", ["package.xml", "src/robot/package.xml"])
+def test_a_single_submission_is_named_as_such(tmp_path, name):
+    with pytest.raises(GraderError, match="is a single submission"):
+        layout(tmp_path, name)
+
+
+def test_a_folder_without_submissions_is_refused(tmp_path):
+    with pytest.raises(GraderError, match="holds no submission"):
+        layout(tmp_path, "readme.txt")
