@@ -244,7 +244,9 @@ class _Loop:
                 job = waiting.pop()
                 out = self._folder.working(job.entry.id)
                 begun = dt.datetime.now().astimezone().isoformat(timespec="seconds")
-                job = replace(job, order=replace(job.order, out=str(out)), record=replace(job.record, started=begun))
+                job = replace(
+                    job, order=replace(job.order, out=str(out.resolve())), record=replace(job.record, started=begun)
+                )
                 running[self._workforce.submit(job.order)] = job
             ended, _ = wait(running, timeout=_TICK_S, return_when=FIRST_COMPLETED)
             for future in ended:

@@ -68,7 +68,7 @@ def workforce(address: str, kit: str) -> Iterator[Cluster]:
     except ImportError:
         raise GraderError("--scheduler needs Dask: pip install 'distributed', here and on the workers.") from None
     try:
-        client: Any = Client(address, timeout=_CONNECT_S)
+        client: Any = Client(address, timeout=_CONNECT_S)  # type: ignore[no-untyped-call]  # Dask has no types
     except (OSError, ValueError) as error:
         raise GraderError(
             f"The scheduler {address} does not answer ({error}). Start it with `dask scheduler`."

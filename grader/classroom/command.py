@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import argparse
 import datetime as dt
+import json
 import sys
 import time
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from grader.classroom import batch, roster
+from grader.classroom import batch, class_folder, gradebook, lateness, roster
 from grader.classroom.class_folder import ClassFolder, Record, Status
+from grader.classroom.exports import canvas, github, gradescope, moodle, table
 from grader.errors import EXIT_GRADED, EXIT_OUR_FAULT, GraderError
 from grader.sanitize import printable
 from grader.scoring import rubric
@@ -21,6 +24,7 @@ EXIT_INTERRUPTED = 130
 def add(verbs: Any) -> None:
     """Add the verbs to the grader's."""
     _add_batch(verbs)
+    _add_gradebook(verbs)
 
 
 def _add_batch(verbs: Any) -> None:
@@ -49,6 +53,34 @@ def _add_batch(verbs: Any) -> None:
     parser.set_defaults(run=_batch)
 
 
+def _add_gradebook(verbs: Any) -> None:
+    parser = verbs.add_parser(
+        "gradebook",
+        help="write grades in the form that a learning platform imports",
+        description="Write the grades of a class, with overrides.yaml as it is now, for Canvas, Moodle, Gradescope, "
+        "GitHub or a spreadsheet. For Gradescope and GitHub, CLASS may also be the folder of one grading.",
+        epilog="Example:  grader gradebook class --for canvas --sheet canvas_export.csv --out canvas_import.csv",
+    )
+    parser.add_argument("folder", type=Path, metavar="CLASS", help="the folder that `grader batch` has made")
+    parser.add_argument("--for", dest="platform", choices=sorted(_PLATFORMS), default="csv", help="default: csv")
+    parser.add_argument("--out", type=Path, help="the file, or the folder for gradescope and github")
+    parser.add_argument("--sheet", type=Path, help="an export of Canvas or Moodle to be filled in")
+    parser.add_argument("--assignment", default="", metavar="TITLE", help="the assignment's title in Canvas or Moodle")
+    parser.add_argument(
+        "--anonymous", action="store_true", help="csv without names; those are in a second file, *_key.csv"
+    )
+    parser.set_defaults(run=_gradebook)
+
+
+_PLATFORMS = {
+    "csv": "gradebook.csv",
+    "canvas": "canvas.csv",
+    "moodle": "moodle.csv",
+    "gradescope": "gradescope",
+    "github": "github",
+}
+
+
 def _time(text: str) -> dt.datetime:
     try:
         time = dt.datetime.fromisoformat(text)
@@ -61,6 +93,8 @@ def _batch(options: argparse.Namespace) -> int:
     people = roster.load(options.roster) if options.roster else ()
     if options.jobs < 0:
         raise GraderError("--jobs must be 1 or more.")
+    if options.late:
+        lateness.parse(options.late)
     said = _Said()
     summary = batch.run(
         options.source,
@@ -79,6 +113,7 @@ def _batch(options: argparse.Namespace) -> int:
         said,
     )
     said.close()
+    table.write(gradebook.read(ClassFolder(options.out)), options.out / class_folder.GRADEBOOK)
     for note in ClassFolder(options.out).facts().notes:
         print(f"note: {printable(note, 300)}")
     print(
@@ -93,6 +128,43 @@ def _batch(options: argparse.Namespace) -> int:
         return EXIT_INTERRUPTED
     print(f"Class: {options.out}")
     return EXIT_OUR_FAULT if summary.errors else EXIT_GRADED
+
+
+def _gradebook(options: argparse.Namespace) -> int:
+    folder = ClassFolder(options.folder)
+    if not (options.folder / class_folder.CLASS).exists() and (options.folder / "report.json").exists():
+        report = json.loads((options.folder / "report.json").read_text(encoding="utf-8"))
+        book = gradebook.of_one(report, rubric.load(rubric.RUBRIC))
+        reports: dict[str, dict[str, Any] | None] = {book.rows[0].submission: report}
+    else:
+        book = gradebook.read(folder)
+        reports = {row.submission: folder.report(row.submission) for row in book.rows if row.submission}
+    out: Path = options.out or options.folder / _PLATFORMS[options.platform]
+    title = options.assignment or book.rubric.title
+    unknown: list[str] = []
+    if options.platform == "csv":
+        key = out.with_name(f"{out.stem}_key.csv") if options.anonymous else None
+        table.write(book, out, key=key)
+        if key:
+            print(f"Key: {key}")
+    elif options.platform == "canvas" and options.sheet:
+        unknown = canvas.fill(book, options.sheet, out, options.assignment)
+    elif options.platform == "canvas":
+        canvas.write(book, out, title)
+    elif options.platform == "moodle" and options.sheet:
+        unknown = moodle.fill(book, options.sheet, out)
+    elif options.platform == "moodle":
+        moodle.write(book, out, title)
+    elif options.platform == "gradescope":
+        gradescope.write_all(book, reports, out)
+    else:
+        github.write_all(book, reports, out)
+    for name in unknown:
+        print(f"note: the gradebook does not know {printable(name)}; the line stays as it was.")
+    states = Counter(row.state.value for row in book.rows)
+    print(f"{len(book.rows)} people: " + ", ".join(f"{count} {state}" for state, count in states.most_common()))
+    print(f"Grades: {out}")
+    return EXIT_GRADED
 
 
 class _Said:

@@ -21,6 +21,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from grader import KIT
 from grader.classroom.class_folder import Status
 from grader.errors import GraderError, SubmissionError
 
@@ -68,7 +69,7 @@ class Runner:
             child = subprocess.Popen(
                 [sys.executable, "-m", "grader.classroom.one_grading"],
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                text=True, errors="replace", start_new_session=True,
+                text=True, errors="replace", start_new_session=True, cwd=KIT,
             )  # fmt: skip
             self._running.add(child)
         try:

@@ -1,0 +1,1 @@
+"""The gradebook in the forms that learning platforms import. docs/classes.md describes each."""

@@ -1,0 +1,56 @@
+"""CSV files whose cells are only ever text or numbers to the spreadsheet that opens them."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from decimal import Decimal
+from pathlib import Path
+
+from grader.classroom.roster import delimiter
+from grader.errors import GraderError
+from grader.host.atomic import write_atomically
+
+# What a spreadsheet takes for the beginning of a formula (OWASP, "CSV Injection").
+_FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+
+Cell = str | int | Decimal | None
+
+
+def neutral(cell: Cell) -> str:
+    """Return a cell as text that no spreadsheet takes for a formula; a number stays a number, None is empty."""
+    if cell is None:
+        return ""
+    if isinstance(cell, int | Decimal):
+        return str(cell)
+    return f"'{cell}" if cell.startswith(_FORMULA) else cell
+
+
+def write(path: Path, rows: Iterable[Sequence[Cell]]) -> None:
+    """Write rows as CSV in UTF-8, every cell neutral."""
+    write_as_read(path, ([neutral(cell) for cell in row] for row in rows), ",")
+
+
+def write_as_read(path: Path, rows: Iterable[Sequence[str]], separator: str) -> None:
+    """Write the rows of a sheet that `read` returned; a cell that nobody filled in stays as the platform wrote it."""
+    stream = io.StringIO()
+    csv.writer(stream, delimiter=separator, lineterminator="\n").writerows(rows)
+    write_atomically(path, stream.getvalue())
+
+
+def read(path: Path) -> tuple[list[list[str]], str]:
+    """Return the rows of a CSV file that a platform wrote, and what separates its cells.
+
+    Raises:
+        GraderError: it cannot be read or is empty.
+    """
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise GraderError(f"{path} cannot be read ({error}). Export it once more, as CSV in UTF-8.") from error
+    separator = delimiter(text)
+    rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))
+    if not rows:
+        raise GraderError(f"{path} is empty. Export it once more.")
+    return rows, separator

@@ -1,0 +1,119 @@
+"""GitHub: annotations and step summary of a workflow, and the result that GitHub Classroom's reporter reads.
+
+Formats: GitHub's "Workflow commands", and classroom-resources/autograding-grading-reporter.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from pathlib import Path
+from typing import Any
+
+from grader.classroom.exports.words import losses
+from grader.classroom.gradebook import Gradebook, Row
+from grader.host.atomic import write_atomically
+from grader.sanitize import printable
+from grader.scoring.rubric import Rubric
+
+MOST_ANNOTATIONS = 10  # of one kind are shown for a step; the rest is in the summary
+MOST_SUMMARY_BYTES = 1024 * 1024
+_TEXT = 300
+
+
+def write_all(book: Gradebook, reports: dict[str, dict[str, Any] | None], folder: Path) -> list[Path]:
+    """Write annotations.txt, summary.md and classroom.txt for each submission, in ID/ below `folder`.
+
+    A workflow prints the first, appends the second to $GITHUB_STEP_SUMMARY and the third to $GITHUB_OUTPUT.
+    """
+    written = []
+    for row in {row.submission: row for row in book.rows if row.submission}.values():
+        report = reports.get(row.submission) or {}
+        place = folder / row.submission
+        texts = {
+            "annotations.txt": workflow_commands(row, report),
+            "summary.md": summary(row, book.rubric, report),
+            "classroom.txt": f"result={classroom(row, book.rubric, report)}\n",
+        }
+        for name, text in texts.items():
+            write_atomically(place / name, text)
+            written.append(place / name)
+    return written
+
+
+def workflow_commands(row: Row, report: dict[str, Any]) -> str:
+    """Return workflow commands: one for each requirement that lost points, the dearest first."""
+    lost = [each for each in row.requirements if each.points is not None and each.points < each.max]
+    lost.sort(key=lambda each: each.points - each.max if each.points is not None else 0)
+    measured = {each["id"]: each for each in report.get("requirements", ())}
+    lines = []
+    for each in lost[:MOST_ANNOTATIONS]:
+        text = " | ".join(losses(measured.get(each.id, {}))) or row.comment or "no points"
+        title = f"{each.id}: {each.points} of {each.max} points"
+        lines.append(f"::warning title={_property(title)}::{_data(printable(text, 900))}\n")
+    total = "no grade" if row.total is None else f"{row.total} of {row.max}"
+    return f"::notice title=Points::{_data(total)}\n" + "".join(lines)
+
+
+def summary(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
+    """Return the summary of a step: a table of all requirements, and what was lost, as GitHub's Markdown."""
+    measured = {each["id"]: each for each in report.get("requirements", ())}
+    total = "no grade" if row.total is None else f"{row.total} of {row.max} points"
+    lines = [f"# {_markdown(rubric.title)}: {total}", ""]
+    if row.comment:
+        lines += [_markdown(row.comment), ""]
+    lines += ["| requirement | points | of | |", "|---|---:|---:|---|"]
+    for each in row.requirements:
+        shown = "not graded" if each.points is None else str(each.points)
+        mark = "" if each.points == each.max else "by a person" if each.override else _markdown(each.outcome)
+        lines.append(f"| {each.id} {_markdown(rubric.requirement(each.id).title)} | {shown} | {each.max} | {mark} |")
+    for each in row.requirements:
+        if said := list(losses(measured.get(each.id, {}))):
+            lines += ["", f"## {each.id} {_markdown(rubric.requirement(each.id).title)}", "", *map(_line, said)]
+    text = "\n".join(lines) + "\n"
+    return text.encode()[: MOST_SUMMARY_BYTES - 1].decode(errors="ignore")
+
+
+def classroom(row: Row, rubric: Rubric, report: dict[str, Any]) -> str:
+    """Return the result of a step of GitHub Classroom: base64 of JSON, version 3. Its numbers are whole or not."""
+    measured = {each["id"]: each for each in report.get("requirements", ())}
+    tests = [
+        {
+            "name": f"{each.id} {rubric.requirement(each.id).title}",
+            "status": "pass" if each.points == each.max else "fail",
+            "message": printable(" | ".join(losses(measured.get(each.id, {}))), _TEXT),
+            "test_code": "",
+            "task_id": 0,
+            "filename": "",
+            "line_no": 0,
+            "duration": 0,
+            "score": float(each.points or 0),
+        }
+        for each in row.requirements
+        if each.points is not None
+    ]
+    state = "error" if row.total is None else "pass" if row.total == row.max else "fail"
+    data = {"version": 3, "status": state, "message": row.comment, "max_score": float(row.max), "tests": tests}
+    return base64.b64encode(json.dumps(data).encode()).decode()
+
+
+def _data(text: str) -> str:
+    """Return text that a workflow command takes as it is."""
+    return text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(text: str) -> str:
+    return _data(text).replace(":", "%3A").replace(",", "%2C")
+
+
+def _markdown(text: str) -> str:
+    """Return text in which Markdown and HTML mean nothing."""
+    shown = printable(text, 1000)
+    for char in "\\`*_{}[]<>()#+-.!|~@:":
+        shown = shown.replace(char, f"\\{char}") if char not in "().-:" else shown
+    return shown.replace("\\<", "&lt;").replace("\\>", "&gt;")
+
+
+def _line(text: str) -> str:
+    """Return a line as code, which Markdown leaves alone."""
+    return "    " + printable(text, 1000)

@@ -1,0 +1,57 @@
+"""A small class on disk, as `grader batch` leaves it."""
+
+from __future__ import annotations
+
+import datetime as dt
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from helpers.class_reports import report
+
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
+from grader.classroom.discovery import Entry
+from grader.classroom.roster import Person
+from grader.scoring import rubric
+
+DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)
+JANE = Person("s1", "Jane Doe", "jane@uni.edu", "jdoe", "team07", "12345")
+LI = Person("s2", "=Li Wu", "li@uni.edu", "liwu", "team07", "12346")
+BO = Person("s3", "Bo Ek", "bo@uni.edu", "boek", "", "12347")
+EVA = Person("s4", "Eva Ost", "eva@uni.edu", "eost", "", "12348")
+
+
+@pytest.fixture
+def class_of_four(tmp_path) -> Callable[..., ClassFolder]:
+    """Return what makes a class: team07 of two graded, boek refused, eost handed in nothing."""
+
+    def make(
+        overrides: str = "", late_rule: str = "", submitted: dt.datetime | None = None, **changed: Any
+    ) -> ClassFolder:
+        folder = ClassFolder(tmp_path / "class")
+        folder.path.mkdir()
+        entries = (
+            Entry("boek", "boek", Path("boek.zip"), "b" * 64, (BO,)),
+            Entry("team07", "team07", Path("team07.zip"), "a" * 64, (JANE, LI), submitted),
+        )
+        text = changed.pop("rubric", rubric.RUBRIC.read_text())
+        (folder.path / RUBRIC).write_text(text)
+        folder.write_facts(
+            ClassFacts(
+                "Robots", "export.zip", "plain", hashlib.sha256(text.encode()).hexdigest(), "k", "0", "", 0,
+                entries, (EVA,), (), DEADLINE, late_rule,
+            )
+        )  # fmt: skip
+        for name, status, why in (("team07", Status.GRADED, ""), ("boek", Status.REFUSED, "boek.zip is empty.")):
+            made = folder.working(name)
+            if status is Status.GRADED:
+                (made / "report.json").write_text(json.dumps(changed.get("report", report({"F4": 2.0}))))
+            folder.keep(made, Record(name, "key", status, why))
+        if overrides:
+            folder.overrides.write_text(overrides)
+        return folder
+
+    return make

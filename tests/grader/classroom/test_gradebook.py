@@ -1,0 +1,106 @@
+"""The gradebook: measured points, people's decisions, lateness, and everybody in the class on a line."""
+
+from __future__ import annotations
+
+import datetime as dt
+from decimal import Decimal
+
+import pytest
+import yaml
+from helpers.class_reports import report
+
+from grader.classroom import gradebook
+from grader.classroom.gradebook import Gradebook, Row, State, rounded
+from grader.scoring import rubric
+
+DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)
+
+
+def row(book: Gradebook, key: str) -> Row:
+    (found,) = (row for row in book.rows if row.person.key == key)
+    return found
+
+
+def test_a_team_is_expanded_to_its_members_and_nobody_is_missing(class_of_four):
+    book = gradebook.read(class_of_four())
+    assert [(r.person.key, r.state, r.total) for r in book.rows] == [
+        ("s1", State.GRADED, Decimal("98.00")),
+        ("s2", State.GRADED, Decimal("98.00")),
+        ("s3", State.REFUSED, Decimal("0")),
+        ("s4", State.MISSING, Decimal("0")),
+    ]
+    assert "is empty" in row(book, "s3").comment
+    assert "nothing handed in" in row(book, "s4").comment
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"), [(2.005, "2.01"), (2.675, "2.68"), (0.125, "0.13"), (2.004999, "2.00"), (3, "3.00")]
+)
+def test_points_have_two_decimals_half_up(value, shown):
+    assert str(rounded(value)) == shown
+
+
+def test_the_total_is_the_sum_of_what_is_shown(class_of_four):
+    folder = class_of_four(report=report({"F1": 1.005, "F2": 1.005, "F3": 1.005}))
+    found = row(gradebook.read(folder), "s1")
+    assert found.total == sum(each.points for each in found.requirements if each.points is not None)
+
+
+def test_an_override_counts_and_says_who_and_why(class_of_four):
+    folder = class_of_four("submissions: {team07: {points: {F4: {points: 5, why: the wall stood, by: Ada}}}}")
+    found = row(gradebook.read(folder), "s1")
+    assert found.total == Decimal("100.00")
+    assert "F4: 5 points by Ada (the wall stood)" in found.comment
+
+
+def test_lateness_is_deducted_after_overrides_and_extensions_are_by_person(class_of_four):
+    folder = class_of_four(
+        "submissions: {team07: {points: {F4: {points: 5, why: x, by: Ada}}}}\n"
+        "people: {s2: {extension: {until: '2026-11-30T00:00+00:00', why: ill, by: Ada}}}",
+        late_rule="10 % per started day, at most 3 days",
+        submitted=DEADLINE + dt.timedelta(hours=30),
+    )
+    book = gradebook.read(folder)
+    assert (row(book, "s1").late_units, row(book, "s1").total) == (2, Decimal("80.00"))
+    assert (row(book, "s2").late_units, row(book, "s2").total) == (0, Decimal("100.00"))
+    assert "2 started days late: 20.00 points deducted" in row(book, "s1").comment
+    assert "extension until 2026-11-30" in row(book, "s2").comment
+
+
+def test_a_corrected_time_is_taken_instead_of_the_exports(class_of_four):
+    folder = class_of_four(
+        "submissions: {team07: {submitted: '2026-11-20T12:00+00:00'}}",
+        late_rule="10 % per started day",
+        submitted=DEADLINE + dt.timedelta(days=9),
+    )
+    assert row(gradebook.read(folder), "s1").deduction == 0
+
+
+def test_excused_people_have_no_grade(class_of_four):
+    folder = class_of_four(
+        "people: {s1: {excused: {why: passed last year, by: Ada}}, s4: {excused: {why: ill, by: Ada}}}"
+    )
+    book = gradebook.read(folder)
+    assert [(row(book, key).state, row(book, key).total) for key in ("s1", "s4")] == [(State.EXCUSED, None)] * 2
+    assert row(book, "s2").total == Decimal("98.00"), "the rest of the team is graded"
+
+
+def test_a_requirement_without_checks_waits_for_a_person(class_of_four):
+    data = yaml.safe_load(rubric.RUBRIC.read_text())
+    (f4,) = (each for each in data["criteria"][0]["requirements"] if each["id"] == "F4")
+    del f4["checks"]
+    measured = report()
+    (entry,) = (each for each in measured["requirements"] if each["id"] == "F4")
+    entry |= {"points": 0.0, "max": 0.0, "outcome": "not_graded", "checks": []}
+    folder = class_of_four(rubric=yaml.safe_dump(data, sort_keys=False), report=measured)
+    waiting = row(gradebook.read(folder), "s1")
+    assert (waiting.state, waiting.total, waiting.max) == (State.TO_GRADE, Decimal("95.00"), Decimal("100.00"))
+    assert "to be graded by a person" in waiting.comment
+    folder.overrides.write_text("submissions: {team07: {points: {F4: {points: 4, why: seen in the lab, by: Ada}}}}")
+    done = row(gradebook.read(folder), "s1")
+    assert (done.state, done.total) == (State.GRADED, Decimal("99.00"))
+
+
+def test_who_could_not_be_graded_may_be_graded_by_a_person_in_part(class_of_four):
+    folder = class_of_four("submissions: {boek: {points: {F1: {points: 3, why: seen in the lab, by: Ada}}}}")
+    assert row(gradebook.read(folder), "s3").total == Decimal("3.00")

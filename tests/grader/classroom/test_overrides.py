@@ -1,0 +1,78 @@
+"""overrides.yaml: what people decide, and how mistakes in it are named."""
+
+from __future__ import annotations
+
+import datetime as dt
+from decimal import Decimal
+
+import pytest
+
+from grader.classroom import overrides
+from grader.classroom.overrides import Decisions, Excuse, PointsOverride
+from grader.classroom.roster import Person
+from grader.errors import GraderError
+from grader.scoring import rubric
+
+RUBRIC = rubric.load(rubric.RUBRIC)
+PEOPLE = (Person("s1", "Jane Doe", login="jdoe"), Person("s2", "Li Wu"))
+
+GOOD = """\
+submissions:
+  team07:
+    points:
+      F4: {points: 3.5, why: "the wall stood in the start", by: Ada}
+    comments: ["A fine README."]
+    submitted: 2026-11-21T10:00+00:00
+people:
+  jdoe:
+    extension: {until: "2026-11-25T23:59+00:00", why: ill, by: Ada}
+  s2:
+    excused: {why: passed last year, by: Ada}
+"""
+
+
+def load(tmp_path, text: str) -> Decisions:
+    path = tmp_path / "overrides.yaml"
+    path.write_text(text)
+    return overrides.load(path, ["team07", "team08"], PEOPLE, RUBRIC)
+
+
+def test_points_comments_times_extensions_and_excuses(tmp_path):
+    found = load(tmp_path, GOOD)
+    decided = found.on("team07")
+    assert decided.points == (PointsOverride("F4", Decimal("3.5"), "the wall stood in the start", "Ada"),)
+    assert decided.comments == ("A fine README.",)
+    assert decided.submitted == dt.datetime(2026, 11, 21, 10, tzinfo=dt.UTC)
+    extension = found.about(PEOPLE[0]).extension
+    assert extension is not None
+    assert extension.until == dt.datetime(2026, 11, 25, 23, 59, tzinfo=dt.UTC)
+    assert found.about(PEOPLE[1]).excused == Excuse("passed last year", "Ada")
+    assert found.on("team08").points == ()
+
+
+@pytest.mark.parametrize("text", ["", "submissions:\n", "submissions: {}\npeople:\n"])
+def test_an_empty_file_decides_nothing(tmp_path, text):
+    assert load(tmp_path, text) == Decisions()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("team07", "taem07", r"line 2: taem07 is not a submission of this class. Did you mean team07\?"),
+        ("F4:", "F44:", r"line 4: F44 is not a requirement of the rubric. Did you mean F"),
+        ("3.5", "5.5", r"line 4: F4 has 5 points; 5.5 is outside 0 to 5"),
+        ("3.5", ".nan", r"line 4: .*nan"),
+        ("3.5", "many", r"line 4: many is not a number of points"),
+        (", by: Ada}\n    comments", "}\n    comments", r"line 4: 'by' is missing; a decision needs points, why, by"),
+        ("comments", "coments", r"line 5: coments is not allowed here. Did you mean comments\?"),
+        ("2026-11-21T10:00+00:00", "yesterday", r"line 6: yesterday is not a time"),
+        ("jdoe", "jdo", r"line 8: jdo is not a person of this class. Did you mean jdoe\?"),
+        ("people:", "submissions:", r"line 7: submissions is written twice"),
+        ("{points: 3.5", "[points: 3.5", r"line 4: "),
+        ("  team07:", "- team07", r"line \d+: "),
+    ],
+)
+def test_a_mistake_is_named_with_its_line_and_a_remedy(tmp_path, old, new, said):
+    assert old in GOOD
+    with pytest.raises(GraderError, match=said):
+        load(tmp_path, GOOD.replace(old, new, 1))
