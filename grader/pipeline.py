@@ -15,7 +15,7 @@ from grader.checks import checks_run
 from grader.collect import collect
 from grader.errors import GraderError
 from grader.evidence import Evidence, Flag
-from grader.host import atomic, namespaces, provenance, shortage, tempdir
+from grader.host import atomic, namespaces, provenance, shortage, submission_user, tempdir
 from grader.intake.submission import open_submission
 from grader.scoring.grading import Grading
 from grader.scoring.rubric import Rubric
@@ -46,6 +46,8 @@ def grade(
     started = time.monotonic()
     shortage.require_memory()
     sandbox.require()
+    if said := submission_user.notice():
+        settings.progress(said)
     try:
         with atomic.replace_entries(out) as fresh:
             evidence.save(_collected(source, settings), fresh / EVIDENCE)
@@ -55,7 +57,7 @@ def grade(
             write(grading, fresh)
     except OSError as error:
         # A failed write does not say where.
-        if shortage.explain(error) and (said := shortage.explain_disk(out)):
+        if shortage.explain(error) and (said := shortage.explain_disk(out) or shortage.explain_disk(tempdir.parent())):
             raise GraderError(said) from error
         raise
     return grading
@@ -77,7 +79,7 @@ def judge(folder: Path, settings: Settings) -> Grading:
 
 def _collected(source: Path, settings: Settings) -> Evidence:
     """Take the submission in, collect the evidence, and add what made it."""
-    with tempdir.folder("grading") as folder:
+    with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
         settings.progress(f"taking in {source.name}")
         submission = open_submission(source, folder / "submission")
         (folder / "work").mkdir()
@@ -88,6 +90,8 @@ def _collected(source: Path, settings: Settings) -> Evidence:
         intake = replace(found.intake, notes=[namespaces.UNSAFE_NOTICE, *found.intake.notes])
         flag = Flag("no sandbox", namespaces.UNSAFE_NOTICE)
         found = replace(found, intake=intake, flags=[flag, *found.flags])
+    elif submission_user.runs_as_root():
+        found = replace(found, intake=replace(found.intake, notes=[submission_user.RUNS_AS_ROOT, *found.intake.notes]))
     return found
 
 
