@@ -25,7 +25,9 @@ _EXPORTED = (
 )
 # Folders in which students keep the package or copies of it.
 _OWN = re.compile(
-    rf"src|{spec.PACKAGE}.*|.*(?:backup|copy|old|archive|draft|version|attempt|final).*|v?\d+(?:\.\d+)*", re.IGNORECASE
+    rf"src|{spec.PACKAGE}.*|v?\d+(\.\d+)*"
+    r"|(.*[^a-z])?(backup|bak|copy|old|new|archive|draft|version|attempt|final)([^a-z].*)?",
+    re.IGNORECASE,
 )
 _MANY = 3  # packages in as many folders of an archive are not one student's copies
 _NAMED = 5
