@@ -1,9 +1,12 @@
 """I1: the package builds, and installs what ROS looks for."""
 
+from collections.abc import Mapping
+
 from grader.checks.build_log import find_error
+from grader.checks.findings import some
 from grader.checks.first_cause import listing, sentence, shown_by
 from grader.checks.judge import Failed, Judge
-from grader.contract.spec import NODES
+from grader.contract.spec import NODES, PACKAGE
 
 _PROGRAMS_BY_CMAKE = "install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME}), with the executable bit set"
 _PROGRAMS_BY_SETUP = (
@@ -29,6 +32,22 @@ def test_colcon_build_succeeds(judge: Judge) -> None:
         raise Failed(seen, try_)
     if not build.ok:
         raise Failed(*_first_cause(judge))
+    if build.package != PACKAGE:
+        seen = f"It builds, as {build.package}; the assignment asks for {PACKAGE}."
+        places = f" Rename it in {some(_by_file(build.named_in))}." if build.named_in else ""
+        raise Failed(seen + places, "everything else was graded under the name that it has; rename it all at once")
+
+
+def _by_file(places: list[str]) -> list[str]:
+    """Return "setup.py (lines 6 and 9)" for "setup.py:6" and "setup.py:9", and files without lines as they are."""
+    lines: dict[str, list[str]] = {}
+    for place in places:
+        file, _, line = place.partition(":")
+        lines.setdefault(file, []).extend([line] if line else [])
+    return [
+        f"{file} (line{'s'[: len(numbers) - 1]} {', '.join(numbers)})" if numbers else file
+        for file, numbers in lines.items()
+    ]
 
 
 def _first_cause(judge: Judge) -> tuple[str, str]:
@@ -56,9 +75,24 @@ def test_executables_are_installed(judge: Judge) -> None:
     found = judge.evidence.build.executables
     missing = [name for name in NODES if name not in found]
     if missing:
-        seen = f"missing: {', '.join(missing)}; found: {', '.join(found) or 'nothing'}"
         share = 1 - len(missing) / len(NODES)
+        if misplaced := judge.evidence.build.misplaced:
+            judge.share(share, *_misplaced(judge, misplaced))
+            return
+        seen = f"missing: {', '.join(missing)}; found: {', '.join(found) or 'nothing'}"
         judge.share(share, *_explained(judge, missing, seen, _PROGRAMS_BY_CMAKE, _PROGRAMS_BY_SETUP))
+
+
+def _misplaced(judge: Judge, folders: Mapping[str, str]) -> tuple[str, str]:
+    """Return where the nodes are instead, and what to try where the package is built as this one is."""
+    intake, package = judge.evidence.intake, judge.evidence.build.package
+    home = f"lib/{package}"
+    where = [f"{folder}/{name}" for name, folder in folders.items()]
+    seen = f"{', '.join(where)}: `ros2 run` looks in {home} (the trials ran them where they are)"
+    if f"{intake.package_path}/CMakeLists.txt".removeprefix("./") in intake.files:
+        return seen, "install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME})"
+    lines = f"[develop] script_dir=$base/{home} and [install] install_scripts=$base/{home}"
+    return seen, f"setup.cfg beside setup.py says where: {lines}"
 
 
 def test_launch_and_config_are_installed(judge: Judge) -> None:

@@ -11,14 +11,14 @@ from grader.checks.package_text import (
     weighed,
     within_bounds,
 )
-from grader.contract.layout import LAYOUT
+from grader.contract.layout import LAYOUT, layout_of
 from grader.contract.spec import CONVERSIONS, PACKAGE
 
 
 def test_layout_matches_the_contract(judge: Judge) -> None:
     """The package has the contract's layout; each missing path costs a share."""
     paths = set(within_bounds(judge).paths)
-    missing = [path for path in LAYOUT if path not in paths]
+    missing = [path for path in layout_of(paths, judge.evidence.intake.package) if path not in paths]
     if missing:
         seen = f"missing: {some(missing, len(LAYOUT))}"
         meant = [_similar(path, paths) for path in missing]
@@ -70,7 +70,8 @@ def _similar(path: str, paths: set[str]) -> str:
     """Return a path with the same or nearly the same name as a missing one, "" if there is none."""
     name = path.rpartition("/")[2].lower()
     plain = name.replace("_", "").replace(".", "").replace("-", "")
-    for other in sorted(paths):
+    # What has its place in the layout is no misspelling of something else.
+    for other in sorted(paths - set(LAYOUT)):
         theirs = other.rpartition("/")[2].lower()
         if name != "__init__.py" and plain == theirs.replace("_", "").replace(".", "").replace("-", ""):
             return other
