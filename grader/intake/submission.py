@@ -63,11 +63,16 @@ def open_submission(
         try:
             if opened.refused and not tree.candidates:
                 raise opened.refused[0]
+            if opened.flags and not tree.files:
+                raise SubmissionError(
+                    f"{printable(name)} has no file that could be taken in: {next(opened.remarks())}",
+                    "Zip the package folder again with an ordinary program.",
+                )
             if not package:
                 refuse_several(tree, name, opened.folders, folder=source.is_dir())
             return _describe(name, tree, choose_named(tree, name, package) if package else choose(tree, name), opened)
         except SubmissionError as error:
-            error.remarks = [*opened.notes, *(f"{flag.where}: {flag.what}." for flag in opened.flags)]
+            error.remarks = [*opened.remarks(), *opened.closed(tree)]
             raise
 
 
@@ -87,7 +92,7 @@ class _Opened:
 
         An archive that cannot be opened stays and is noted, and its error is added to `refused`.
         """
-        archives = [path for path in tree.searched if path.lower().endswith(ARCHIVE_SUFFIXES)]
+        archives = [p for p in tree.searched if p.lower().endswith(ARCHIVE_SUFFIXES) and p not in self._failed]
         for path in sorted(archives, key=lambda path: (path.count("/"), path))[:MAX_SIDE_BY_SIDE]:
             folder = _free_folder(tree.root / path)
             try:
@@ -104,12 +109,22 @@ class _Opened:
             self.flags += inner.flags
             self._left = inner.left
 
+    def remarks(self) -> Iterator[str]:
+        """Yield the notes, and the flags as notes."""
+        yield from self.notes
+        yield from (f"{flag.where}: {flag.what}." for flag in self.flags)
+
     def closed(self, tree: Tree) -> Iterator[str]:
         """Yield a note on each archive that is still closed."""
         left = [path for path in tree.searched if path.lower().endswith(_ARCHIVES) and path not in self._failed]
         for path in left[:MAX_OTHERS]:
             if path.lower().endswith(ARCHIVE_SUFFIXES):
-                yield f"{printable(path)} was not opened: there is a package outside of it."
+                why = (
+                    "there is a package outside of it"
+                    if tree.candidates
+                    else "it is one of too many, or too deep inside"
+                )
+                yield f"{printable(path)} was not opened: {why}."
             else:
                 yield f"{printable(path)} was not opened: the grader opens zip and tar only."
         if len(left) > MAX_OTHERS:
