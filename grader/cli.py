@@ -12,7 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grader import KIT
-from grader.errors import EXIT_GRADED, EXIT_NOT_GRADED, EXIT_OUR_FAULT, EXIT_USAGE, GraderError, SubmissionError
+from grader.errors import (
+    EXIT_GRADED,
+    EXIT_NOT_GRADED,
+    EXIT_OUR_FAULT,
+    EXIT_USAGE,
+    GraderError,
+    SubmissionError,
+    UsageError,
+)
 from grader.host import namespaces, shortage
 from grader.sanitize import printable
 from grader.settings import MUTATION_BUDGET_S
@@ -28,6 +36,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return int(options.run(options))
     except SubmissionError as error:
         return _fail(error, EXIT_NOT_GRADED, options.debug)
+    except UsageError as error:
+        return _fail(error, EXIT_USAGE, options.debug)
     except GraderError as error:
         return _fail(error, EXIT_OUR_FAULT, options.debug)
     except KeyboardInterrupt:
@@ -83,6 +93,12 @@ def _add_grade(verbs: Any) -> None:
     )
     parser.add_argument("submission", type=Path, help="the package's folder, or an archive of it")
     parser.add_argument("--out", type=Path, required=True, help="the folder for the reports and the evidence")
+    parser.add_argument(
+        "--package-path",
+        metavar="PATH",
+        help="the package to grade, if the submission has several: its folder in there",
+    )
+    parser.add_argument("--force", action="store_true", help="replace another submission's report in --out")
     parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
     parser.add_argument("--build-timeout", type=_seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
     parser.add_argument(
@@ -179,9 +195,20 @@ def _grade(options: argparse.Namespace) -> int:
         seed=options.seed,
         build_seconds=options.build_timeout,
         mutation_budget_s=options.mutation_budget,
+        package_path=options.package_path or "",
+        overwrite=options.force,
         progress=progress.say,
     )
-    grading = pipeline.grade(options.submission, options.out, settings, write=report.write)
+    try:
+        grading = pipeline.grade(options.submission, options.out, settings, write=report.write)
+    except SubmissionError as error:
+        progress.done()
+        for remark in error.remarks:
+            print(f"note: {remark}", file=sys.stderr)
+        status = _fail(error, EXIT_NOT_GRADED, options.debug)
+        if options.submission.exists():
+            print(f"Report: {options.out / report.PAGE}")
+        return status
     progress.done()
     colour = console.wants_colour(sys.stdout, os.environ)
     print(console.render(grading, colour=colour, encoding=sys.stdout.encoding or "utf-8"))

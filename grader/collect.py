@@ -33,7 +33,8 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
     Raises:
         GraderError: this host cannot build or run the submission.
     """
-    wanted = [source for source in SOURCES if source.serves & settings.checked]
+    # The text is always read: it says why a package does not build, or why no node comes up.
+    wanted = [source for source in SOURCES if source.phase is Phase.TEXT or source.serves & settings.checked]
     found: dict[str, Collected] = {}
     with ThreadPoolExecutor(1) as pool:
         # Reading needs no build, so it goes on beside one and is done before the trials keep the cores busy.
@@ -60,18 +61,23 @@ def needs_build(requirements: frozenset[str]) -> bool:
 
 
 def _build(submission: Submission, settings: Settings) -> tuple[Built, Built]:
-    """Return the submission's build, and that of the contract's interfaces under the same package name."""
+    """Return the submission's build, and that of the contract's interfaces under the name that it has for them."""
     if not build.contract_is_built(settings.cache):
         settings.progress("building the contract's interfaces: once on this machine, about a minute")
     contract = build.build_contract(settings.cache)
     settings.progress("building the package")
     folders = [submission.package] + ([submission.interfaces] if submission.interfaces else [])
-    built = build.build(folders, settings.cache, seconds=settings.build_seconds)
-    if (types := build.interfaces_package(built.install)) != spec.PACKAGE:
+    main = submission.intake.package
+    built = build.build(folders, settings.cache, seconds=settings.build_seconds, main=main)
+    if (types := built.facts.types_package) != spec.PACKAGE:
         settings.progress(f"building the contract's interfaces as {types}: once on this machine, about a minute")
         contract = build.build_contract(settings.cache, types)
+    name = built.facts.package
     facts = replace(
-        built.facts, contract_hashes=contract.facts.type_hashes, contract_texts=contract.facts.interface_texts
+        built.facts,
+        contract_hashes=contract.facts.type_hashes,
+        contract_texts=contract.facts.interface_texts,
+        named_in=build.places(submission.package, name) if name != spec.PACKAGE else [],
     )
     return replace(built, facts=facts), contract
 

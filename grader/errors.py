@@ -1,5 +1,9 @@
 """The two families of errors, which decide who pays for an error, and the exit codes."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
+
 EXIT_GRADED, EXIT_NOT_GRADED, EXIT_USAGE, EXIT_OUR_FAULT = 0, 1, 2, 3
 """Exit codes: graded, cannot be graded, wrong usage, an error of the kit or of its host."""
 
@@ -14,8 +18,14 @@ class KitError(Exception):
 
 
 class SubmissionError(KitError):
-    """The submission cannot be graded as it is; the student can fix it."""
+    """The submission cannot be graded as it is; the student can fix it. `remarks` are what else was noticed of it."""
+
+    remarks: Sequence[str] = ()
 
 
 class GraderError(KitError):
     """The kit or its host failed; no submission loses points by it."""
+
+
+class UsageError(GraderError):
+    """The command asks for what cannot be done; nothing was graded and nothing was written."""

@@ -5,19 +5,22 @@ Everything of the submission runs in `collect`; below that line no student code 
 
 from __future__ import annotations
 
+import errno
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from grader import evidence, sandbox
+from grader import evidence, report, sandbox
 from grader.checks import checks_run
 from grader.collect import collect
-from grader.errors import GraderError
+from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Evidence, Flag
-from grader.host import atomic, namespaces, provenance, shortage, tempdir
+from grader.host import atomic, namespaces, provenance, shortage, submission_user, tempdir
 from grader.intake.submission import open_submission
-from grader.scoring.grading import Grading
+from grader.sanitize import printable
+from grader.scoring.grading import Grading, Refusal
 from grader.scoring.rubric import Rubric
 from grader.scoring.scorecard import score
 from grader.settings import Settings
@@ -32,33 +35,48 @@ def grade(
     source: Path,
     out: Path,
     settings: Settings,
-    write: Callable[[Grading, Path], object] = lambda _grading, _folder: None,
+    write: Callable[[Grading | Refusal, Path], object] = lambda _result, _folder: None,
 ) -> Grading:
     """Grade the submission `source`, leave the evidence in `out`, and return the grading.
 
-    `write` puts reports of the grading into a folder; they appear in `out` together with the evidence. If anything
-    fails, nothing appears and what is in `out` stays as it was.
+    `write` puts reports of the grading, or of the refusal to grade, into a folder; they appear in `out` together with
+    the evidence. If anything else fails, nothing appears and what is in `out` stays as it was.
 
     Raises:
         SubmissionError: there is nothing in it that could be graded.
+        UsageError: `out` cannot be written or has another submission's report, or there is no package at the path that
+            the settings name.
         GraderError: this host cannot grade.
     """
     started = time.monotonic()
     shortage.require_memory()
     sandbox.require()
+    if said := submission_user.notice():
+        settings.progress(said)
+    if not source.exists():
+        raise SubmissionError(f"There is no file or folder {printable(str(source))}.", "Check the path.")
     try:
-        with atomic.replace_entries(out) as fresh:
-            evidence.save(_collected(source, settings), fresh / EVIDENCE)
-            settings.progress("checking the evidence")
-            grading = replace(judge(fresh / EVIDENCE, settings), wall_seconds=time.monotonic() - started)
-            settings.progress("writing the report")
-            write(grading, fresh)
+        with _entries(out) as fresh:
+            try:
+                evidence.save(_collected(source, out, settings), fresh / EVIDENCE)
+            except SubmissionError as error:
+                _require_own(out, source, settings)
+                write(_refusal(source, error, settings, time.monotonic() - started), fresh)
+                if any(fresh.iterdir()):
+                    (fresh / EVIDENCE).mkdir()  # takes the place of an earlier grading's
+                refused = error
+            else:
+                settings.progress("checking the evidence")
+                grading = replace(judge(fresh / EVIDENCE, settings), wall_seconds=time.monotonic() - started)
+                settings.progress("writing the report")
+                write(grading, fresh)
+                return grading
     except OSError as error:
         # A failed write does not say where.
-        if shortage.explain(error) and (said := shortage.explain_disk(out)):
+        if shortage.explain(error) and (said := shortage.explain_disk(out) or shortage.explain_disk(tempdir.parent())):
             raise GraderError(said) from error
         raise
-    return grading
+    raise refused
 
 
 def judge(folder: Path, settings: Settings) -> Grading:
@@ -75,20 +93,73 @@ def judge(folder: Path, settings: Settings) -> Grading:
     )
 
 
-def _collected(source: Path, settings: Settings) -> Evidence:
+@contextmanager
+def _entries(out: Path) -> Iterator[Path]:
+    """Yield an empty folder whose entries will replace those in `out` (atomic.replace_entries)."""
+    with ExitStack() as stack:
+        try:
+            fresh = stack.enter_context(atomic.replace_entries(out))
+        except OSError as error:
+            if error.errno in (errno.ENOSPC, errno.EDQUOT):
+                raise
+            raise UsageError(
+                f"Cannot write to {printable(str(out))}: {error.strerror}.", "Choose another --out."
+            ) from error
+        yield fresh
+
+
+def _require_own(out: Path, source: Path, settings: Settings, sha256: str = "") -> None:
+    """Check that `out` has no report, or that of the submission `source` with the content `sha256`."""
+    found = report.standing(out)
+    if not settings.overwrite and found is not None and not found.is_of(source, sha256):
+        raise UsageError(
+            f"{printable(str(out))} has {found}; nothing was written.",
+            "Choose another --out, or replace it with --force.",
+        )
+
+
+def _refusal(source: Path, error: SubmissionError, settings: Settings, seconds: float) -> Refusal:
+    return Refusal(
+        submission=source.resolve().name,
+        because=error.what,
+        try_=error.advice,
+        notes=list(error.remarks),
+        environment=provenance.environment(),
+        seed=settings.seed,
+        source=report.fingerprint(source),
+        wall_seconds=seconds,
+    )
+
+
+def _collected(source: Path, out: Path, settings: Settings) -> Evidence:
     """Take the submission in, collect the evidence, and add what made it."""
-    with tempdir.folder("grading") as folder:
+    with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
         settings.progress(f"taking in {source.name}")
-        submission = open_submission(source, folder / "submission")
+        submission = open_submission(
+            source, folder / "submission", package=settings.package_path, leave_out=_below(out, source)
+        )
+        _require_own(out, source, settings, submission.intake.sha256)
         (folder / "work").mkdir()
         found = collect(submission, folder / "work", settings)
-    made = {"seed": str(settings.seed), "kit": provenance.kit_hash(), "submission": found.intake.sha256}
+    made = {
+        "seed": str(settings.seed),
+        "kit": provenance.kit_hash(),
+        "submission": found.intake.sha256,
+        "source": report.fingerprint(source),
+    }
     found = replace(found, origin=made | provenance.environment())
     if namespaces.sandbox_disabled():
         intake = replace(found.intake, notes=[namespaces.UNSAFE_NOTICE, *found.intake.notes])
         flag = Flag("no sandbox", namespaces.UNSAFE_NOTICE)
         found = replace(found, intake=intake, flags=[flag, *found.flags])
+    elif submission_user.runs_as_root():
+        found = replace(found, intake=replace(found.intake, notes=[submission_user.RUNS_AS_ROOT, *found.intake.notes]))
     return found
+
+
+def _below(out: Path, source: Path) -> Path | None:
+    """Return the folder `out` if it lies in the folder `source`: reports are no part of a submission."""
+    return out if source.resolve() in out.resolve().parents else None
 
 
 def _only(whole: Rubric, wanted: set[str]) -> Rubric:

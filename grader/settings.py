@@ -22,6 +22,8 @@ class Settings:
         test_seconds: the limit for each of the package's own test modules.
         mutation_budget_s: the time to spend on mutants, as wall time of a quiet machine.
         requirements: judge only these; by default all that have checks.
+        package_path: the package to grade, by its place in the submission; by default the grader chooses.
+        overwrite: whether the reports may replace those of another submission.
         progress: called with a few words whenever something new begins.
     """
 
@@ -32,6 +34,8 @@ class Settings:
     test_seconds: float = MODULE_TIMEOUT_S
     mutation_budget_s: float = MUTATION_BUDGET_S
     requirements: tuple[str, ...] = ()
+    package_path: str = ""
+    overwrite: bool = True
     progress: Callable[[str], None] = lambda _what: None
 
     @property

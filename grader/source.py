@@ -38,6 +38,12 @@ class Subject:
     earlier: Mapping[str, Any] = field(default_factory=dict)
 
     @property
+    def ros_name(self) -> str:
+        """Return the name under which the package was installed, by which `ros2 run` finds it."""
+        assert self.built is not None
+        return self.built.facts.package
+
+    @property
     def install(self) -> Path:
         """Return the package's install tree."""
         assert self.built is not None

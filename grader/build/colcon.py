@@ -17,7 +17,7 @@ from pathlib import Path
 
 from grader import evidence, sandbox
 from grader.build import cache as build_cache
-from grader.build import install_tree, type_hashes
+from grader.build import install_tree, installed_code, type_hashes
 from grader.contract.spec import CONTRACT, INTERFACES, PACKAGE
 from grader.errors import GraderError
 from grader.host import ros_env, shortage, tempdir
@@ -52,8 +52,8 @@ class _Job:
 def build_contract(cache: Path, package: str = PACKAGE) -> Built:
     """Return the contract's own interfaces, built once on this machine. The observer uses these types.
 
-    `package` is the name of the package that has them: INTERFACES_PACKAGE for a submission that keeps its interfaces
-    in a package of their own.
+    `package` is the name of the package that has them, for a submission that has them under another name. Where they
+    do not build under it, they have the contract's.
 
     Raises:
         GraderError: they do not build here.
@@ -61,6 +61,8 @@ def build_contract(cache: Path, package: str = PACKAGE) -> Built:
     with tempfile.TemporaryDirectory(prefix="contract-") as folder:
         source = CONTRACT if package == PACKAGE else _copy_renamed(CONTRACT, Path(folder) / package)
         built = build([source], cache, seconds=600.0, trusted=True, main=package)
+    if not built.facts.ok and package != PACKAGE:
+        return build_contract(cache)
     if not built.facts.ok:
         raise GraderError(
             f"The contract's own interfaces do not build on this machine:\n{built.facts.log_tail}\nRun `grader doctor`."
@@ -87,8 +89,8 @@ def build(
     """Build the package folders in the sandbox and return the facts and the install tree.
 
     A second build of the same content returns the first one's result. Only the kit's own builds (`trusted`) write to
-    the compiler cache; submissions just read it, so that none can plant an object file for another. Without the package
-    `main` in the install tree the build counts as failed.
+    the compiler cache; submissions just read it, so that none can plant an object file for another. `main` is the name
+    of the package to look for in the install tree; a build that installs none counts as failed.
 
     Raises:
         GraderError: no sandbox, no disk space or no compiler. A package that does not compile is a fact, not an error.
@@ -131,7 +133,9 @@ def _build(job: _Job, folder: Path) -> Built:
         removed = [] if job.trusted else install_tree.remove_unsafe_entries(work / "install", _INSTALL)
         facts = _facts(result, work / "install", job.main)
         if not job.trusted:
-            facts = _verified(facts, work, removed, job.cache)
+            removed += installed_code.remove_byte_code(work / "install")
+            facts = _verified(facts, work, removed, job)
+            install_tree.link_misplaced(work / "install", facts.package, facts.misplaced.values())
         if tree is not None and facts.ok and not tree.is_dir():
             tree.parent.mkdir(parents=True, exist_ok=True)
             with contextlib.suppress(OSError):  # another grading has put one there in the meantime
@@ -184,6 +188,7 @@ def _colcon(job: _Job, work: Path) -> sandbox.RunResult:
         writable={work / "build": _BUILD, work / "install": _INSTALL} | ({ccache: _CCACHE} if job.trusted else {}),
         environment=environment,
         cwd="/ws",
+        trusted=job.trusted,
     )
     command = [
         "colcon", "--log-base", "/tmp/log", "build", "--base-paths", _SOURCE, "--build-base", _BUILD,
@@ -194,51 +199,60 @@ def _colcon(job: _Job, work: Path) -> sandbox.RunResult:
     return sandbox.run(command, box, sandbox.Limits(wall_seconds=job.seconds))
 
 
-def _facts(result: sandbox.RunResult, install: Path, package: str) -> evidence.Build:
+def _facts(result: sandbox.RunResult, install: Path, wanted: str) -> evidence.Build:
+    package = install_tree.main_package(install, wanted)
+    types = install_tree.interfaces_package(install, package)
     share = install / "share"
-    programs = install_tree.regular_files(install / "lib" / PACKAGE)
-    shared = install_tree.regular_files(share / PACKAGE)
+    shared = install_tree.regular_files(share / package) if package else ()
+    texts = {name: install_tree.interface_text(install, name, types) for name in INTERFACES}
+    hashes = {name: install_tree.installed_hash(share, types, name) for name in INTERFACES}
     return evidence.Build(
-        ok=result.ok and (share / package / "package.xml").is_file(),
+        ok=result.ok and bool(package),
         cached=False,
         wall_seconds=round(result.wall_seconds, 1),
         exit_code=result.exit_code,
         timed_out=result.timed_out,
         log_tail=_without_host_paths(result.output)[-_LOG_TAIL:],
+        package=package or wanted,
+        types_package=types,
         stopped=result.stopped,
-        executables=sorted(path.name for path in programs if path.stat().st_mode & 0o111),
-        shared_files=sorted(str(path.relative_to(share / PACKAGE)) for path in shared),
-        type_hashes={name: found for name in INTERFACES if (found := install_tree.installed_hash(share, name))},
-        interface_texts={name: text for name in INTERFACES if (text := install_tree.interface_text(share, name))},
+        executables=install_tree.programs(install / "lib" / package) if package else [],
+        misplaced=install_tree.misplaced_nodes(install, package) if package else {},
+        shared_files=sorted(str(path.relative_to(share / package)) for path in shared),
+        type_hashes={name: found for name, found in hashes.items() if found},
+        interface_texts={name: text for name, text in texts.items() if text},
     )
 
 
-def _verified(facts: evidence.Build, work: Path, removed: list[evidence.Flag], cache: Path) -> evidence.Build:
-    """Return the facts with type hashes checked against the interfaces' text, and with flags for possible tampering.
+def _verified(facts: evidence.Build, work: Path, removed: list[evidence.Flag], job: _Job) -> evidence.Build:
+    """Return the facts with everything checked against the text that was handed in, and with flags for tampering.
 
     The submission's build wrote the hashes beside the installed interfaces. A hash that is not that of the text is
     replaced by a sentence, so that it never passes for the contract's.
     """
-    share = work / "install" / "share"
-    package = install_tree.interfaces_package(work / "install")
-    submitted = type_hashes.definitions(work / "src")
+    if not facts.ok:
+        return replace(facts, flags=[*removed, *install_tree.tampering_flags(work / "install")])
+    own = [type_hashes.definitions(work / "src" / package.name) for package in job.packages]
     installed = {f"{name}.{name.partition('/')[0]}": text for name, text in facts.interface_texts.items()}
     # A definition that CMake generates is not in the source; then the installed text counts.
-    texts = {**installed, **submitted}
-    computed = type_hashes.compute(texts, package, cache) if facts.ok else {}
+    texts = installed | {name: text for each in reversed(own) for name, text in each.items()}
+    made = {facts.types_package: type_hashes.compute(texts, facts.types_package, job.cache)}
+    if facts.package not in made and own and own[0]:
+        made[facts.package] = type_hashes.compute(own[0], facts.package, job.cache)
     hashes, flags = {}, []
-    for name in INTERFACES:
-        found = install_tree.installed_hash(share, name)
-        if found and found == computed.get(name):
+    for name, found in facts.type_hashes.items():
+        if found == made[facts.types_package].hashes.get(name):
             hashes[name] = found
-        elif found:
+        else:
             hashes[name] = "the installed hash is not that of the text"
-            flags.append(
-                evidence.Flag(
-                    "forged type", f"the hash installed for {name} is not that of its text", where=f"{name}.json"
-                )
-            )
-    return replace(facts, type_hashes=hashes, flags=[*removed, *flags, *install_tree.tampering_flags(work / "install")])
+            words = f"the hash installed for {name} is not that of its text"
+            flags.append(evidence.Flag("forged type", words, where=f"{name}.json"))
+    unknown = installed_code.not_handed_in(work / "install", work / "src", made)
+    if unknown:
+        words = "the build installed code that was not handed in, so nobody has read it (Q1 to Q4, T1 to T3)"
+        flags.append(evidence.Flag("not handed in", words, where=", ".join(unknown[:5])))
+    tampering = install_tree.tampering_flags(work / "install")
+    return replace(facts, type_hashes=hashes, not_handed_in=unknown, flags=[*removed, *flags, *tampering])
 
 
 def _without_host_paths(log: str) -> str:

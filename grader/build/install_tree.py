@@ -11,17 +11,17 @@ import os
 import re
 import stat
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from grader.contract.spec import INTERFACES, INTERFACES_PACKAGE, PACKAGE
+from grader.contract.spec import INTERFACES, NODES, PACKAGE
 from grader.evidence import Flag
 from grader.host import ros_env
 from grader.sandbox import untrusted
 from grader.sanitize import printable
 
 _HARMLESS_GROUPS = ("console_scripts", "gui_scripts")
-_PACKAGES = (PACKAGE, INTERFACES_PACKAGE)
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,99}")
 _MAX_FLAGS = 20
 _MAX_BYTES = 1_000_000
 
@@ -99,9 +99,6 @@ def _site_flags(site: Path) -> Iterator[Flag]:
                 yield Flag("entry point", f"extends other programs by the group {printable(group)}", where=where)
         elif _shadows(name):
             yield Flag("module shadowing", f"hides the module {printable(name)} of Python or ROS", where=where)
-        elif name not in _PACKAGES and (path.suffix == ".py" or (path / "__init__.py").is_file()):
-            words = "Python beside the package: the coverage and the mutants of its tests (T2, T3) leave it out"
-            yield Flag("code elsewhere", words, where=where)
 
 
 def _entry_point_groups(path: Path) -> list[str]:
@@ -128,19 +125,39 @@ def regular_files(folder: Path) -> Iterator[Path]:
                 yield path
 
 
-def interfaces_package(install: Path) -> str:
-    """Return the name of the package in which a build installed the contract's interfaces."""
-    split = any(_hash_in(install / "share", INTERFACES_PACKAGE, name) for name in INTERFACES)
-    whole = any(_hash_in(install / "share", PACKAGE, name) for name in INTERFACES)
-    return INTERFACES_PACKAGE if split and not whole else PACKAGE
+def main_package(install: Path, wanted: str) -> str:
+    """Return the name under which a build has installed the package: the contract's, else `wanted`, else any.
+
+    It is "" if there is none. setup.py can install a package under another name than its package.xml has.
+    """
+    names = sorted(path.parent.name for path in (install / "share").glob("*/package.xml"))
+    own = [name for name in names if not _hashed_interfaces(install, name)] or names
+    return next((name for name in (PACKAGE, wanted, *own) if name in names), "")
 
 
-def installed_hash(share: Path, interface: str) -> str:
-    """Return the RIHS01 hash that rosidl installed beside the interface, "" if there is none."""
-    return next((found for name in _PACKAGES if (found := _hash_in(share, name, interface))), "")
+def interfaces_package(install: Path, package: str) -> str:
+    """Return the name of the package in which a build has installed the contract's interfaces.
+
+    That is `package` itself if it has any of them, else the package that has most, else the contract's.
+    """
+    share = install / "share"
+    names = [path.name for path in share.iterdir()] if share.is_dir() else []
+    usable = [name for name in sorted(names) if _NAME.fullmatch(name) and not _is_of_ros(name)]
+    counts = {name: count for name in usable if (count := _hashed_interfaces(install, name))}
+    return package if package in counts else max(counts, key=lambda name: counts[name], default=PACKAGE)
 
 
-def _hash_in(share: Path, package: str, interface: str) -> str:
+def _hashed_interfaces(install: Path, package: str) -> int:
+    return sum(bool(installed_hash(install / "share", package, name)) for name in INTERFACES)
+
+
+def _is_of_ros(package: str) -> bool:
+    """Return whether a package would hide one of ROS: an observer with it in its path would not see ROS's own."""
+    return _shadows(package) or (ros_env.PREFIX / "share" / package).exists()
+
+
+def installed_hash(share: Path, package: str, interface: str) -> str:
+    """Return the RIHS01 hash that rosidl has installed beside an interface of `package`, "" if there is none."""
     described = untrusted.read_json(share / package / f"{interface}.json", _MAX_BYTES)
     entries = described.get("type_hashes") if isinstance(described, dict) else None
     for entry in entries if isinstance(entries, list) else []:
@@ -149,12 +166,36 @@ def _hash_in(share: Path, package: str, interface: str) -> str:
     return ""
 
 
-def interface_text(share: Path, interface: str) -> str:
-    """Return the installed text of an interface such as "msg/SensorFusionData", "" if there is none."""
+def interface_text(install: Path, interface: str, package: str) -> str:
+    """Return the installed text of an interface such as "msg/SensorFusionData" of `package`, "" if there is none."""
     kind, name = interface.split("/")
-    for package in _PACKAGES:
-        path = share / package / kind / f"{name}.{kind}"
-        text = untrusted.read_text(path, _MAX_BYTES, errors="replace", newline=None)
-        if text is not None:
-            return text
-    return ""
+    path = install / "share" / package / kind / f"{name}.{kind}"
+    return untrusted.read_text(path, _MAX_BYTES, errors="replace", newline=None) or ""
+
+
+def programs(folder: Path) -> list[str]:
+    """Return the names of the programs in a folder."""
+    files = [path for path in folder.iterdir() if path.is_file()] if folder.is_dir() else []
+    return sorted(path.name for path in files if not path.is_symlink() and path.stat().st_mode & stat.S_IXUSR)
+
+
+def misplaced_nodes(install: Path, package: str) -> dict[str, str]:
+    """Return the nodes that are installed where `ros2 run` does not look, each with the folder that it is in."""
+    home = install / "lib" / package
+    folders = [install / "bin", *(path for path in sorted((install / "lib").glob("*")) if path != home)]
+    missing = set(NODES) - set(programs(home))
+    found: dict[str, str] = {}
+    for folder in folders:
+        for name in sorted(missing & set(programs(folder))):
+            found.setdefault(name, folder.relative_to(install).as_posix())
+    return found
+
+
+def link_misplaced(install: Path, package: str, folders: Iterable[str]) -> None:
+    """Link the programs in other folders of an install tree to where `ros2 run` looks: only I1 is about the place."""
+    home = install / "lib" / package
+    home.mkdir(parents=True, exist_ok=True)
+    for folder in sorted(set(folders)):
+        for name in programs(install / folder):
+            with contextlib.suppress(FileExistsError):
+                (home / name).symlink_to(os.path.relpath(install / folder / name, home))

@@ -1,7 +1,7 @@
-"""The type hashes of interface definitions, computed from their text by ROS's own tools.
+"""What ROS's own tools make of interface definitions: their type hashes, and their Python modules.
 
-The files that a build installs beside an interface come from the submission's build, which can write anything. So the
-grader computes the hashes itself, in a sandbox that runs nothing of the submission (`worker.py`).
+The files that a build installs for an interface come from the submission's build, which can write anything. So the
+grader makes them once more itself, in a sandbox that runs nothing of the submission (`worker.py`).
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import json
 import os
 import tempfile
 from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from grader import sandbox
@@ -24,18 +25,35 @@ _MAX_FILES = 200
 _SUFFIXES = (".msg", ".srv", ".action")
 
 
-def compute(texts: Mapping[str, str], package: str, cache: Path) -> dict[str, str]:
-    """Return the RIHS01 hash of each definition in `texts`.
+@dataclass(frozen=True)
+class Generated:
+    """What ROS's tools make of a package's definitions.
 
-    `texts` is keyed "srv/SetSpeed.srv", the result "srv/SetSpeed". A definition that ROS's tools cannot read is left
-    out. `package` is the name of the package that holds the definitions; it is part of what is hashed.
+    Attributes:
+        hashes: the RIHS01 hash of each interface, by its name "srv/SetSpeed".
+        modules: the SHA-256 of each Python module, by its path "srv/_set_speed.py" in the Python package.
+        exports: the text of each `__init__.py`, by its path.
     """
+
+    hashes: dict[str, str] = field(default_factory=dict)
+    modules: dict[str, str] = field(default_factory=dict)
+    exports: dict[str, str] = field(default_factory=dict)
+
+
+def compute(texts: Mapping[str, str], package: str, cache: Path) -> Generated:
+    """Return what ROS's tools make of the definitions in `texts`, which are keyed "srv/SetSpeed.srv".
+
+    A definition that they cannot read is left out. `package` is the name of the package that holds the definitions; it
+    is part of what is hashed.
+    """
+    if not texts:
+        return Generated()
     digest = hashlib.sha256(json.dumps([package, sorted(texts.items())]).encode()).hexdigest()[:40]
     cached = cache / "hashes" / f"{digest}.json"
     with contextlib.suppress(OSError, ValueError, TypeError, KeyError, AttributeError):
         kept = json.loads(cached.read_text())
-        if kept["checksum"] == _checksum(kept["hashes"]):  # a damaged file is computed again
-            return {str(name): str(found) for name, found in kept["hashes"].items()}
+        if kept["checksum"] == _checksum(kept["generated"]):  # a damaged file is computed again
+            return Generated(**kept["generated"])
     with tempfile.TemporaryDirectory(prefix="hashes-") as name:
         folder = Path(name)
         (folder / "out").mkdir()
@@ -45,22 +63,22 @@ def compute(texts: Mapping[str, str], package: str, cache: Path) -> dict[str, st
             writable={folder / "out": "/ws/out"},
             environment=ros_env.environment(home=sandbox.HOME),
         )
-        command = ["python3", "/ws/worker.py", "/ws/texts.json", "/ws/out/hashes.json"]
+        command = ["python3", "/ws/worker.py", "/ws/texts.json", "/ws/out/made.json"]
         result = sandbox.run(command, box, sandbox.Limits(wall_seconds=60.0))
         try:
-            found = {str(k): str(v) for k, v in json.loads((folder / "out" / "hashes.json").read_text()).items()}
-        except (OSError, ValueError):
-            return {}
+            found = Generated(**json.loads((folder / "out" / "made.json").read_text()))
+        except (OSError, ValueError, TypeError):
+            return Generated()
     if result.ok:
         cached.parent.mkdir(parents=True, exist_ok=True)
         part = cached.with_suffix(f".{os.getpid()}")
-        part.write_text(json.dumps({"hashes": found, "checksum": _checksum(found)}))
+        part.write_text(json.dumps({"generated": asdict(found), "checksum": _checksum(asdict(found))}))
         part.rename(cached)
     return found
 
 
-def _checksum(hashes: Mapping[str, str]) -> str:
-    return hashlib.sha256(json.dumps(hashes, sort_keys=True).encode()).hexdigest()
+def _checksum(generated: Mapping[str, object]) -> str:
+    return hashlib.sha256(json.dumps(generated, sort_keys=True).encode()).hexdigest()
 
 
 def definitions(folder: Path) -> dict[str, str]:

@@ -1,22 +1,130 @@
-"""Find the first error in the log of `colcon build`."""
+"""Find the first error in the log of `colcon build`, and what to do about it."""
 
 from __future__ import annotations
 
+import difflib
 import itertools
 import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from grader.contract.foreign_packages import absent
+
+_MARKED = re.compile(r"\bError\b|\berror:|\bERROR\b|\bError\(s\)")
+_OURS = re.compile(r"/ws/(?:src|build)/[^/\s']+/+|\bsubmission/(?=package\.xml)")
+_DEEP = re.compile(r"CMake Error at \S*(?:<ros>|cmake_install)\S* \(\w+\):\s*")
+_CALLER = re.compile(r"^\s*(CMakeLists\.txt:\d+ \(\w+\))\s*$", re.MULTILINE)
+_RAISED = re.compile(r"^\s*(?:[\w.]+\.)?([A-Z]\w*(?:Error|Exception|Specification|Package|Name|NotFound)): (.+)")
+_COMMANDS = {
+    "rosidl_generate_interfaces": "find_package(rosidl_default_generators REQUIRED) before it",
+    "ament_package": "find_package(ament_cmake REQUIRED) before it",
+    "ament_get_python_install_dir": "find_package(ament_cmake REQUIRED) before it",
+    "ament_python_install_package": "find_package(ament_cmake_python REQUIRED) before it",
+    **dict.fromkeys(
+        ("cmake_minimum_required", "project", "find_package", "install", "set", "if", "endif", "message"), ""
+    ),
+}  # fmt: skip
+_GROUP = "add <member_of_group>rosidl_interface_packages</member_of_group> to package.xml, before <export>"
+_OVER = "install(DIRECTORY ${PROJECT_NAME}/ DESTINATION ${PYTHON_INSTALL_DIR}/${PROJECT_NAME}) lays modules beside them"
+
+
+@dataclass(frozen=True)
+class BuildError:
+    """The first error of a build: what the log says, and what to do about it, "" if that is not known."""
+
+    said: str
+    cure: str = ""
 
 
 def first_error(log: str) -> str:
     """Return the first error in a build's log with the lines that explain it, "" if no line is marked as an error."""
-    lines = log.splitlines()
-    marked = (i for i, line in enumerate(lines) if re.search(r"\bError\b|\berror:|\bERROR\b", line))
-    first = next(marked, None)
-    if first is None:
-        return ""
+    return find_error(log).said
+
+
+def find_error(log: str) -> BuildError:
+    """Return the first error in a build's log; its words are empty if no line is marked as an error."""
+    said = _OURS.sub("", _first(log.splitlines()))
+    for pattern, explain in _KNOWN:
+        if match := re.search(pattern, said):
+            return explain(said, match)
+    return BuildError(said[:500])
+
+
+def _first(lines: Sequence[str]) -> str:
+    first = next((number for number, line in enumerate(lines) if _MARKED.search(line)), None)
+    raised = next((number for number, line in enumerate(lines) if line.startswith("Traceback (most recent")), None)
+    if first is None or (raised is not None and raised < first and not _CALLER.search("\n".join(lines))):
+        return _raised(lines[raised:]) if raised is not None else ""
     # CMake explains an error in the indented lines below it, colcon in the next one.
     explained = itertools.takewhile(lambda line: line.startswith("  ") or not line.strip(), lines[first + 1 :])
     below = [*explained] or (lines[first + 1 : first + 2] if lines[first].endswith(":") else [])
-    text = " ".join(line.strip() for line in [lines[first], *below] if line.strip())
-    # rosidl's own error comes at the end of the command that failed.
-    text = text[max(0, text.find("Error processing")) :]
-    return re.sub(r"/ws/src/[^/\s']+/+|\bsubmission/(?=package\.xml)", "", text)[:500]
+    words = [line.strip() for line in [lines[first], *below] if line.strip()]
+    text, traceback, _ = " ".join(words).partition("Traceback (most recent call last)")
+    if "Error processing" in text:  # rosidl's own error comes at the end of the command that failed
+        return text[text.find("Error processing") :].strip()
+    if traceback:
+        raised = _raised(lines[first:])
+        return f"{text.strip()} {raised}" if text.startswith("Error parsing") else raised
+    caller = _CALLER.search("\n".join(lines[first : first + 60]))
+    if caller and _DEEP.match(text):  # the student's line, not that of ROS's own file
+        return _DEEP.sub(f"CMake Error at {caller[1]}: ", text)
+    return text[max(0, text.find("Error(s) in package")) :]
+
+
+def _raised(lines: Sequence[str]) -> str:
+    """Return the words of the first exception whose traceback ends in these lines."""
+    for number, line in enumerate(lines):
+        if match := _RAISED.match(line):
+            # CMake breaks long lines and indents them alike.
+            more = itertools.takewhile(lambda line: line.startswith("  ") and line.strip(), lines[number + 1 :])
+            return " ".join([match[2].strip(), *(line.strip() for line in more)])
+    return ""
+
+
+def _command(said: str, match: re.Match[str]) -> BuildError:
+    name = match[1]
+    near = difflib.get_close_matches(name, _COMMANDS, 1, 0.75)
+    cure = _COMMANDS.get(name) or (f"is {near[0]} meant?" if near else "find_package() of the package that has it")
+    return BuildError(said, cure)
+
+
+def _package(said: str, match: re.Match[str]) -> BuildError:
+    text, cure = absent(match[1])
+    where = re.match(r"CMake Error at (CMakeLists\.txt:\d+)", said)
+    return BuildError(f"{where[1] if where else 'CMakeLists.txt'}: {text}", cure)
+
+
+def _says(cure: str) -> Callable[[str, re.Match[str]], BuildError]:
+    """Return the error with a cure, in which {0} and so on are the groups of the match."""
+    return lambda said, match: BuildError(said[:500], re.sub(r"\{(\d)\}", lambda part: match[int(part[1]) + 1], cure))
+
+
+_KNOWN: tuple[tuple[str, Callable[[str, re.Match[str]], BuildError]], ...] = (
+    (r'Unknown CMake command "(\w+)"', _command),
+    (r'configuration file provided by "(\w+)"', _package),
+    (r'Function missing ending "\)"', _says("a parenthesis is opened there and never closed")),
+    (r"the passed dependency '(\w+)' has not been found",
+     _says("find_package({0} REQUIRED) before rosidl_generate_interfaces")),
+    (r"the passed file '([^']+)' doesn't exist", _says("write {0}, or correct its name in CMakeLists.txt")),
+    (r"rosidl_interface_packages", _says(_GROUP)),
+    (r"Error processing '([^']*)' of '\w+/(\w+?)(?:_Request|_Response|_Goal|_Result|_Feedback)?'",
+     _says("correct the line `{0}` of {1}: a type of ROS, a space, and a name in small letters")),
+    (r"separators? '---'|'---' separators", _says("a .srv has one line ---, an .action two")),
+    (r"add_custom_target cannot create target \"ament_cmake_python",
+     lambda *_: BuildError(
+         "CMakeLists.txt: ament_python_install_package() and rosidl_generate_interfaces() both make the Python package",
+         _OVER)),
+    (r'INSTALL cannot find "([^"]+)"',
+     lambda _, match: BuildError(f"CMakeLists.txt: install() names {match[1]}, which is not there",
+                                    "write the file or folder, or take its name out of install()")),
+    (r"Cannot find source file: (\S+)", _says("the nodes are in Python: take {0} and its commands out")),
+    (r"'Project' is an invalid package name", _says("write project(ros2_robot_controller) before find_package()")),
+    (r"^'(\w+)'$",
+     lambda _, match: BuildError(
+         f"CMakeLists.txt: rosidl_generate_interfaces() does not name {match[1]}, whose types the interfaces use",
+         f"DEPENDENCIES {match[1]} as the last line of rosidl_generate_interfaces()")),
+    (r"(?:mismatched tag|not well-formed|no element found|junk after document)[^:]*: line \d+, column \d+",
+     _says("package.xml breaks off there: each <tag> needs its </tag>")),
+    (r"The manifest must", _says("compare package.xml with the course's line by line")),
+    (r"can't copy '([^']+)'", _says("write {0}, or take it out of data_files in setup.py")),
+)  # fmt: skip

@@ -1,9 +1,20 @@
 """I1: the package builds, and installs what ROS looks for."""
 
-from grader.checks.build_log import first_error
-from grader.checks.judge import Failed, Judge
-from grader.contract.spec import NODES
+from collections.abc import Mapping
 
+from grader.checks.build_log import find_error
+from grader.checks.findings import some
+from grader.checks.first_cause import listing, sentence, shown_by
+from grader.checks.judge import Failed, Judge
+from grader.contract.spec import NODES, PACKAGE
+
+_PROGRAMS_BY_CMAKE = "install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME}), with the executable bit set"
+_PROGRAMS_BY_SETUP = (
+    "entry_points in setup.py: 'robot_controller = ros2_robot_controller.robot_controller:main', and in setup.cfg "
+    "[install] install_scripts=$base/lib/ros2_robot_controller"
+)
+_SHARED_BY_CMAKE = "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})"
+_SHARED_BY_SETUP = "data_files in setup.py: (os.path.join('share', package_name, 'launch'), glob('launch/*'))"
 _SHARED = (
     "launch/robot_controller_launch.py",
     "launch/sensor_processor_launch.py",
@@ -15,15 +26,47 @@ _SHARED = (
 def test_colcon_build_succeeds(judge: Judge) -> None:
     """`colcon build` succeeds."""
     build = judge.evidence.build
+    if build.timed_out:
+        seen = f"colcon build ran out of time after {build.wall_seconds:.0f} s"
+        try_ = "run `colcon build`: does it end? If it does, grade again with a longer --build-timeout"
+        raise Failed(seen, try_)
     if not build.ok:
-        how = "ran out of time" if build.timed_out else f"ended with exit status {build.exit_code}"
-        error = first_error(build.log_tail)
-        said = f": {error}" if error else ""
-        try_ = "run `colcon build` and read its first error, not its last"
-        if build.timed_out:
-            said = f" after {build.wall_seconds:.0f} s"
-            try_ = "run `colcon build`: does it end? If it does, grade again with a longer --build-timeout"
-        raise Failed(f"colcon build {how}{said}", try_)
+        raise Failed(*_first_cause(judge))
+    if build.package != PACKAGE:
+        seen = f"It builds, as {build.package}; the assignment asks for {PACKAGE}."
+        places = f" Rename it in {some(_by_file(build.named_in))}." if build.named_in else ""
+        raise Failed(seen + places, "everything else was graded under the name that it has; rename it all at once")
+
+
+def _by_file(places: list[str]) -> list[str]:
+    """Return "setup.py (lines 6 and 9)" for "setup.py:6" and "setup.py:9", and files without lines as they are."""
+    lines: dict[str, list[str]] = {}
+    for place in places:
+        file, _, line = place.partition(":")
+        lines.setdefault(file, []).extend([line] if line else [])
+    return [
+        f"{file} (line{'s'[: len(numbers) - 1]} {', '.join(numbers)})" if numbers else file
+        for file, numbers in lines.items()
+    ]
+
+
+def _first_cause(judge: Judge) -> tuple[str, str]:
+    """Return what stopped the build and what to do about it: by the package's text, or else by the build's log."""
+    log = judge.evidence.build.log_tail
+    how = f"colcon build ended with exit status {judge.evidence.build.exit_code}"
+    if judge.evidence.build.exit_code == 0:
+        how = "colcon build ended, and installed no package"
+    error = find_error(log)
+    faults = judge.faults("build")
+    # A build that ends well shows nothing of what it left out.
+    cause = shown_by(faults, log) or (faults[0] if faults and not error.said else None)
+    others = [fault for fault in judge.faults("build", "install", "start") if fault != cause]
+    if cause is not None:
+        lead, try_ = f"{sentence(cause)}\n{how}{f': {error.said}' if error.said else ''}", cause.cure
+    else:
+        lead = f"{how}: {error.said}" if error.said else how
+        try_ = error.cure or "run `colcon build` and read its first error, not its last"
+    return "\n".join(filter(None, [lead, listing(others, "its text shows besides:")])), try_
 
 
 def test_executables_are_installed(judge: Judge) -> None:
@@ -32,9 +75,24 @@ def test_executables_are_installed(judge: Judge) -> None:
     found = judge.evidence.build.executables
     missing = [name for name in NODES if name not in found]
     if missing:
-        seen = f"missing: {', '.join(missing)}; found: {', '.join(found) or 'nothing'}"
         share = 1 - len(missing) / len(NODES)
-        judge.share(share, seen, "install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME}), with the executable bit set")
+        if misplaced := judge.evidence.build.misplaced:
+            judge.share(share, *_misplaced(judge, misplaced))
+            return
+        seen = f"missing: {', '.join(missing)}; found: {', '.join(found) or 'nothing'}"
+        judge.share(share, *_explained(judge, missing, seen, _PROGRAMS_BY_CMAKE, _PROGRAMS_BY_SETUP))
+
+
+def _misplaced(judge: Judge, folders: Mapping[str, str]) -> tuple[str, str]:
+    """Return where the nodes are instead, and what to try where the package is built as this one is."""
+    intake, package = judge.evidence.intake, judge.evidence.build.package
+    home = f"lib/{package}"
+    where = [f"{folder}/{name}" for name, folder in folders.items()]
+    seen = f"{', '.join(where)}: `ros2 run` looks in {home} (the trials ran them where they are)"
+    if f"{intake.package_path}/CMakeLists.txt".removeprefix("./") in intake.files:
+        return seen, "install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME})"
+    lines = f"[develop] script_dir=$base/{home} and [install] install_scripts=$base/{home}"
+    return seen, f"setup.cfg beside setup.py says where: {lines}"
 
 
 def test_launch_and_config_are_installed(judge: Judge) -> None:
@@ -46,4 +104,14 @@ def test_launch_and_config_are_installed(judge: Judge) -> None:
         others = [name for name in found if name.startswith(("launch", "config"))]
         seen = f"missing: {', '.join(missing)}; found: {', '.join(others) or 'no launch or config file'}"
         share = 1 - len(missing) / len(_SHARED)
-        judge.share(share, seen, "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})")
+        judge.share(share, *_explained(judge, missing, seen, _SHARED_BY_CMAKE, _SHARED_BY_SETUP))
+
+
+def _explained(judge: Judge, missing: list[str], seen: str, by_cmake: str, by_setup: str) -> tuple[str, str]:
+    """Return `seen` with what the package's text shows of it, and what to try where it is built as this one is."""
+    faults = judge.faults("install")
+    cause = shown_by(faults, "\n".join([*missing, *(f"{path.partition('/')[0]}/" for path in missing)]))
+    if cause is not None:
+        return f"{seen}\n{sentence(cause)}", cause.cure
+    quality = judge.evidence.quality
+    return seen, by_setup if quality is not None and not quality.manifest.has_cmake else by_cmake

@@ -3,13 +3,17 @@
 from grader.checks.findings import MOST_SHOWN, listing, place, some
 from grader.checks.judge import Judge
 from grader.checks.package_text import (
+    Count,
     charge,
+    every,
     label,
+    lowest_share,
     public_definitions,
     readable,
     unread_files,
     unread_lines,
     unread_share,
+    weighed,
 )
 from grader.evidence import Finding
 
@@ -53,11 +57,16 @@ def test_public_functions_are_annotated(judge: Judge) -> None:
     unread = unread_files(judge)
     if bare or unread:
         shown = [f"{label(thing)}: {', '.join(thing.unannotated[:6])}" for thing in bare[:MOST_SHOWN]]
+        share, used = lowest_share(judge, functions, _share_with_annotations)
         said = [f"{len(bare)} of {len(functions)} lack annotations", *shown] if bare else []
-        seen = "\n".join([*said, *unread_lines(unread)])
-        share = min(1 - len(bare) / len(functions), 1 - unread_share(judge, unread))
+        seen = "\n".join([*said, *([used] if used else []), *unread_lines(unread)])
+        share = min(share, 1 - unread_share(judge, unread))
         judge.share(share, seen, "def clamp(value: float, low: float, high: float) -> float")
 
 
+def _share_with_annotations(count: Count) -> float:
+    return 1 - count(lambda thing: bool(thing.unannotated)) / count(every)
+
+
 def _habits(judge: Judge, *rules: str) -> list[Finding]:
-    return [finding for finding in readable(judge).habits if finding.rule in rules]
+    return [finding for finding in weighed(judge).habits if finding.rule in rules]

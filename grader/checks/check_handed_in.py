@@ -2,6 +2,7 @@
 
 from grader.checks.findings import some
 from grader.checks.judge import Failed, Judge, NotReached
+from grader.checks.package_text import weigh
 from grader.evidence import Trial
 
 _SERVICES = ("set_speed", "get_status")
@@ -44,6 +45,7 @@ def test_demonstration_runs(judge: Judge) -> None:
 
 def test_test_results_match_the_tests(judge: Judge) -> None:
     """`test_results.xml` is a junit report of the package's own tests."""
+    weigh(judge)
     quality = judge.quality()
     report = quality.report
     try_ = "python -m pytest test --junitxml=test_results.xml, in the package's folder, after the last change"

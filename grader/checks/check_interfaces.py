@@ -1,20 +1,27 @@
 """I3: the four interfaces, and the nodes' use of them."""
 
+import re
+
+from grader.checks.first_cause import sentence
 from grader.checks.judge import OFFERED, Judge, near_miss, short_types
+from grader.contract import definition
 from grader.contract.spec import PACKAGE
+from grader.evidence import Fault
 
 
 def test_type_hashes_match_the_contract(judge: Judge) -> None:
     """The four interfaces have the contract's type hashes: exactly its fields, in its order."""
-    judge.require_build()
+    judge.require_build("interfaces")
     build = judge.evidence.build
-    wrong = []
+    wrong: list[str] = []
+    different = 0
     for name, expected in build.contract_hashes.items():
         if build.type_hashes.get(name) != expected:
-            wrong.append(f"{name}: {_difference(build.interface_texts.get(name), build.contract_texts.get(name, ''))}")
+            wrong += _differences(judge, name)
+            different += 1
     if wrong:
-        share = 1 - len(wrong) / len(build.contract_hashes)
-        judge.share(share, "; ".join(wrong), "compare the file with the contract line by line: types, names, order")
+        share = 1 - different / len(build.contract_hashes)
+        judge.share(share, "\n".join(wrong), "compare the file with the contract line by line: types, names, order")
 
 
 def test_nodes_use_the_contracts_types(judge: Judge) -> None:
@@ -34,20 +41,20 @@ def test_nodes_use_the_contracts_types(judge: Judge) -> None:
         judge.share(1 - len(wrong) / 4, "; ".join(wrong), f"import the types from {PACKAGE}.srv, .action and .msg")
 
 
-def _difference(found: str | None, wanted: str) -> str:
-    """Return in words how two definitions differ, apart from comments and spaces."""
+def _differences(judge: Judge, name: str) -> list[str]:
+    """Return in words how an installed definition, such as "srv/SetSpeed", differs from the contract's."""
+    build = judge.evidence.build
+    kind = name.partition("/")[0]
+    path = f"{name}.{kind}"
+    found = build.interface_texts.get(name)
     if not found:
-        return "not found among the installed interfaces"
-    theirs, ours = _fields(found), _fields(wanted)
-    missing = [field for field in ours if field not in theirs]
-    extra = [field for field in theirs if field not in ours]
-    if missing or extra:
-        parts = [f"missing {', '.join(missing)}"] if missing else []
-        parts += [f"not in the contract: {', '.join(extra)}"] if extra else []
-        return "; ".join(parts)
-    return "the fields are not in the contract's order" if theirs != ours else "another type name"
+        faults = [fault for fault in judge.faults("install", "interfaces") if path in (fault.path, *_quoted(fault))]
+        shown = [f"{sentence(fault)} ({fault.cure})" for fault in faults]
+        return [f"{path}: not found among the installed interfaces", *shown]
+    differences = definition.differences(kind, found, build.contract_texts.get(name, ""))
+    said = [f"{path}{f':{line}' if line else ''}: {words}" for line, words in differences]
+    return said or [f"{path}: its fields are the contract's, and the type has another name"]
 
 
-def _fields(text: str) -> list[str]:
-    lines = (" ".join(line.partition("#")[0].split()) for line in text.splitlines())
-    return [line for line in lines if line]
+def _quoted(fault: Fault) -> list[str]:
+    return re.findall(r"`([^`]+)`", fault.text)

@@ -3,12 +3,14 @@
 from grader.checks.findings import MOST_SHOWN
 from grader.checks.interface_table import agreement
 from grader.checks.judge import Failed, Judge, NotReached
+from grader.checks.package_text import weigh
 
 _WORDS = 20  # of prose; fewer cannot say what a package does
 
 
 def test_readme_says_what_and_how(judge: Judge) -> None:
     """README.md says what the package does, and how to build, run and test it."""
+    weigh(judge)
     quality = judge.quality()
     readme = quality.readme
     if readme is None:
@@ -30,6 +32,7 @@ def test_readme_says_what_and_how(judge: Judge) -> None:
 
 def test_interface_table_agrees(judge: Judge) -> None:
     """README.md holds a table of the nodes' interfaces that agrees with the running nodes: names, types, directions."""
+    weigh(judge)
     readme = judge.quality().readme
     if readme is None:
         raise NotReached("there is no README.md")

@@ -2,15 +2,23 @@
 
 from grader.checks.findings import MOST_SHOWN, listing, place, some
 from grader.checks.judge import Judge
-from grader.checks.package_text import charge, readable, unread_files, unread_lines, unread_share, within_bounds
-from grader.contract.layout import LAYOUT
+from grader.checks.package_text import (
+    charge,
+    readable,
+    unread_files,
+    unread_lines,
+    unread_share,
+    weighed,
+    within_bounds,
+)
+from grader.contract.layout import LAYOUT, layout_of
 from grader.contract.spec import CONVERSIONS, PACKAGE
 
 
 def test_layout_matches_the_contract(judge: Judge) -> None:
     """The package has the contract's layout; each missing path costs a share."""
     paths = set(within_bounds(judge).paths)
-    missing = [path for path in LAYOUT if path not in paths]
+    missing = [path for path in layout_of(paths, judge.evidence.intake.package) if path not in paths]
     if missing:
         seen = f"missing: {some(missing, len(LAYOUT))}"
         meant = [_similar(path, paths) for path in missing]
@@ -21,7 +29,7 @@ def test_layout_matches_the_contract(judge: Judge) -> None:
 
 def test_no_function_is_too_complex(judge: Judge) -> None:
     """No function has a cyclomatic complexity above 10; each one that has costs a quarter."""
-    found = readable(judge).complex
+    found = weighed(judge).complex
     words = [f"{len(found)} {'function' if len(found) == 1 else 'functions'} above 10", listing(found)]
     charge(judge, len(found), 4, words, "move each decision into a function of its own")
 
@@ -52,7 +60,7 @@ def test_conversions_are_in_utils_and_used(judge: Judge) -> None:
 
 def test_no_block_is_repeated(judge: Judge) -> None:
     """No block of six or more lines is repeated in the package; each one that is costs a quarter."""
-    copies = readable(judge).copies
+    copies = weighed(judge).copies
     shown = [f"{copy.lines} lines: {' = '.join(copy.places)}" for copy in copies[:MOST_SHOWN]]
     words = [f"{len(copies)} {'block occurs' if len(copies) == 1 else 'blocks occur'} more than once", *shown]
     charge(judge, len(copies), 4, words, "make the block a function in utils/, so that a bug is fixed in one place")
@@ -62,7 +70,8 @@ def _similar(path: str, paths: set[str]) -> str:
     """Return a path with the same or nearly the same name as a missing one, "" if there is none."""
     name = path.rpartition("/")[2].lower()
     plain = name.replace("_", "").replace(".", "").replace("-", "")
-    for other in sorted(paths):
+    # What has its place in the layout is no misspelling of something else.
+    for other in sorted(paths - set(LAYOUT)):
         theirs = other.rpartition("/")[2].lower()
         if name != "__init__.py" and plain == theirs.replace("_", "").replace(".", "").replace("-", ""):
             return other

@@ -2,13 +2,13 @@
 
 from grader.checks.findings import MOST_SHOWN, listing, place, some
 from grader.checks.judge import Judge
-from grader.checks.package_text import readable
+from grader.checks.package_text import weighed, weights
 from grader.evidence import Quality, reading_limits
 
 
 def test_ament_flake8_finds_nothing(judge: Judge) -> None:
     """ament_flake8 finds nothing: full marks for no finding, none for 1 per 10 lines of code or more."""
-    quality = readable(judge)
+    quality = weighed(judge)
     broken = [file for file in quality.files if file.problem]
     # A file that the linter cannot read is no better than code with a finding on every tenth line.
     count = quality.style_count + sum(max(1.0, file.lines / 10) for file in broken)
@@ -23,9 +23,28 @@ def test_ament_flake8_finds_nothing(judge: Judge) -> None:
         else ""
     )
     unread = [f"{file.path} {file.problem}" for file in broken[:MOST_SHOWN]]
-    parts = [said, listing(quality.style), *unread, suppressed]
+    density = count / max(1, lines)
+    of_nodes, where = _of_the_nodes(judge)
+    parts = [said, where if of_nodes > density else "", listing(quality.style), *unread, suppressed]
     seen = "\n".join(part for part in parts if part)
-    judge.share(1 - 10 * count / max(1, lines), seen, "run `ament_flake8` in the package's folder; it reports the same")
+    judge.share(
+        1 - 10 * max(density, of_nodes), seen, "run `ament_flake8` in the package's folder; it reports the same"
+    )
+
+
+def _of_the_nodes(judge: Judge) -> tuple[float, str]:
+    """Return the findings per line in the code that the nodes reach, and say how many they are.
+
+    Other code, however clean, does not dilute the findings in the nodes.
+    """
+    reached = judge.quality().reached
+    if reached is None:
+        return 0.0, ""
+    weight = weights(judge, reached.lines)
+    count = sum(weight.get(path, 0.0) * found for path, found in reached.style.items())
+    lines = sum(weight[path] * reached.lines[path] for path in weight)
+    words = f"in the code that the nodes use, {sum(reached.style.values())} in {sum(reached.lines.values())}"
+    return count / max(1.0, lines), words
 
 
 def _suppressed(quality: Quality) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from grader.checks.findings import some
-from grader.evidence import Call, Evidence, Goal, Graph, Quality, StudentTests, Trial
+from grader.checks.first_cause import besides, sentence, shown_by
+from grader.evidence import Call, Evidence, Fault, Goal, Graph, Quality, StudentTests, Trial
 
 OFFERED = {
     "set_speed": "srv/SetSpeed",
@@ -13,6 +14,8 @@ OFFERED = {
     "navigate_to_position": "action/NavigateToPosition",
 }
 """The contract's services and action with their types. None of them is a near miss of another."""
+# What a trial is about, by how its name begins: see Fault.stops.
+_ABOUT = {"launch": "launch", "file": "parameters"}
 _OF_EVERY_NODE = {"rosout", "parameter_events"}
 
 
@@ -48,17 +51,24 @@ class Judge:
         self.seen = ""
         self.try_ = ""
         self.trials: list[str] = []
+        self._weight = 1.0
+        self._why = ""
 
-    def require_build(self) -> None:
-        """Return if the package was built.
+    def require_build(self, about: str = "") -> None:
+        """Return if the package was built. `about` is what the check asks: see Fault.stops.
 
         Raises:
-            NotReached: it was not.
+            NotReached: it was not. What its text shows of `about` is said all the same.
         """
         build = self.evidence.build
         if not build.ok:
             how = "ran out of time" if build.timed_out else f"ended with exit status {build.exit_code}"
-            raise NotReached(f"`colcon build` {how} (I1)")
+            raise NotReached(f"`colcon build` {how} (I1){besides(self.faults(about))}")
+
+    def faults(self, *stops: str) -> list[Fault]:
+        """Return what the package's text shows of these kinds, the first cause first; [] if it was not read."""
+        quality = self.evidence.quality
+        return [fault for fault in quality.faults if fault.stops in stops] if quality is not None else []
 
     def started(self, name: str) -> Trial:
         """Return a trial whose node may have refused to start.
@@ -67,7 +77,7 @@ class Judge:
             NotReached: the package was not built.
             Unjudged: the trial was not run, or broke by an error of the grader.
         """
-        self.require_build()
+        self.require_build(_ABOUT.get(name.partition("_")[0], ""))
         self.trials.append(name)
         trial = self.evidence.trials.get(name)
         if trial is None:
@@ -84,9 +94,21 @@ class Judge:
             Unjudged: see `started`.
         """
         trial = self.started(name)
-        if not trial.ready or (complete and trial.ended):
+        if not trial.ready:
+            raise NotReached(self._why_not_up(trial))
+        if complete and trial.ended:
             raise NotReached(trial.ended + last_output(trial))
         return trial
+
+    def _why_not_up(self, trial: Trial) -> str:
+        """Return why a trial's node did not come up: first what the package's text shows, if the output agrees."""
+        because = trial.ended + last_output(trial)
+        faults = self.faults("install", "start", *filter(None, [_ABOUT.get(trial.name.partition("_")[0])]))
+        output = trial.process.output_tail if trial.process is not None else ""
+        cause = shown_by(faults, f"{trial.ended}\n{output}")
+        if cause is not None:
+            return f"{sentence(cause)} ({cause.cure}); {because}"
+        return because + besides(faults)
 
     def graph(self, name: str) -> Graph:
         """Return the graph of a trial whose node came up."""
@@ -155,8 +177,13 @@ class Judge:
 
     def share(self, fraction: float, seen: str, try_: str) -> None:
         """Give a share of the check's points, 0 to 1, with feedback."""
-        self.fraction = min(1.0, max(0.0, fraction))
-        self.seen, self.try_ = seen, try_
+        self.fraction = min(1.0, max(0.0, fraction)) * self._weight
+        self.seen, self.try_ = "\n".join(words for words in (seen, self._why) if words), try_
+
+    def weigh(self, weight: float, why: str) -> None:
+        """Let all that the check gives count for `weight` of its points, 0 to 1, and say why."""
+        self._weight, self._why = weight, why
+        self.share(1.0, "", "")
 
 
 def near_miss(graph: Graph | None, wanted: str) -> str:

@@ -3,39 +3,125 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import PurePosixPath
 
 from grader.checks.findings import MOST_SHOWN, some
 from grader.checks.judge import Failed, Judge
 from grader.contract.layout import JUDGED, role
+from grader.contract.spec import CONVERSIONS_MODULE, NODE_MODULES, NODES
 from grader.evidence import Definition, Quality, SourceFile, reading_limits
 
 # A function above complexity 10, a repeated block or a bad habit takes some ten lines.
 _LINES_PER_FINDING = 10
+_CONVERSIONS_ALONE = 0.2
+
+Count = Callable[[Callable[[Definition], bool]], float]
+"""Counts the definitions for which something holds; some may weigh less than 1."""
 
 
 def within_bounds(judge: Judge) -> Quality:
-    """Return the facts about a package of which every file was read."""
+    """Return the facts about a package of which every file was read, and which has a module of the contract."""
     quality = judge.quality()
     words = reading_limits.beyond(quality.files)
     seen = f"{some(words)}, so the package was not read completely"
     judge.expect(not words, seen, "remove the files that the nodes do not need")
+    _require_modules(judge)
     return quality
 
 
 def readable(judge: Judge) -> Quality:
     """Return the facts about a package with some Python in it that can be read."""
-    quality = within_bounds(judge)
-    if not any(file.lines for file in quality.files if not file.problem):
-        problems = [f"{file.path} {file.problem}" for file in quality.files if file.problem]
+    files = judge.quality().files
+    if not reading_limits.beyond(files) and not any(file.lines for file in files if not file.problem):
+        problems = [f"{file.path} {file.problem}" for file in files if file.problem]
         raise Failed(f"no Python to read: {some(problems)}" if problems else "no Python in it", "see I1")
+    return within_bounds(judge)
+
+
+def weighed(judge: Judge) -> Quality:
+    """Return the facts about a package that can be read, and let the nodes that are there decide what they weigh.
+
+    Each node is half. The conversions alone are a fifth: a beginning, and none of the work that the nodes are.
+    """
+    quality = readable(judge)
+    weigh(judge)
     return quality
+
+
+def weigh(judge: Judge) -> None:
+    """Let the check's points count for as much as there is of the contract's nodes.
+
+    Raises:
+        Failed: none of the contract's modules is there.
+    """
+    missing = [node for node in NODES if node not in _require_modules(judge)]
+    if len(missing) == 1:
+        judge.weigh(0.5, f"{missing[0]} is not there, and each of the two nodes is half of these points")
+    elif missing:
+        judge.weigh(_CONVERSIONS_ALONE, "neither node is there; the conversions alone are a fifth of these points")
+
+
+def _require_modules(judge: Judge) -> list[str]:
+    """Return the contract's nodes that are there; one may have no code yet if there are the conversions.
+
+    Raises:
+        Failed: there are neither.
+    """
+    quality = judge.quality()
+    if quality.reached is None:
+        return list(NODES)
+    # A node that cannot be read is there; what it costs is another matter.
+    unread = {PurePosixPath(file.path).stem for file in quality.files if file.problem and role(file.path) == "module"}
+    found = [node for node in NODES if node in quality.reached.nodes or node in unread]
+    judge.expect(
+        bool(found or quality.conversions.defined),
+        f"none of the assignment's modules is there: {', '.join((*NODE_MODULES, CONVERSIONS_MODULE))}",
+        "these points are for the assignment's nodes: start with one of these modules",
+    )
+    return found
 
 
 def public_definitions(judge: Judge) -> list[Definition]:
     """Return the package's public modules, classes and functions, of which there is at least one."""
-    found = readable(judge).definitions
+    found = weighed(judge).definitions
     judge.expect(bool(found), "the modules define nothing public", "public names have no leading underscore")
     return found
+
+
+def lowest_share(judge: Judge, things: Sequence[Definition], share: Callable[[Count], float]) -> tuple[float, str]:
+    """Return the share of all things, or of those that the nodes use if it is lower; then also words that say so.
+
+    `share` gets a function that counts the things for which something holds. Things that only tests call, or nothing,
+    may add to what is wrong, and cannot make up for it.
+    """
+    whole = share(lambda holds: sum(map(holds, things)))
+    reached = judge.quality().reached
+    used = [thing for thing in things if reached is not None and reached.covers(thing.path, thing.line)]
+    if not used:
+        return whole, ""
+    weight = weights(judge, Counter(thing.path for thing in used))
+    of_nodes = share(lambda holds: sum(weight[thing.path] for thing in used if holds(thing)))
+    if of_nodes < whole:
+        return of_nodes, f"the nodes use {len(used)} of the {len(things)}; the others do not make up for these"
+    return whole, ""
+
+
+def every(_: Definition) -> bool:
+    """Hold for every definition, to count all of them."""
+    return True
+
+
+def weights(judge: Judge, sizes: Mapping[str, float]) -> dict[str, float]:
+    """Return what counts for how much in each file that the nodes reach: no file weighs more than the nodes' together.
+
+    `sizes` says how much there is of it in each file: lines, or definitions.
+    """
+    reached = judge.quality().reached
+    of_nodes = {path for paths in reached.nodes.values() for path in paths} if reached else set()
+    most = sum(sizes.get(path, 0.0) for path in of_nodes) or math.inf
+    return {path: min(size, most) / size for path, size in sizes.items() if size}
 
 
 def label(definition: Definition) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import PurePosixPath
 
 from grader.contract.spec import CONVERSIONS_MODULE, LAUNCH_FILES, NODE_MODULES, NODE_TESTS, PACKAGE
@@ -27,6 +28,14 @@ LAYOUT = (
     "test_results.xml",
     "README.md",
 )
+
+
+def layout_of(paths: Collection[str], package: str) -> list[str]:
+    """Return the layout of the package with these paths; its modules may be in a folder named like `package`."""
+    names = (PACKAGE, package)
+    folder = next((name for name in names if any(path.startswith(f"{name}/") for path in paths)), PACKAGE)
+    return [path.replace(f"{PACKAGE}/", f"{folder}/") for path in LAYOUT]
+
 
 JUDGED = ("module", "launch", "script")
 """The roles of files that run on the robot; tests and setup.py serve the author."""

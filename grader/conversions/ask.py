@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from grader import build, sandbox
+from grader.contract.spec import PACKAGE
 from grader.evidence import FunctionAnswer
 from grader.host import ros_env, tempdir
 from grader.sandbox import untrusted
@@ -16,11 +17,11 @@ from grader.sandbox import untrusted
 _WORKER = Path(__file__).parent / "worker.py"
 
 
-def ask_conversions(install: Path, seed: int) -> list[FunctionAnswer]:
+def ask_conversions(install: Path, seed: int, ros_name: str = PACKAGE) -> list[FunctionAnswer]:
     """Return what the four functions of utils/conversions.py answer, each with its arguments.
 
     A quaternion is a list [x, y, z, w], as an argument and as an answer. An answer of any other form than a number or
-    a quaternion counts as none.
+    a quaternion counts as none. `ros_name` is the package's name.
     """
     asked = questions(seed)
     with tempdir.folder("conversions") as folder:
@@ -33,7 +34,7 @@ def ask_conversions(install: Path, seed: int) -> list[FunctionAnswer]:
             writable={out: "/ws/out"},
             environment=ros_env.environment(build.INSTALL, home=sandbox.HOME),
         )
-        command = ["python3", program, inside, "/ws/out/answers.json"]
+        command = ["python3", program, _module(install, ros_name), inside, "/ws/out/answers.json"]
         result = sandbox.run(command, box, sandbox.Limits(wall_seconds=30.0))
         answers = untrusted.read_json(out / "answers.json")
     if not isinstance(answers, list):
@@ -41,6 +42,13 @@ def ask_conversions(install: Path, seed: int) -> list[FunctionAnswer]:
     last_line = (result.output.strip().splitlines() or [f"ended with status {result.exit_code}"])[-1]
     missing = [{"problem": last_line[:200]}] * (len(asked) - len(answers))
     return [_answer(question, found) for question, found in zip(asked, [*answers, *missing], strict=False)]
+
+
+def _module(install: Path, ros_name: str) -> str:
+    """Return the name of the module with the conversions; a package under another name may have kept its folder's."""
+    site = install / ros_env.SITE_IN_PREFIX
+    found = [name for name in (PACKAGE, ros_name) if (site / name / "utils" / "conversions.py").is_file()]
+    return f"{found[0] if found else PACKAGE}.utils.conversions"
 
 
 def questions(seed: int) -> list[dict[str, Any]]:

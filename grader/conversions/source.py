@@ -15,4 +15,4 @@ class Conversions:
 
     def collect(self, subject: Subject) -> Collected:
         """Return the functions' answers."""
-        return Collected({"conversions": ask_conversions(subject.install, subject.settings.seed)})
+        return Collected({"conversions": ask_conversions(subject.install, subject.settings.seed, subject.ros_name)})

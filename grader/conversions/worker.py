@@ -10,8 +10,6 @@ from pathlib import Path
 
 from geometry_msgs.msg import Quaternion
 
-MODULE = "ros2_robot_controller.utils.conversions"
-
 
 def plain(value: object) -> object:
     """Return a number or a quaternion as JSON can hold it; anything else as the name of its type."""
@@ -35,11 +33,11 @@ def answer(module: object, question: dict[str, object]) -> dict[str, object]:
 
 
 def main() -> None:
-    """Answer the questions in the file argv[1] and write the answers to argv[2]."""
-    questions, answers = sys.argv[1:]
+    """Ask the module argv[1] the questions in the file argv[2] and write the answers to argv[3]."""
+    name, questions, answers = sys.argv[1:]
     asked = json.loads(Path(questions).read_text())
     try:
-        module = importlib.import_module(MODULE)
+        module = importlib.import_module(name)
         found = [answer(module, question) for question in asked]
     except Exception as error:
         found = [{**question, "problem": f"{type(error).__name__}: {error}"[:200]} for question in asked]

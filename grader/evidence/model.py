@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from grader.contract.spec import PACKAGE
 from grader.evidence.quality import Quality
 from grader.evidence.tests import Mutation, StudentTests
 from grader.evidence.trial import Trial
@@ -23,7 +24,7 @@ class Flag:
 class Intake:
     """The submission as it was taken in. Paths are relative to the unpacked submission.
 
-    `others` are packages in it that were not graded.
+    `others` are packages in it that were not graded, `chosen_because` says why this one was.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Intake:
     others: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     interfaces_package: str = ""
+    chosen_because: str = ""
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,11 @@ class Build:
     `type_hashes` maps "srv/SetSpeed" to its RIHS01 hash, `interface_texts` to its definition; the `contract_` ones are
     those of the contract's own interfaces. `stopped` is the sandbox's limit that the build exceeded: "memory",
     "processes", "disk" or "". `flags` are about what it installed.
+
+    `package` is the name under which the package was installed, and `named_in` the places ("setup.py:6") that give it
+    that name if it is not the contract's; `types_package` is the package that has the interfaces. `executables` are the
+    programs where `ros2 run` looks, `misplaced` the nodes that are elsewhere, with their folders. `not_handed_in` are
+    the paths of installed code that was neither handed in nor made from that by a tool of ROS.
     """
 
     ok: bool
@@ -59,6 +66,11 @@ class Build:
     contract_texts: dict[str, str] = field(default_factory=dict)
     stopped: str = ""
     flags: list[Flag] = field(default_factory=list)
+    package: str = PACKAGE
+    named_in: list[str] = field(default_factory=list)
+    types_package: str = PACKAGE
+    misplaced: dict[str, str] = field(default_factory=dict)
+    not_handed_in: list[str] = field(default_factory=list)
 
     @classmethod
     def not_tried(cls) -> Build:

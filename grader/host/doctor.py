@@ -68,9 +68,9 @@ def examine(machine: Machine | None = None) -> list[Diagnosis]:
 
 
 def examine_sandbox(machine: Machine | None = None) -> list[Diagnosis]:
-    """Return only the diagnoses of the sandbox: bubblewrap, networks, cgroups."""
+    """Return only the diagnoses of the sandbox: bubblewrap, networks, the submissions' user, cgroups."""
     machine = machine or Machine()
-    return [*_sandbox(machine), *_cgroups(machine)]
+    return [*_sandbox(machine), *_user(machine), *_cgroups(machine)]
 
 
 def exit_status(diagnoses: list[Diagnosis]) -> int:
@@ -334,6 +334,18 @@ def _dds(machine: Machine) -> Diagnosis:
     return _bad(name, f"no message reached a sandbox: {_last_line(ran.output)}", fix)
 
 
+def _user(machine: Machine) -> list[Diagnosis]:
+    """Try as whom a submission runs: root's sandboxes write a file of root's, as another user."""
+    name = "submissions run as"
+    if not machine.root:
+        return [_ok(name, "you; what belongs to others is out of their reach")]
+    if machine.which("bwrap") is None:
+        return [_warn(name, "not tried: bubblewrap is missing")]
+    if not (refusal := machine.refuses_other_user()):
+        return [_ok(name, "a user that owns nothing; a file of root's could not be written in a sandbox")]
+    return [_warn(name, f"root, for root cannot give them another user here: {refusal}", "grade as an ordinary user")]
+
+
 def _cgroups(machine: Machine) -> list[Diagnosis]:
     """Look for cgroups in the way a grading does. Without them, resource limits do.
 
@@ -386,5 +398,6 @@ def _last_line(text: str) -> str:
 
 # In the order of the report. Two run at a time.
 _CHECKS: tuple[Callable[[Machine], list[Diagnosis]], ...] = (
-    _python, _compilers, _build_tools, _headers, _wheels, _rclpy, _launch, _sandbox, _cgroups, _resources, _ccache,
+    _python, _compilers, _build_tools, _headers, _wheels, _rclpy, _launch, _sandbox, _user, _cgroups,
+    _resources, _ccache,
 )  # fmt: skip

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader.host import cgroup
+from grader.host import cgroup, submission_user
 from grader.host.cgroup import Hierarchy
 
 # What we need, by the package manager's own names; {python} is python3.11 or the like on Debian.
@@ -76,6 +76,10 @@ class Machine:
     def cgroups(self) -> Hierarchy | None:
         """Return where groups with limits on memory and processes can be made, None if nowhere."""
         return cgroup.find_hierarchy()
+
+    def refuses_other_user(self) -> str:
+        """Return why root cannot run a sandbox as another user here, "" if it can."""
+        return submission_user.refusal()
 
     def free_bytes(self, path: str) -> int:
         """Return the free space of the disk that holds `path`."""

@@ -12,15 +12,19 @@ from contextlib import contextmanager
 from pathlib import Path
 
 
+def parent() -> Path:
+    """Return the system's temporary folder."""
+    return Path(tempfile.gettempdir())
+
+
 @contextmanager
 def folder(name: str) -> Iterator[Path]:
     """Yield a new folder in the system's temporary folder and remove it afterwards.
 
     First removes folders of the same name whose process has ended: a grader that is killed cleans nothing up.
     """
-    parent = Path(tempfile.gettempdir())
-    sweep(parent, name)
-    made = Path(tempfile.mkdtemp(prefix=f"{name}-{os.getpid()}-", dir=parent))
+    sweep(parent(), name)
+    made = Path(tempfile.mkdtemp(prefix=f"{name}-{os.getpid()}-", dir=parent()))
     try:
         yield made
     finally:

@@ -39,6 +39,8 @@ _ZIP_GAP_BYTES = 24
 MAX_LARGEST = 3  # files named when there is too much
 
 ARCHIVE_SUFFIXES = (".zip", ".tar", ".tar.gz", ".tgz", ".tar.bz2", ".tbz2", ".tbz", ".tar.xz", ".txz")
+CLOSED_ARCHIVES = (".rar", ".7z", ".zst", ".iso")
+"""Archives that are not opened."""
 
 
 class Kind(Enum):
@@ -124,15 +126,15 @@ def open_container(path: Path) -> Container:
 class Folder:
     """A folder on disk. It may change while it is read, so each file is opened without following a link."""
 
-    def __init__(self, path: Path, leave_out: Path | None = None) -> None:
+    def __init__(self, path: Path, leave_out: Collection[Path] = ()) -> None:
         self.name = path.resolve().name
         self._path = path
-        self._leave_out = leave_out.resolve() if leave_out else None
+        self._leave_out = {folder.resolve() for folder in leave_out}
         self._names: list[str] = []
 
-    def without(self, path: Path) -> Folder:
-        """Return this folder without the folder `path` in it, such as the grader's own output."""
-        return Folder(self._path, path)
+    def without(self, *folders: Path) -> Folder:
+        """Return this folder without these folders in it, such as the grader's own output."""
+        return Folder(self._path, folders)
 
     def entries(self) -> list[Entry]:
         """Return the files below the folder in alphabetical order; folders that are never kept are not entered."""
@@ -159,7 +161,7 @@ class Folder:
         return found
 
     def _entered(self, folder: Path, links: list[str]) -> bool:
-        return folder.name not in links and not tool_folder(folder.name) and folder.resolve() != self._leave_out
+        return folder.name not in links and not tool_folder(folder.name) and folder.resolve() not in self._leave_out
 
     def _entry(self, index: int, prefix: str, name: str, handle: int) -> Entry:
         status = os.lstat(name, dir_fd=handle)

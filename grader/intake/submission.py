@@ -5,16 +5,18 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from grader.contract.spec import PACKAGE
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag, Intake
 from grader.intake import course_marker
-from grader.intake.containers import ARCHIVE_SUFFIXES
+from grader.intake.choose import Choice, choose, choose_named, find_named, interfaces_beside
+from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES
 from grader.intake.copy_plan import SizeLimits
-from grader.intake.locate import Candidate, Tree, choose, interfaces_beside, survey
+from grader.intake.locate import Candidate, Tree, survey
+from grader.intake.several import refuse_export, refuse_several
 from grader.intake.unpack import Unpacked, content_hash, unpack
 from grader.sanitize import printable
 
@@ -22,6 +24,7 @@ DEFAULT_LIMITS = SizeLimits()
 MAX_NESTED = 2  # archives inside one another
 MAX_SIDE_BY_SIDE = 5
 MAX_OTHERS = 20
+_ARCHIVES = (*ARCHIVE_SUFFIXES, *CLOSED_ARCHIVES)
 
 
 @dataclass(frozen=True)
@@ -35,70 +38,120 @@ class Submission:
     flags: tuple[Flag, ...]
 
 
-def open_submission(source: Path, into: Path, limits: SizeLimits = DEFAULT_LIMITS) -> Submission:
+def open_submission(
+    source: Path, into: Path, limits: SizeLimits = DEFAULT_LIMITS, *, package: str = "", leave_out: Path | None = None
+) -> Submission:
     """Copy the submission `source` (a folder, zip or tar) into the new or empty folder `into` and find its package.
 
-    If no package is found, archives inside are opened too, up to two levels deep. On failure `into` is left empty.
+    If no package is found, archives inside are opened too, up to two levels deep. `package` is the path of the package
+    to take, as messages and reports show it. The folder `leave_out` inside `source` is not copied. On failure `into`
+    is left empty.
 
     Raises:
         SubmissionError: it does not exist, cannot be opened, is too large, or has no package that can be graded.
+        UsageError: there is no package at the path `package`.
         GraderError: a problem with this host's disk or permissions.
     """
     name = source.resolve().name
     with _emptied_on_failure(into):
-        opened = unpack(source, into, limits)
+        opened = _Opened(unpack(source, into, limits, leave_out=leave_out, check=None if package else refuse_export))
         tree = survey(into)
-        refused: list[SubmissionError] = []
         for _ in range(MAX_NESTED if source.is_dir() else MAX_NESTED - 1):
-            if not tree.candidates:
-                opened = _open_archives(tree, opened, refused)
+            if not tree.candidates or (package and not find_named(tree, package)):
+                opened.open_archives(tree)
                 tree = survey(into)
-        if refused and not tree.candidates:
-            raise refused[0]
-        package = choose(tree, name)
-        return _describe(name, tree, package, opened)
-
-
-def _open_archives(tree: Tree, so_far: Unpacked, refused: list[SubmissionError]) -> Unpacked:
-    """Unpack the archives in `tree`, the shallowest first, each into a folder beside it; return the remarks on all.
-
-    An archive that cannot be opened stays and is noted, and its error is added to `refused`.
-    """
-    archives = [path for path in tree.searched if path.lower().endswith(ARCHIVE_SUFFIXES)]
-    for path in sorted(archives, key=lambda path: (path.count("/"), path))[:MAX_SIDE_BY_SIDE]:
-        folder = _free_folder(tree.root / path)
         try:
-            inner = unpack(tree.root / path, folder, so_far.left)
+            if opened.refused and not tree.candidates:
+                raise opened.refused[0]
+            if opened.flags and not tree.files:
+                raise SubmissionError(
+                    f"{printable(name)} has no file that could be taken in: {next(opened.remarks())}",
+                    "Zip the package folder again with an ordinary program.",
+                )
+            if not package:
+                refuse_several(tree, name, opened.folders, folder=source.is_dir())
+            return _describe(name, tree, choose_named(tree, name, package) if package else choose(tree, name), opened)
         except SubmissionError as error:
-            shutil.rmtree(folder, ignore_errors=True)
-            refused.append(error)
-            so_far = replace(so_far, notes=(*so_far.notes, f"{printable(path)} was not opened: {error}"))
-            continue
-        (tree.root / path).unlink()
-        notes = (*so_far.notes, f"Opened {printable(path)} inside.", *inner.notes)
-        so_far = Unpacked(flags=(*so_far.flags, *inner.flags), notes=notes, left=inner.left)
-    return so_far
+            error.remarks = [*opened.remarks(), *opened.closed(tree)]
+            raise
 
 
-def _describe(name: str, tree: Tree, package: Candidate, opened: Unpacked) -> Submission:
+class _Opened:
+    """What was unpacked so far: the submission, and archives inside it with the folders that they went to."""
+
+    def __init__(self, whole: Unpacked) -> None:
+        self.notes = list(whole.notes)
+        self.flags = list(whole.flags)
+        self.folders: dict[str, str] = {}
+        self.refused: list[SubmissionError] = []
+        self._failed: set[str] = set()
+        self._left = whole.left
+
+    def open_archives(self, tree: Tree) -> None:
+        """Unpack the archives in `tree`, the highest first, each into a folder beside it.
+
+        An archive that cannot be opened stays and is noted, and its error is added to `refused`.
+        """
+        archives = [p for p in tree.searched if p.lower().endswith(ARCHIVE_SUFFIXES) and p not in self._failed]
+        for path in sorted(archives, key=lambda path: (path.count("/"), path))[:MAX_SIDE_BY_SIDE]:
+            folder = _free_folder(tree.root / path)
+            try:
+                inner = unpack(tree.root / path, folder, self._left)
+            except SubmissionError as error:
+                shutil.rmtree(folder, ignore_errors=True)
+                self.refused.append(error)
+                self._failed.add(path)
+                self.notes.append(f"{printable(path)} was not opened: {error}")
+                continue
+            (tree.root / path).unlink()
+            self.folders[folder.relative_to(tree.root).as_posix()] = path
+            self.notes += [f"Opened {printable(path)} inside.", *inner.notes]
+            self.flags += inner.flags
+            self._left = inner.left
+
+    def remarks(self) -> Iterator[str]:
+        """Yield the notes, and the flags as notes."""
+        yield from self.notes
+        yield from (f"{flag.where}: {flag.what}." for flag in self.flags)
+
+    def closed(self, tree: Tree) -> Iterator[str]:
+        """Yield a note on each archive that is still closed."""
+        left = [path for path in tree.searched if path.lower().endswith(_ARCHIVES) and path not in self._failed]
+        for path in left[:MAX_OTHERS]:
+            if path.lower().endswith(ARCHIVE_SUFFIXES):
+                why = (
+                    "there is a package outside of it"
+                    if tree.candidates
+                    else "it is one of too many, or too deep inside"
+                )
+                yield f"{printable(path)} was not opened: {why}."
+            else:
+                yield f"{printable(path)} was not opened: the grader opens zip and tar only."
+        if len(left) > MAX_OTHERS:
+            yield f"{len(left) - MAX_OTHERS} more archives were not opened."
+
+
+def _describe(name: str, tree: Tree, choice: Choice, opened: _Opened) -> Submission:
+    package = choice.package
     interfaces = interfaces_beside(tree, package)
-    others = [c for c in tree.candidates if c is not package and c is not interfaces]
+    others = [(candidate, remark) for candidate, remark in choice.others if candidate is not interfaces]
     intake = Intake(
         name=printable(name),
         sha256=content_hash(tree.root, list(tree.files)),
         package=package.name,
         package_path=package.path,
         files=list(tree.files),
-        others=[f"{other.path} ({other.name})" for other in others[:MAX_OTHERS]],
-        notes=[*_notes_on(tree, package, others), *opened.notes],
+        others=[remark for _, remark in others[:MAX_OTHERS]],
+        notes=[*_notes_on(tree, package, [other for other, _ in others]), *opened.notes, *opened.closed(tree)],
         interfaces_package=interfaces.path if interfaces else "",
+        chosen_because=choice.because,
     )
     return Submission(
         intake=intake,
         root=tree.root,
         package=tree.root / package.path,
         interfaces=tree.root / interfaces.path if interfaces else None,
-        flags=opened.flags,
+        flags=tuple(opened.flags),
     )
 
 
@@ -109,6 +162,8 @@ def _notes_on(tree: Tree, package: Candidate, others: list[Candidate]) -> Iterat
         yield f"{package.path}/package.xml {package.xml.problem}.".removeprefix("./")
     elif package.xml.name != PACKAGE:
         yield f"The package is named {printable(package.xml.name) or 'nothing'}, not {PACKAGE}."
+    if package.inside:
+        yield f"{package.path} lies inside the package {package.inside}, where colcon does not look."
     if note := course_marker.note(tree.root / package.path):
         yield note
     twins = [other.path for other in others if other.name == package.name]

@@ -6,14 +6,14 @@ import errno
 import hashlib
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag
-from grader.intake.containers import Folder, Kind, Readable, open_container
+from grader.intake.containers import Entry, Folder, Kind, Readable, open_container
 from grader.intake.copy_plan import SizeLimits, plan_copy
 from grader.sanitize import printable
 
@@ -29,8 +29,18 @@ class Unpacked:
     left: SizeLimits
 
 
-def unpack(source: Path, into: Path, limits: SizeLimits) -> Unpacked:
+def unpack(
+    source: Path,
+    into: Path,
+    limits: SizeLimits,
+    *,
+    leave_out: Path | None = None,
+    check: Callable[[str, Sequence[Entry], int], None] | None = None,
+) -> Unpacked:
     """Copy the files of the folder or archive `source` into the empty folder `into`.
+
+    The folder `leave_out` inside `source` is not copied. `check` is called with the name and the entries before
+    anything is copied, and with the bytes that are allowed.
 
     Raises:
         SubmissionError: it cannot be opened, is damaged, or exceeds `limits`.
@@ -39,8 +49,10 @@ def unpack(source: Path, into: Path, limits: SizeLimits) -> Unpacked:
     container = open_container(source)
     packed_bytes = None if isinstance(container, Folder) else source.stat().st_size
     if isinstance(container, Folder):
-        container = container.without(into)
+        container = container.without(into, *([leave_out] if leave_out else []))
     entries = container.entries()
+    if check is not None:
+        check(container.name, entries, limits.total_bytes)
     plan = plan_copy(container.name, entries, limits, packed_bytes)
     with _disk_errors(into):
         into.mkdir(parents=True, exist_ok=True)

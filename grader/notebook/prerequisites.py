@@ -73,12 +73,14 @@ def _is_student_file(path: Path) -> bool:
 
 
 def first_error(found: Build) -> str:
-    """Return why a build failed: the first error of its log with the lines that explain it."""
+    """Return why a build failed: the first error of its log, and what to do about it if that is known."""
     if found.timed_out:
         return "`colcon build` ran out of time"
     if found.exit_code == 0:
         return "`colcon build` succeeded but installed no package; does CMakeLists.txt end with ament_package()?"
-    return build_log.first_error(found.log_tail) or f"`colcon build` ended with exit status {found.exit_code}"
+    error = build_log.find_error(found.log_tail)
+    said = error.said or f"`colcon build` ended with exit status {found.exit_code}"
+    return f"{said} ({error.cure})" if error.cure else said
 
 
 def advice(because: str) -> str:

@@ -59,7 +59,7 @@ class WatchedStage(Stage):
     def ask(self, service: str, fields: Mapping[str, object]) -> tuple[Any, str]:
         """Return a service's response, or None and the reason."""
         client = self._clients.get(service)
-        if client is None or not client.service_is_ready():
+        if client is None or not self._found(service, client.service_is_ready):
             return None, f"no node offers {service}"
         future = client.call_async(fill(SERVICES[service].Request(), dict(fields)))
         self._await(future.done)

@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import tempfile
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -15,7 +16,7 @@ import ament_flake8
 
 from grader import evidence
 from grader.errors import GraderError
-from grader.evidence import Definition, Finding, Manifest, Quality, SourceFile, reading_limits
+from grader.evidence import Definition, Finding, Manifest, Quality, Reached, SourceFile, reading_limits
 from grader.quality import source_files
 from grader.quality.bisect_failures import run_python, run_without_culprits
 from grader.quality.definitions import definitions_of_unreadable
@@ -76,7 +77,8 @@ def _facts(
 
     found, unreadable = run_without_culprits(run, good)
     if found is None:
-        found = run([]) or Quality(manifest=Manifest(found=False, problems=["package.xml could not be read"]))
+        manifest = Manifest(found=False, problems=["package.xml could not be read"])
+        found = run([]) or Quality(manifest=manifest, reached=Reached())
     return found, unreadable
 
 
@@ -151,8 +153,11 @@ def _combine(
         for source in every
         for line, words in source.suppressions()
     ]
+    reached = found.reached or Reached()
+    used = Counter(finding.path for finding in style if reached.covers(finding.path, finding.line))
     return replace(
         found,
+        reached=replace(reached, style=dict(used)),
         files=files,
         style=style[:_MAX_FINDINGS],
         style_count=len(style),

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import PurePosixPath
 
 from grader.contract import definition
+from grader.contract.foreign_packages import absent
 from grader.contract.layout import LAYOUT
 from grader.contract.spec import NODES
 from grader.evidence import Fault
@@ -21,7 +22,6 @@ _ENDS_INSTALL = {
 }  # fmt: skip
 _SHARED = tuple(path for path in LAYOUT if path.startswith(("launch/", "config/")))
 _INSTALL_SHARED = "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})"
-_CPP = re.compile(r"rclcpp\w*|\w+_cpp|ament_cmake_auto|pluginlib|class_loader|Eigen3|PCL|pcl_\w+|OpenCV|tf2_eigen")
 _FIELD = re.compile(r"^\s*([a-z]\w*)/(?:msg/)?[A-Z]\w*", re.MULTILINE)
 _CMAKE_OWN = ("ament", "rosidl", "python", "Python", "Threads", "PkgConfig")
 
@@ -101,19 +101,8 @@ def _packages(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
         if not command.is_plain or not name or "REQUIRED" not in command.arguments:
             continue
         if name not in sources.known | sources.handed_in and not name.startswith(_CMAKE_OWN):
-            text, cure = _absent(name)
+            text, cure = absent(name)
             yield Fault(_CMAKE, command.line, "build", text, cure)
-
-
-def _absent(name: str) -> tuple[str, str]:
-    """Return what to say of a package that is not here, and what to do."""
-    remove = f"remove find_package({name} ...) from CMakeLists.txt and {name} from package.xml"
-    if _CPP.fullmatch(name):
-        return f"it asks for `{name}`, which is for C++; this kit is for Python only", remove
-    if re.search(r"(_interfaces|_msgs|_msg|_srvs)$", name):
-        text = f"it asks for `{name}`, a package of interfaces that is neither installed here nor in the submission"
-        return text, f"if it is yours, hand it in with the package (both folders in one zip); else {remove}"
-    return f"it asks for `{name}`, which is not installed here", f"if the nodes do not use it, {remove}"
 
 
 def _generated(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:

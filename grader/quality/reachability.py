@@ -12,6 +12,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
+from typing import TypeGuard
 
 from grader.contract.layout import role
 from grader.contract.spec import CONVERSIONS, CONVERSIONS_MODULE, NODES
@@ -355,15 +356,14 @@ class _Names:
         self._is_following = False
 
     def _follow_one(self, path: str, top: ast.AST) -> None:
-        docstrings = {id(node.body[0]) for node in ast.walk(top) if _has_docstring(node)}
+        docstrings = {id(string) for node in ast.walk(top) for string in _docstring(node)}
         for part in _walk_without(top, docstrings):
             self.mention(self._original(path, name) for name in _names(part))
             self.mention(_names(part))
             if isinstance(part, ast.Call):
                 self._follow_lookup(path, part)
-            elif isinstance(part, ast.Constant) and isinstance(part.value, str):
-                if len(part.value) <= _MAX_STRING and re.fullmatch(r"[\w.:]+", part.value):
-                    self.reach_strings(part.value.replace(":", " "))
+            elif isinstance(part, ast.Constant) and _is_name(part.value):
+                self.reach_strings(part.value.replace(":", " "))
 
     def _follow_lookup(self, path: str, call: ast.Call) -> None:
         """Reach what a call looks up by a name that it makes, or by listing all names."""
@@ -439,7 +439,7 @@ def _pattern(node: ast.AST) -> re.Pattern[str] | None:
     """Return what an f-string can come to, or a sum with a string; None for anything else, and if that is anything."""
     parts = node.values if isinstance(node, ast.JoinedStr) else _terms(node)
     texts = [str(part.value) if isinstance(part, ast.Constant) else None for part in parts]
-    if len(texts) < 2 and not isinstance(node, ast.JoinedStr) or not any(texts):
+    if (len(texts) < 2 and not isinstance(node, ast.JoinedStr)) or not any(texts):
         return None
     return re.compile("".join(".*" if text is None else re.escape(text) for text in texts))
 
@@ -461,12 +461,18 @@ def _is_silent_base(name: str) -> bool:
     return name in _SILENT_BASES or name.endswith(("Error", "Exception", "Warning"))
 
 
+def _is_name(value: object) -> TypeGuard[str]:
+    """Return whether a constant may name something, as in "package.module:function"."""
+    return isinstance(value, str) and len(value) <= _MAX_STRING and bool(re.fullmatch(r"[\w.:]+", value))
+
+
 def _is_dunder(name: str) -> bool:
     return name.startswith("__") and name.endswith("__")
 
 
-def _has_docstring(node: ast.AST) -> bool:
-    return isinstance(node, Function | ast.ClassDef | ast.Module) and bool(node.body) and is_docstring(node.body[0])
+def _docstring(node: ast.AST) -> list[ast.stmt]:
+    """Return the statement that is a function's or a class's docstring, if it has one."""
+    return [item for item in node.body[:1] if is_docstring(item)] if isinstance(node, Function | ast.ClassDef) else []
 
 
 def _walk_without(top: ast.AST, left_out: set[int]) -> Iterator[ast.AST]:

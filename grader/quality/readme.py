@@ -1,12 +1,13 @@
-"""Find prose, tables, and commands to build, run and test in a README. The Markdown is never rendered."""
+"""Find prose, tables, and commands to build, run and test in what a reader of a README sees."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from grader.evidence import Finding, Readme, Table
+from grader.quality.visible import visible
 from grader.sanitize import printable
 
 _MAX_BYTES = 256 * 1024
@@ -15,24 +16,28 @@ _MAX_TABLES, _MAX_ROWS = 20, 60
 # A command may be anywhere in the text: in a code block, in a line of prose, in a list.
 _COMMANDS = {
     "build": re.compile(r"\bcolcon\s+build\b"),
-    "run": re.compile(r"\bros2\s+(run|launch)\s+\S+\s+\S+"),
+    "run": re.compile(r"\bros2\s+(?:run|launch)\s+(?:-\S+\s+)*(?:\S*[_.]launch\.py\b|(?P<package>[\w<>${}-]+)\s+\S+)"),
     "test": re.compile(r"\b(colcon\s+test\b|pytest\b)"),
 }
 _PLACEHOLDER = re.compile(r"\b(TODO|FIXME|TBD|lorem ipsum)\b|<(your|describe|insert)\b", re.IGNORECASE)
-_FENCE = re.compile(r"^\s{0,3}(```|~~~)")
 _RULE = re.compile(r"^\s*\|?\s*:?-+:?\s*(\|\s*:?-+:?\s*)*\|?\s*$")
 
 
-def read_readme(package: Path, files: Sequence[str]) -> Readme | None:
-    """Return what README.md beside package.xml shows, None if there is none. The case of its name does not matter."""
+def read_readme(package: Path, files: Sequence[str], names: Collection[str]) -> Readme | None:
+    """Return what README.md beside package.xml shows, None if there is none. The case of its name does not matter.
+
+    `names` are the package's names: a command that starts something of another package does not run this one.
+    """
     path = next((name for name in files if name.lower() == "readme.md"), None)
     if path is None:
         return None
     with (package / path).open("rb") as stream:
         text = stream.read(_MAX_BYTES).decode("utf-8", "replace")
-    lines = text.splitlines()
-    prose = _prose(lines)
-    shown = {what: command.search(text) for what, command in _COMMANDS.items()}
+    # As str.splitlines would count them, so that the numbers are those of an editor.
+    shown = visible("\n".join(text.splitlines()))
+    lines = [line for line, _ in shown]
+    prose = {number: line for number, (line, is_code) in enumerate(shown, 1) if not is_code and _is_prose(line)}
+    commands = {what: _command(what, "\n".join(lines), names) for what in _COMMANDS}
     return Readme(
         path=path,
         words=sum(len(re.findall(r"[^\W\d_]{2,}", line)) for line in prose.values()),
@@ -41,21 +46,23 @@ def read_readme(package: Path, files: Sequence[str]) -> Readme | None:
             for number, line in prose.items()
             if _PLACEHOLDER.search(line)
         ][:10],
-        shows={what: printable(match.group(0), 120) for what, match in shown.items() if match},
+        shows={what: printable(command, 120) for what, command in commands.items() if command},
         tables=_tables(lines)[:_MAX_TABLES],
     )
 
 
-def _prose(lines: Sequence[str]) -> dict[int, str]:
-    """Return the lines that are not code, headings or tables, by their number."""
-    found = {}
-    fenced = False
-    for number, line in enumerate(lines, 1):
-        if _FENCE.match(line):
-            fenced = not fenced
-        elif not fenced and not line.startswith(("    ", "\t", "#")) and not line.lstrip().startswith("|"):
-            found[number] = line
-    return found
+def _command(what: str, text: str, names: Collection[str]) -> str:
+    """Return the first command of a kind that is about this package, "" if there is none."""
+    for match in _COMMANDS[what].finditer(text):
+        package = match.groupdict().get("package")
+        # "<package>" and "$PACKAGE" may be any package, this one too.
+        if not package or package in names or not re.fullmatch(r"[\w-]+", package):
+            return match.group(0)
+    return ""
+
+
+def _is_prose(line: str) -> bool:
+    return not line.startswith(("    ", "\t", "#")) and not line.lstrip().startswith("|")
 
 
 def _tables(lines: Sequence[str]) -> list[Table]:

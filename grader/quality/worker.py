@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from grader import evidence
+from grader.contract.spec import PACKAGE
 from grader.evidence import reading_limits
+from grader.intake.package_xml import read_package_xml
 from grader.quality.call_graph import CallGraph
 from grader.quality.conversions import conversion_use
 from grader.quality.definitions import public_definitions
@@ -73,7 +75,7 @@ def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[st
         conversions=replace(conversion_use(graph), calls=conversion_use(CallGraph(used)).calls),
         parameters=parameter_use(modules, used),
         interfaces=list(created_interfaces(graph))[:_MAX_INTERFACES],
-        readme=read_readme(package, paths),
+        readme=read_readme(package, paths, {PACKAGE, read_package_xml(package / "package.xml").name}),
         report=read_report(package, paths),
         tests=sorted(set(names_of_tests(modules)))[:_MAX_ENTRIES],
         reached=reached,

@@ -71,9 +71,15 @@ class _Page:
         yield from self.total()
 
     def head(self) -> Iterator[str]:
-        package = self.grading.evidence.intake.package
-        yield from self.wrap(f"{self.grading.submission}: {f'package {package}' if package else 'no package found'}")
-        for note in self.grading.evidence.intake.notes:
+        intake = self.grading.evidence.intake
+        found = f"package {intake.package}" if intake.package else "no package found"
+        yield from self.wrap(f"{self.grading.submission}: {found}")
+        if intake.others:
+            because = f", because {intake.chosen_because}" if intake.chosen_because else ""
+            yield from self.wrap(f"graded: {intake.package_path}{because}", indent=2)
+            yield from self.wrap(f"not graded: {', '.join(intake.others)}", indent=2)
+            yield from self.wrap("`--package-path PATH` grades another", indent=2)
+        for note in intake.notes:
             yield from self.wrap(f"note: {note}", indent=2)
 
     def flags(self) -> Iterator[str]:

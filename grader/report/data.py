@@ -1,4 +1,4 @@
-"""Render a grading as report.json. docs/report-format.md describes every field."""
+"""Render a grading or a refusal as report.json. docs/report-format.md describes every field."""
 
 from __future__ import annotations
 
@@ -10,15 +10,33 @@ from typing import Any
 from grader.evidence import Trial
 from grader.host.atomic import write_atomically
 from grader.sanitize import one_line
-from grader.scoring.grading import Grading, foremost
+from grader.scoring.grading import Grading, Refusal, foremost
 from grader.scoring.rubric import Check
 from grader.scoring.scorecard import CheckResult, CriterionScore, RequirementScore
 
 SCHEMA = "ros2-course-kit/report/1"
+REFUSAL_SCHEMA = "ros2-course-kit/refusal/1"
 
 
-def as_data(grading: Grading) -> dict[str, Any]:
+def as_data(result: Grading | Refusal) -> dict[str, Any]:
     """Return the report as plain data, with all text safe to show."""
+    return _refusal(result.shown()) if isinstance(result, Refusal) else _grading(result)
+
+
+def _refusal(refusal: Refusal) -> dict[str, Any]:
+    return {
+        "schema": REFUSAL_SCHEMA,
+        "submission": refusal.submission,
+        "source": refusal.source,
+        "refused": {"because": refusal.because, "try": refusal.try_},
+        "notes": list(refusal.notes),
+        "environment": dict(refusal.environment),
+        "seed": refusal.seed,
+        "wall_seconds": _finite(refusal.wall_seconds),
+    }
+
+
+def _grading(grading: Grading) -> dict[str, Any]:
     trials = grading.evidence.trials
     grading = grading.shown()
     card, evidence = grading.scorecard, grading.evidence
@@ -26,7 +44,13 @@ def as_data(grading: Grading) -> dict[str, Any]:
         "schema": SCHEMA,
         "submission": grading.submission,
         "sha256": evidence.intake.sha256,
+        "source": evidence.origin.get("source", ""),
         "package": evidence.intake.package,
+        "choice": {
+            "path": evidence.intake.package_path,
+            "because": evidence.intake.chosen_because,
+            "others": list(evidence.intake.others),
+        },
         "total": card.points,
         "max": card.max,
         "worth": grading.worth,
@@ -43,14 +67,14 @@ def as_data(grading: Grading) -> dict[str, Any]:
     }
 
 
-def as_json(grading: Grading) -> str:
+def as_json(result: Grading | Refusal) -> str:
     """Return the report as strict JSON: ASCII, no NaN, a newline at the end."""
-    return json.dumps(as_data(grading), indent=2, allow_nan=False) + "\n"
+    return json.dumps(as_data(result), indent=2, allow_nan=False) + "\n"
 
 
-def write_json(grading: Grading, path: Path) -> None:
+def write_json(result: Grading | Refusal, path: Path) -> None:
     """Write the report as JSON, whole or not at all."""
-    write_atomically(path, as_json(grading))
+    write_atomically(path, as_json(result))
 
 
 def _criterion(score: CriterionScore) -> dict[str, Any]:

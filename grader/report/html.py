@@ -1,4 +1,4 @@
-"""Render a grading as one self-contained HTML file: no network, no script, no other files."""
+"""Render a grading or a refusal as one self-contained HTML file: no network, no script, no other files."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import hashlib
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from grader.evidence import Trial
 from grader.host.atomic import write_atomically
@@ -15,7 +15,7 @@ from grader.report.album import Album
 from grader.report.console import WORDS
 from grader.report.mutants import matrix
 from grader.sanitize import one_line
-from grader.scoring.grading import Grading, judged, losses, place, points
+from grader.scoring.grading import Grading, Refusal, judged, losses, place, points
 from grader.scoring.scorecard import Outcome, RequirementScore
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class TrialRow:
     ended: str
 
 
-def render(grading: Grading, *, pictures: bool = True) -> str:
+def render(result: Grading | Refusal, *, pictures: bool = True) -> str:
     """Return the report as HTML; without `pictures` it does not reveal the layout of held-out trials."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
@@ -58,34 +58,43 @@ def render(grading: Grading, *, pictures: bool = True) -> str:
     )
     environment.filters |= {"code": _code, "points": points, "place": place}
     style = (HERE / "style.css").read_text(encoding="utf-8")
+    environment.globals |= {
+        "style": style,
+        "style_hash": base64.b64encode(hashlib.sha256(style.encode()).digest()).decode("ascii"),
+    }
+    if isinstance(result, Refusal):
+        return environment.get_template("refusal.html.j2").render(refusal=result.shown())
+    return environment.get_template("template.html.j2").render(**_facts(result, pictures))
+
+
+def _facts(grading: Grading, pictures: bool) -> dict[str, Any]:
+    """Return what the page of a grading shows."""
     clean = grading.shown()
     album = Album(grading.evidence.trials, most=PICTURES if pictures else 0)
     # Drawn in the order of the page, so that each trial is shown where it first cost points.
     pictures_of = {score.requirement.id: album.of(score.lost) for score in grading.scorecard.requirements}
     graded, every = judged(clean.scorecard)
-    return environment.get_template("template.html.j2").render(
-        grading=clean,
-        card=clean.scorecard,
-        evidence=clean.evidence,
-        style=style,
-        style_hash=base64.b64encode(hashlib.sha256(style.encode()).digest()).decode("ascii"),
-        pictures=pictures_of,
-        drive=album.longest_drive(),
-        mutants=matrix(clean.evidence.mutation) if clean.evidence.mutation else None,
-        trials=[_row(trial) for trial in grading.evidence.trials.values()],
-        graded=graded,
-        every=every,
-        words=WORDS,
-        signs=SIGNS,
-        losses=losses,
-        is_open=is_open,
-        share=share,
-    )
+    return {
+        "grading": clean,
+        "card": clean.scorecard,
+        "evidence": clean.evidence,
+        "pictures": pictures_of,
+        "drive": album.longest_drive(),
+        "mutants": matrix(clean.evidence.mutation) if clean.evidence.mutation else None,
+        "trials": [_row(trial) for trial in grading.evidence.trials.values()],
+        "graded": graded,
+        "every": every,
+        "words": WORDS,
+        "signs": SIGNS,
+        "losses": losses,
+        "is_open": is_open,
+        "share": share,
+    }
 
 
-def write_html(grading: Grading, path: Path, *, pictures: bool = True) -> None:
+def write_html(result: Grading | Refusal, path: Path, *, pictures: bool = True) -> None:
     """Write the report as HTML, whole or not at all."""
-    write_atomically(path, render(grading, pictures=pictures))
+    write_atomically(path, render(result, pictures=pictures))
 
 
 def is_open(score: RequirementScore) -> bool:

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from grader import KIT
-from grader.host import cgroup, namespaces, ros_env
+from grader.host import cgroup, namespaces, ros_env, submission_user
 
 MIB = 1024 * 1024
 HOME = Path("/home/student")
@@ -59,17 +59,22 @@ class Sandbox:
     cwd: str = "/tmp"
     network: bool = False
     """Keep the caller's network namespace (a trial's own loopback) instead of having no network."""
+    trusted: bool = False
+    """It runs nothing of a submission, so it keeps the user who grades; root's cache of compiled files stays root's."""
 
 
-def _namespaces(network: bool) -> list[str]:
+def _namespaces(network: bool, user: int | None) -> list[str]:
     """Return the options that isolate processes, users and networks; with --unsafe-no-sandbox very few.
+
+    Root's sandboxes with a user of their own need no user namespace: root may mount without one.
 
     The kit cannot do without two: a file system of its own, which has the same paths in every grading, and a pid
     namespace, without which "kill everything that this test has started" would kill the host's processes.
     """
     if namespaces.sandbox_disabled():
-        return ["--unshare-pid", "--ro-bind", "/proc", "/proc"]
-    own = ["--unshare-user", "--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try"]
+        return ["--unshare-pid", "--ro-bind", "/proc", "/proc", "--cap-drop", "ALL"]
+    own = ["--unshare-pid", "--unshare-ipc", "--unshare-uts", "--unshare-cgroup-try"]
+    own += ["--unshare-user", "--cap-drop", "ALL"] if user is None else submission_user.CAPABILITIES
     network_options = [] if network else ["--unshare-net"]
     return [*own, *network_options, "--hostname", "robot", "--proc", "/proc", *_read_only_kernel_settings()]
 
@@ -83,14 +88,21 @@ def _read_only_kernel_settings() -> list[str]:
     return [word for path in KERNEL_SETTINGS for word in ("--ro-bind-try", path, path)]
 
 
-def bwrap_command(box: Sandbox, info_fd: int) -> list[str]:
-    """Return the start of a command line that runs the rest in `box`; bwrap reports the child's pid to `info_fd`."""
+def bwrap_command(box: Sandbox, info_fd: int, filter_fd: int, user: int | None) -> list[str]:
+    """Return the start of a command line that runs the rest in `box`.
+
+    bwrap reports the child's pid to `info_fd` and reads the filter of kernel calls from `filter_fd`. `user` is the
+    user on the host as whom the rest runs, None for the user who grades.
+    """
+    # What bubblewrap makes belongs to root if root has started it.
+    writable = [] if user is None else ["--perms", "1777"]
     arguments = [
-        "bwrap", *_namespaces(box.network), "--die-with-parent", "--new-session", "--cap-drop", "ALL",
-        "--info-fd", str(info_fd), "--clearenv", "--dev", "/dev", *_memory_disk("/dev/shm", 256 * MIB),
-        "--remount-ro", "/dev",
-        *_memory_disk("/tmp", 1024 * MIB), *_memory_disk("/home", 256 * MIB), "--dir", str(HOME),
-        *_memory_disk("/run", 16 * MIB), "--dir", "/var/tmp", "--ro-bind", "/usr", "/usr",
+        "bwrap", *_namespaces(box.network, user), "--die-with-parent", "--new-session", "--seccomp", str(filter_fd),
+        "--info-fd", str(info_fd), "--clearenv",
+        "--dev", "/dev", *writable, *_memory_disk("/dev/shm", 256 * MIB), "--remount-ro", "/dev",
+        *writable, *_memory_disk("/tmp", 1024 * MIB), *writable, *_memory_disk("/home", 256 * MIB),
+        *writable, "--dir", str(HOME), *writable, *_memory_disk("/run", 16 * MIB), "--dir", "/var/tmp",
+        "--ro-bind", "/usr", "/usr",
     ]  # fmt: skip
     for name in _ROOT_FOLDERS:
         path = Path("/", name)
@@ -98,6 +110,10 @@ def bwrap_command(box: Sandbox, info_fd: int) -> list[str]:
             arguments += ["--symlink", str(path.readlink()), str(path)]
         elif path.is_dir():
             arguments += ["--ro-bind", str(path), str(path)]
+    prefixes = [str(prefix) for prefix in (ros_env.BASE_PREFIX, ros_env.PREFIX)]
+    for parent in _parents([*prefixes, "/etc/hosts", *box.read_only.values(), *box.writable.values()]):
+        # Those that bubblewrap makes by itself can be the owner's alone.
+        arguments += ["--dir", parent]
     for name in _ETC:
         arguments += ["--ro-bind-try", f"/etc/{name}", f"/etc/{name}"]
     for prefix in (ros_env.BASE_PREFIX, ros_env.PREFIX):
@@ -112,7 +128,13 @@ def bwrap_command(box: Sandbox, info_fd: int) -> list[str]:
     for name, value in box.environment.items():
         arguments += ["--setenv", name, value]
     # The mounts below stay as they are; a writable root would be one more disk in memory.
-    return [*arguments, "--remount-ro", "/", "--chdir", box.cwd, "--"]
+    become = [] if user is None else submission_user.become(user)
+    return [*arguments, "--remount-ro", "/", "--chdir", box.cwd, "--", *become]
+
+
+def _parents(paths: Sequence[str]) -> list[str]:
+    """Return the folders above `paths` in a sandbox, the outermost first."""
+    return sorted({str(folder) for path in paths for folder in Path(path).parents} - {"/"})
 
 
 def _memory_disk(path: str, size: int) -> list[str]:

@@ -16,10 +16,11 @@ from dataclasses import dataclass
 from types import TracebackType
 
 from grader.errors import GraderError
-from grader.host import cgroup, procfs, shortage
+from grader.host import cgroup, procfs, shortage, submission_user
 from grader.sandbox.bwrap import WAIT_FOR_GO, Limits, Sandbox, bwrap_command, enter_cgroup, with_limits
 from grader.sandbox.cpu_clock import CpuClock
 from grader.sandbox.disk_guard import DiskGuard
+from grader.sandbox.syscall_filter import open_filter
 
 _CLOCK_PERIOD_S = 1.0  # between two readings of how long a command has waited for a CPU
 _MAX_STRETCH = 4  # wall time that a command may take on a busy machine, in multiples of its time limit
@@ -50,15 +51,22 @@ class Process:
     def __init__(self, command: Sequence[str], box: Sandbox, limits: Limits) -> None:
         self.started = time.monotonic()
         self._stopped = ""
+        self._written = list(box.writable)
+        self._user = None if box.trusted else submission_user.choose()
+        if self._user is not None:
+            _require_readable(box)
+            submission_user.give(self._written, self._user)
         self._group = cgroup.create(limits.resident_bytes, limits.processes)
         info_read_end, info_write_end = os.pipe()
         go_read_end, go_write_end = os.pipe()
-        command_line = [*bwrap_command(box, info_fd=info_write_end), *WAIT_FOR_GO, *with_limits(command, limits)]
+        filter_fd = open_filter()
+        inside = [*WAIT_FOR_GO, *with_limits(command, limits)]
+        command_line = [*bwrap_command(box, info_write_end, filter_fd, self._user), *inside]
         try:
             self._popen = subprocess.Popen(
                 [*enter_cgroup(self._group), *command_line],
-                stdin=go_read_end, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, pass_fds=(info_write_end,),
-                env={"PATH": os.environ.get("PATH", "/usr/bin:/bin")}, start_new_session=True,
+                stdin=go_read_end, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
+                pass_fds=(info_write_end, filter_fd), env={"PATH": os.environ.get("PATH", "/usr/bin:/bin")},
             )  # fmt: skip
         except OSError as error:
             os.close(info_read_end)
@@ -66,8 +74,8 @@ class Process:
             self._group.close()
             raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it prints the fix.") from error
         finally:
-            os.close(info_write_end)
-            os.close(go_read_end)
+            for descriptor in (info_write_end, go_read_end, filter_fd):
+                os.close(descriptor)
         self._output = _Output(self._popen, limits.output_bytes)
         self._init_pid = _child_pid(info_read_end)
         with contextlib.suppress(BrokenPipeError):  # no reader: the sandbox could not be set up
@@ -153,6 +161,8 @@ class Process:
         if self._guard is not None:
             self._guard.close()
         self._output.close()
+        if self._user is not None:
+            submission_user.give(self._written, os.geteuid())
         self._stopped = self.stopped()
         self._group.close()
         if self._guard is not None and self._guard.host_full:
@@ -251,6 +261,20 @@ def _child_pid(read_end: int) -> int:
     with os.fdopen(read_end, "rb") as stream:
         text = stream.read()
     return int(json.loads(text)["child-pid"]) if text else 0
+
+
+def _require_readable(box: Sandbox) -> None:
+    """Check that the sandbox's own user can read what it is given.
+
+    Raises:
+        GraderError: it cannot, and the submission would be charged with it.
+    """
+    for path in box.read_only:
+        if path.exists() and not submission_user.is_readable(path):
+            raise GraderError(
+                f"{path} can be read by root alone, and submissions do not run as root. "
+                f"Run `chmod -R go+rX {path}`, or grade as an ordinary user."
+            )
 
 
 def _signal(pid: int, number: signal.Signals) -> None:

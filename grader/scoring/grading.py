@@ -1,4 +1,4 @@
-"""One grading: the scorecard, the evidence it rests on, and the environment that made it."""
+"""One grading: the scorecard, the evidence it rests on, and the environment that made it; or a refusal to grade."""
 
 from __future__ import annotations
 
@@ -68,6 +68,33 @@ class Grading:
         """Return the same grading with all text that may come from a submission made safe to show, without trials."""
         evidence = replace(self.evidence, trials={}, intake=replace(self.evidence.intake, files=[]))
         return sanitize.shown(replace(self, evidence=evidence), trusted=(Criterion, Requirement))
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """One submission that could not be graded, so neither points nor evidence.
+
+    Attributes:
+        because: why not.
+        try_: what to do next.
+        notes: what else was noticed of it.
+        environment: versions by name.
+        source: a fingerprint of the place that it was read from.
+        wall_seconds: until it was refused.
+    """
+
+    submission: str
+    because: str
+    try_: str
+    notes: list[str]
+    environment: dict[str, str]
+    seed: int
+    source: str
+    wall_seconds: float
+
+    def shown(self) -> Refusal:
+        """Return the same with all text that may come from a submission made safe to show."""
+        return sanitize.shown(self)
 
 
 def losses(score: RequirementScore) -> tuple[Loss, ...]:

@@ -1,22 +1,27 @@
 """The contract's interface types, for the observer. They come from the contract's own build, never a submission's.
 
 Importable only where the path leads to that build, as in grader/trials/worker.py. It has the types under one package
-name: the package's own, or the one into which a submission has moved its interfaces.
+name: that of the package in which the submission has them.
 """
 
 from __future__ import annotations
 
 import importlib
-import importlib.util
+import sys
+from pathlib import Path
 from typing import Any
 
-from grader.contract.spec import INTERFACES_PACKAGE, PACKAGE
 
-_NAME = next(name for name in (PACKAGE, INTERFACES_PACKAGE) if importlib.util.find_spec(name))
+def _package() -> str:
+    return next(path.parts[-3] for folder in sys.path for path in Path(folder).glob("*/srv/_set_speed.py"))
+
+
+TYPES_PACKAGE = _package()
+"""The name of the package that has the types."""
 
 
 def _type(kind: str, name: str) -> Any:
-    return getattr(importlib.import_module(f"{_NAME}.{kind}"), name)
+    return getattr(importlib.import_module(f"{TYPES_PACKAGE}.{kind}"), name)
 
 
 NavigateToPosition = _type("action", "NavigateToPosition")

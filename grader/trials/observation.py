@@ -36,6 +36,10 @@ _ENDING_ROUNDS = 8
 _MAX_KEPT = 20_000
 _CLOCK_CHECK_TICKS = 10
 _SECTOR = math.radians(60)
+_DISCOVERY_S = 2.0  # for something that the node offers and that is not seen yet; excludes time spent waiting for a CPU
+_DEAF_S = 10.0  # the same for a node that answers nothing and publishes nothing
+DEAF = f"the node did not answer for {_DEAF_S:g} s: a callback hangs"
+"""Why a trial ended whose node was busy in one of its callbacks for good."""
 
 
 class TrialOver(Exception):
@@ -88,8 +92,6 @@ class Observation:
             plan.node,
             domain_id=domain_id,
             alive=lambda: process.exit_code() is None,
-            # A random name, so that the submission cannot address the observer.
-            own_name=f"observer_{random.SystemRandom().getrandbits(48):012x}",
         )
         self.bridge.on_command = self._take_command
         self.bridge.on_published = self._take_published
@@ -111,6 +113,8 @@ class Observation:
         self._started = time.monotonic()
         self._clock = CpuClock(process, [os.getpid()])
         self._work_limit_s = 120.0
+        self._deaf_s = 0.0
+        self._sought: set[str] = set()
         self._affinity = AffinityTuner(process.pin_to, self._clock.seconds)
         node = self.bridge.node
         self._clients: dict[str, Any] = {}
@@ -145,7 +149,8 @@ class Observation:
         self._sample()
 
     def facts(self, ended: str, script_error: str) -> evidence.Trial:
-        """Return everything that was recorded."""
+        """Return everything that was recorded, once what the node has published so far has arrived."""
+        self.bridge.drain()
         return replace(
             self.recorded,
             ready=self.ready,
@@ -181,7 +186,13 @@ class Observation:
         if self._clock.seconds() > self._work_limit_s:
             raise TrialOver(f"the trial took more than {self._work_limit_s:g} s of wall time")
         going = any(goal.running for goal in self.goals)
+        before, heard = self._clock.seconds(), self.bridge.heard
         self.bridge.tick(further_rounds=int(going))
+        # Only within ticks: in a notebook, minutes may pass between two of them.
+        silent = self.bridge.can_ask and self.bridge.heard == heard
+        self._deaf_s = self._deaf_s + self._clock.seconds() - before if silent else 0.0
+        if self._deaf_s > _DEAF_S:
+            raise TrialOver(DEAF)
         if self.bridge.pace == "lockstep":
             self._affinity.tick()
         if going and self.commands and self.commands[-1].v == self.commands[-1].omega == 0.0:
@@ -192,6 +203,27 @@ class Observation:
             self._foreign_publishers()
         if any(goal.silent for goal in self.goals):
             self.bridge.await_feedback()
+
+    def _wait_until(self, condition: Callable[[], bool], seconds: float) -> bool:
+        """Wait with the clock standing still until `condition` holds. Return whether it does.
+
+        The seconds exclude time spent waiting for a CPU.
+        """
+        end = self._clock.read() + seconds
+        while not self.bridge.spin_until(condition, 0.1):
+            if self._clock.seconds() > end or not self.bridge.alive():
+                return condition()
+        return True
+
+    def _found(self, name: str, condition: Callable[[], bool]) -> bool:
+        """Return whether `condition` holds, which tells that what the node offers as `name` has been discovered.
+
+        Waits for it as long as discovery may take, but only once in a trial, because it may not exist.
+        """
+        if name in self._sought or condition():
+            return condition()
+        self._sought.add(name)
+        return self._wait_until(condition, _DISCOVERY_S)
 
     def _foreign_publishers(self) -> list[str]:
         """Return who else has published, at any time so far, what only the simulator should publish."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from grader import evidence
+from grader.contract.spec import PACKAGE
 from grader.trials.plan import TrialPlan
 
 READY = "ready"
@@ -36,6 +37,8 @@ class TrialRequest:
     out: str
     package: str = ""
     """The package's source folder, for a trial that runs a script of it."""
+    ros_name: str = PACKAGE
+    """The package's name, by which `ros2 run` finds it."""
     patience_s: float = PATIENCE_S
     """How long to wait for the node to come up, excluding time spent waiting for a CPU."""
 

@@ -16,6 +16,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from grader import evidence
+from grader.contract.spec import PACKAGE
 from grader.errors import GraderError
 from grader.host import namespaces, ros_env, shortage
 from grader.trials.plan import TrialPlan
@@ -53,6 +54,7 @@ def run(
     seed: int,
     workers: int | None = None,
     package: Path | None = None,
+    ros_name: str = PACKAGE,
     progress: Callable[[str], None] = lambda _name: None,
 ) -> dict[str, evidence.Trial]:
     """Run the trials and return their facts by name.
@@ -66,6 +68,7 @@ def run(
         workers: how many trials run at once; by default one more than cores, because each waits at times, and at most
             three. Trials in real time, which mostly wait, run beside them.
         package: the package's source folder.
+        ros_name: the package's name.
         progress: called with the name of each trial that has ended.
 
     Raises:
@@ -74,7 +77,7 @@ def run(
     lockstep, real_time = Queue(), Queue()
     for plan in plans:
         (real_time if plan.real_time else lockstep).put(plan)
-    trials = _Trials(install, contract, folder, seed, package, progress)
+    trials = _Trials(install, contract, folder, seed, package, ros_name, progress)
     count = workers or min(3, 1 + (os.cpu_count() or 1))
     threads = [_Worker(each, trials) for each in [lockstep] * count + [real_time] * (not real_time.empty())]
     for thread in threads:
@@ -101,6 +104,7 @@ class _Trials:
     folder: Path
     seed: int
     package: Path | None
+    ros_name: str
     progress: Callable[[str], None]
     found: dict[str, evidence.Trial] = field(default_factory=dict)
 
@@ -149,11 +153,10 @@ class _Worker(threading.Thread):
         process, trials = self._process or self._start(), self._trials
         out = trials.folder.resolve() / f"{plan.name}.json"
         out.unlink(missing_ok=True)
-        package = str(trials.package or "")
-        patience_s = trials.patience_s(plan)
         request = TrialRequest(
-            plan.name, str(trials.install), trials.seed, next(self._domain_ids), str(out), package, patience_s
-        )
+            plan.name, str(trials.install), trials.seed, next(self._domain_ids), str(out),
+            package=str(trials.package or ""), ros_name=trials.ros_name, patience_s=trials.patience_s(plan),
+        )  # fmt: skip
         answer, out_of_time = _ask(process, request)
         if answer.startswith(CANNOT):
             raise GraderError(answer.removeprefix(CANNOT))

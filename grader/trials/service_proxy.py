@@ -6,7 +6,6 @@ Runs in a thread of its own: a call must not wait for the simulator's next tick.
 from __future__ import annotations
 
 import contextlib
-import random
 import threading
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -17,6 +16,8 @@ from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.task import Future
+
+from sim.bridge import NODE_NAME
 
 Note = Callable[[str, Any, Any], None]
 
@@ -37,8 +38,9 @@ class ServiceProxy:
     def __init__(self, domain_id: int, services: Mapping[str, tuple[Any, str]], note: Note) -> None:
         self._context = Context()
         rclpy.init(context=self._context, domain_id=domain_id)
-        name = f"service_proxy_{random.SystemRandom().getrandbits(48):012x}"
-        self._node = rclpy.create_node(name, context=self._context, enable_rosout=False)
+        self._node = rclpy.create_node(
+            NODE_NAME, context=self._context, enable_rosout=False, start_parameter_services=False
+        )
         self._group = ReentrantCallbackGroup()
         self._clients = [self._offer(name, *target, note) for name, target in services.items()]
         self._waiting: dict[int, tuple[Client, Any, Future]] = {}

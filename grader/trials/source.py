@@ -29,7 +29,7 @@ class Trials:
         plans = catalog.serving(settings.checked)
         ran = scheduler.run(
             plans.values(), install=subject.install, contract=subject.contract.install, folder=subject.folder,
-            package=subject.submission.package, seed=settings.seed,
+            package=subject.submission.package, ros_name=subject.ros_name, seed=settings.seed,
             progress=lambda name: settings.progress(f"trial {name}: {plans[name].sentence}"),
         )  # fmt: skip
         return Collected({"trials": ran}, tuple(integrity_flags(ran)))

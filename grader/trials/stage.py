@@ -35,6 +35,7 @@ from sim.sensors import ScanReading
 
 _ANSWER_WITHIN_S = 2.0  # simulated, for a service or a goal's acceptance
 _SHOW_ARGS_WALL_S = 30.0  # a launch file that takes longer leaves the check unjudged, and costs no points
+_LAST_WORD_S = 1.0  # for the last command of a node that has ended, while that is not zero
 _ANSWER_WALL_S = 3.0  # how long the clock stands still for an answer before time goes on
 TOPICS: dict[str, tuple[Any, QoSProfile]] = {
     "sensor_fusion_data": (SensorFusionData, QoSProfile(depth=10)),
@@ -66,6 +67,8 @@ class Stage(Observation):
     """A node, a robot and a world, controlled by a trial's script. Times are simulated seconds since the start."""
 
     _scan_filter = _ScanFilter()
+    package = PACKAGE
+    """The name by which `ros2 run` finds the package."""
     readers: Mapping[str, Reader] = MappingProxyType({})
     """By topic, how to read messages whose fields the submission has in another order than the contract."""
 
@@ -113,7 +116,7 @@ class Stage(Observation):
         """Call a service of the contract and wait for the answer. A missing answer is recorded, it is not an error."""
         client = self._clients[service]
         asked = self.t
-        if not client.service_is_ready():
+        if not self._found(service, client.service_is_ready):
             return self._note_call(
                 asked, service, fields, None, f"there is no service {service} of the contract's type"
             )
@@ -141,9 +144,10 @@ class Stage(Observation):
 
     def navigate(self, x: float, y: float, tolerance: float = 0.1) -> SentGoal:
         """Send a goal and wait until it is accepted or rejected. Position in the odom frame, in metres."""
+        found = self._found(ACTION, self.action.server_is_ready)
         goal = SentGoal(self, x, y, tolerance)
         self.goals.append(goal)
-        if not self.action.server_is_ready():
+        if not found:
             goal.problem = f"there is no action {ACTION} of the contract's type"
             return goal
         self._await(lambda: goal.answered)
@@ -172,7 +176,7 @@ class Stage(Observation):
     # -- what is recorded -----------------------------------------------------------------------------------------
 
     def listen(self, topic: str) -> None:
-        """Record every message of a topic (one of TOPICS) from now on, and return once its publisher has been found.
+        """Record every message of a topic (one of TOPICS) that is published after the return of this.
 
         A trial at twelve times real time can be over before a subscription is matched: F12 once read "0 warnings".
         """
@@ -187,9 +191,8 @@ class Stage(Observation):
                 self.recorded.messages.append(evidence.Message(self.t, topic, found))
 
         subscription = self.bridge.node.create_subscription(message_type, topic, take, qos, raw=read is not None)
-        endpoints = self.graph.endpoints if self.graph is not None else []
-        if any(e.topic == topic and e.kind == "publisher" for e in endpoints):
-            self.bridge.spin_until(lambda: subscription.get_publisher_count() > 0, _ANSWER_WALL_S)
+        self._found(f"topic {topic}", lambda: subscription.get_publisher_count() > 0)
+        self.bridge.await_match()
 
     def watch_goals(self) -> None:
         """Record from the action's status topic how all goals go, whoever sent them."""
@@ -202,15 +205,30 @@ class Stage(Observation):
                     return
                 self.recorded.messages.append(evidence.Message(self.t, topic, {"goal": goal, "status": status.status}))
 
-        self.bridge.node.create_subscription(GoalStatusArray, topic, take, qos_profile_action_status_default)
+        subscription = self.bridge.node.create_subscription(
+            GoalStatusArray, topic, take, qos_profile_action_status_default
+        )
+        self._found(f"topic {topic}", lambda: subscription.get_publisher_count() > 0)
+        self.bridge.await_match()
 
     def refresh_graph(self) -> None:
-        """Record the graph once more, after giving nodes that start late one second of wall time."""
-        self.freeze_clock(1.0)
+        """Record the graph once more, after giving nodes that start late a second, not counting waits for a CPU."""
+        self._wait_until(lambda: False, 1.0)
         self.graph = graph.snapshot(self.bridge.node, self.plan.node)
 
-    def record_graph_of(self, node: str) -> None:
-        """Record what the graph shows of another node."""
+    def record_graph(self, *topics: str) -> None:
+        """Record the graph once more, when it shows these topics of the node and the contract's services and action."""
+        for service, client in self._clients.items():
+            self._found(service, client.service_is_ready)
+        if self.action is not None:
+            self._found(ACTION, self.action.server_is_ready)
+        self._await_topics(self.plan.node, topics)
+        if self.bridge.alive():
+            self.graph = graph.snapshot(self.bridge.node, self.plan.node)
+
+    def record_graph_of(self, node: str, *topics: str) -> None:
+        """Record what the graph shows of another node, when it shows these topics of it."""
+        self._await_topics(node, topics)
         self.other_graph = graph.snapshot(self.bridge.node, node)
 
     # -- the robot's sensors and its world ------------------------------------------------------------------------
@@ -246,7 +264,7 @@ class Stage(Observation):
 
     def list_launch_arguments(self) -> None:
         """Run the trial's launch file with --show-args; the output is recorded as that of the process "arguments"."""
-        file = f"{INSTALL}/share/{PACKAGE}/launch/{self.plan.launch}"
+        file = f"{INSTALL}/share/{self.package}/launch/{self.plan.launch}"
         process = self.others["arguments"] = self.start(["python3", "/ws/ros2", "launch", file, "--show-args"])
         self.bridge.spin_until(lambda: process.exit_code() is not None, _SHOW_ARGS_WALL_S)
 
@@ -269,9 +287,11 @@ class Stage(Observation):
             self.bridge.tick_by_wall()
         if self.process.exit_code() is not None:
             self.choices["seconds_to_end"] = round(clock.read(), 2)
-        # The node's last messages may still be on their way.
+        # The node's last messages may still be on their way, above all the zero that it should end with.
         self.bridge.alive = lambda: True
         self.bridge.spin_until(lambda: False, 0.05)
+        self._wait_until(lambda: not self.commands or _is_zero(self.commands[-1]), _LAST_WORD_S)
+        self.bridge.alive = lambda: False
 
     # -- internal -------------------------------------------------------------------------------------------------
 
@@ -284,10 +304,14 @@ class Stage(Observation):
             return
         self.run_until(condition, _ANSWER_WITHIN_S)
 
+    def _await_topics(self, node: str, topics: Iterable[str]) -> None:
+        wanted = set(topics)
+        self._found(f"topics of {node}", lambda: wanted <= {e.topic for e in graph.endpoints(self.bridge.node, node)})
+
     def _parameters_of(self, node: str) -> AsyncParameterClient:
         """Return the client for a node's parameters. A request sent before its services are found would be lost."""
         client = self._parameter_clients[node]
-        self.bridge.spin_until(client.services_are_ready, _ANSWER_WALL_S)
+        self._found(f"parameters of {node}", client.services_are_ready)
         return client
 
     def _note_parameter(
@@ -305,3 +329,7 @@ class Stage(Observation):
                 reason = reason or f"an answer that is not a parameter's value: {error}"[:300]
         self.recorded.parameters.append(evidence.ParameterAnswer(self.t, name, wanted, accepted, value, reason, node))
         return self.recorded.parameters[-1]
+
+
+def _is_zero(command: evidence.Command) -> bool:
+    return command.v == command.omega == command.other == 0.0

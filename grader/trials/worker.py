@@ -20,11 +20,10 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from grader import build, evidence, sandbox
-from grader.contract import spec
 from grader.errors import GraderError
 from grader.host import ros_env, shortage
 from grader.trials import catalog, parameter_files, wire_layout
-from grader.trials.interfaces import SensorFusionData
+from grader.trials.interfaces import TYPES_PACKAGE, SensorFusionData
 from grader.trials.observation import TrialOver
 from grader.trials.plan import OWN_LAUNCH, TrialPlan
 from grader.trials.request import CANNOT, LATE_VARIABLE, READY, TrialRequest, not_started
@@ -87,20 +86,21 @@ def _save(request: TrialRequest, facts: evidence.Trial) -> None:
 def run_trial(plan: TrialPlan, request: TrialRequest) -> None:
     """Start the node in a sandbox, run the trial's script, save what was observed, and leave the graph."""
     install = Path(request.install)
-    missing = _missing(plan, install)
+    missing = _missing(plan, install, request.ros_name)
     if missing:
         _save(request, not_started(plan, request.seed, "", ended=missing))
         return
     simulator = Simulator(_transformed_world(plan, request.seed), seed=request.seed)
     box, telltales = _sandbox(plan, request)
-    with ExitStack() as others, sandbox.Process(_command(plan), box, _LIMITS) as process:
+    with ExitStack() as others, sandbox.Process(_command(plan, request.ros_name), box, _LIMITS) as process:
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
         stage = Stage(plan, request.seed, simulator, process, request.domain_id)
         stage.start = lambda command: others.enter_context(sandbox.Process(command, box, _LIMITS))
         stage.patience_s = request.patience_s
+        stage.package = request.ros_name
         stage.readers = _readers(install)
         for name, remappings in plan.beside.items():
-            stage.others[name] = stage.start(_node_command(name, remappings))
+            stage.others[name] = stage.start(_node_command(request.ros_name, name, remappings))
         stage.choices.update(telltales)
         ended = script_error = ""
         try:
@@ -125,9 +125,9 @@ def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, d
     telltales: dict[str, float] = {}
     if plan.launch or plan.params_file:
         copies, telltales = parameter_files.write_changed(
-            _share(install) / "config", Path(f"{request.out}.config"), plan.params_file or "*.yaml"
+            _share(install, request.ros_name) / "config", Path(f"{request.out}.config"), plan.params_file or "*.yaml"
         )
-        visible |= {copy: f"{_share(build.INSTALL)}/config/{name}" for copy, name in copies.items()}
+        visible |= {copy: f"{_share(build.INSTALL, request.ros_name)}/config/{name}" for copy, name in copies.items()}
     if plan.launch:
         visible |= {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"}
     environment = ros_env.environment(build.INSTALL, home=sandbox.HOME) | {"ROS_DOMAIN_ID": str(request.domain_id)}
@@ -136,22 +136,25 @@ def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, d
 
 def _readers(install: Path) -> dict[str, wire_layout.Reader]:
     """Return by topic how to read the messages of a type whose fields the submission has in its own order."""
-    text = build.interface_text(install / "share", "msg/SensorFusionData")
+    text = build.interface_text(install, "msg/SensorFusionData", TYPES_PACKAGE)
     read = wire_layout.reader(text, SensorFusionData)
     return {"sensor_fusion_data": read} if read else {}
 
 
-def _missing(plan: TrialPlan, install: Path) -> str:
+def _missing(plan: TrialPlan, install: Path, package: str) -> str:
     """Return in words what the trial needs and the package has not installed, "" if nothing is missing."""
     if plan.launch and plan.launch != OWN_LAUNCH:
-        found = (_share(install) / "launch" / plan.launch).is_file()
-        return "" if found else f"there is no launch/{plan.launch} in share/{spec.PACKAGE}"
-    found = (install / "lib" / spec.PACKAGE / plan.node).is_file()
-    return "" if found else f"there is no executable {plan.node} in lib/{spec.PACKAGE}"
+        found = (_share(install, package) / "launch" / plan.launch).is_file()
+        return "" if found else f"there is no launch/{plan.launch} in share/{package}"
+    if not (install / "lib" / package / plan.node).is_file():
+        return f"there is no executable {plan.node} in lib/{package}"
+    if plan.params_file and not (_share(install, package) / "config" / plan.params_file).is_file():
+        return f"there is no config/{plan.params_file} in share/{package}"
+    return ""
 
 
-def _share(install: Path) -> Path:
-    return install / "share" / spec.PACKAGE
+def _share(install: Path, package: str) -> Path:
+    return install / "share" / package
 
 
 def _transformed_world(plan: TrialPlan, seed: int) -> World:
@@ -164,21 +167,23 @@ def _transformed_world(plan: TrialPlan, seed: int) -> World:
     )
 
 
-def _command(plan: TrialPlan) -> list[str]:
+def _command(plan: TrialPlan, package: str) -> list[str]:
     if plan.launch:
-        folder = "/ws/launch" if plan.launch == OWN_LAUNCH else f"{_share(build.INSTALL)}/launch"
-        sim_time = f"use_sim_time:={_parameter(plan.use_sim_time)}"
-        return ["python3", "/ws/ros2", "launch", f"{folder}/{plan.launch}", sim_time]
-    command = _node_command(plan.node, plan.remappings)
+        if plan.launch == OWN_LAUNCH:
+            return ["python3", "/ws/ros2", "launch", f"/ws/launch/{plan.launch}", f"package:={package}"]
+        file = f"{_share(build.INSTALL, package)}/launch/{plan.launch}"
+        given = [] if plan.use_sim_time is None else [f"use_sim_time:={_parameter(plan.use_sim_time)}"]
+        return ["python3", "/ws/ros2", "launch", file, *given]
+    command = _node_command(package, plan.node, plan.remappings)
     if plan.params_file:
-        command += ["--params-file", f"{_share(build.INSTALL)}/config/{plan.params_file}"]
+        command += ["--params-file", f"{_share(build.INSTALL, package)}/config/{plan.params_file}"]
     for name, value in plan.parameters.items():
         command += ["-p", f"{name}:={_parameter(value)}"]
     return command
 
 
-def _node_command(executable: str, remappings: Mapping[str, str]) -> list[str]:
-    command = [f"{build.INSTALL}/lib/{spec.PACKAGE}/{executable}", "--ros-args", "-p", "use_sim_time:=true"]
+def _node_command(package: str, executable: str, remappings: Mapping[str, str]) -> list[str]:
+    command = [f"{build.INSTALL}/lib/{package}/{executable}", "--ros-args", "-p", "use_sim_time:=true"]
     for name, new in remappings.items():
         command += ["-r", f"{name}:={new}"]
     return command

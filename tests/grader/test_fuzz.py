@@ -172,7 +172,7 @@ def bench_files(data: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         for end in ("done", "report", "reach", "log"):
             Path(folder, f"0.{end}").write_text(data, errors="surrogatepass")
-        ran = worker_report.read_run(Path(folder), 0, 1.0)
+        ran = worker_report.read_run(Path(folder), 0, 1.0, Path(folder, "test_it.py"))
         assert all(isinstance(test.id, str) for test in ran.tests)
 
 
@@ -181,7 +181,7 @@ def type_description(data: str) -> None:
         share = path.parent / spec.PACKAGE / "srv"
         share.mkdir(parents=True)
         path.rename(share / "SetSpeed.json")
-        assert isinstance(install_tree._hash_in(path.parent, spec.PACKAGE, "srv/SetSpeed"), str)
+        assert isinstance(install_tree.installed_hash(path.parent, spec.PACKAGE, "srv/SetSpeed"), str)
 
 
 def saved_evidence(data: str) -> None:

@@ -99,5 +99,15 @@ def untouched() -> evidence.Quality:
 
 
 def judged(check: Check, quality: evidence.Quality | None, **more: object) -> Judged:
-    """Return the result of `check` on this quality; `more` are other facts of the evidence."""
+    """Return the result of `check` on this quality; `more` are other facts of the evidence.
+
+    Most examples are a few lines and no node. They are judged as if the nodes were there and reached all of them.
+    """
+    if quality is not None and quality.reached is not None and not quality.reached.nodes:
+        quality = replace(quality, reached=None)
+    return as_it_is(check, quality, **more)
+
+
+def as_it_is(check: Check, quality: evidence.Quality | None, **more: object) -> Judged:
+    """Return the result of `check` on this quality, with or without nodes."""
     return ask(check, evidence_with(quality=quality, **more))

@@ -29,7 +29,7 @@ from grader.evidence import (
     Touch,
     Trial,
 )
-from grader.report import Grading
+from grader.report import Grading, Refusal
 from grader.scoring.rubric import Rubric, load
 from grader.scoring.scorecard import CheckResult, Outcome, score
 
@@ -89,6 +89,23 @@ criteria:
 """
 
 INTAKE = Intake(name="team07.zip", sha256="ab" * 32, package="ros2_robot_controller", package_path="team07")
+CHOSEN = replace(
+    INTAKE,
+    package_path="ws/src/ctl",
+    chosen_because="its folder bears its name",
+    others=["old (ros2_robot_controller)"],
+    notes=["Opened a.zip inside.", "y.rar was not opened: the grader opens zip and tar only."],
+)
+REFUSED = Refusal(
+    submission="team07.zip",
+    because="team07.zip contains no package.xml.",
+    try_="Zip the package folder itself and submit again.",
+    notes=["y.rar was not opened: the grader opens zip and tar only."],
+    environment={"python": "3.12.3"},
+    seed=7,
+    source="00ff" * 4,
+    wall_seconds=0.2,
+)
 BUILD = Build(ok=True, cached=False, wall_seconds=14.2, exit_code=0, timed_out=False, log_tail="Finished <<< [14.2s]")
 ENVIRONMENT = {"kit": "0.1.0", "python": "3.11", "rclpy": "7.1.9", "walls": "bubblewrap 0.8.0"}
 

@@ -44,6 +44,8 @@ class Edit:
         sentence: what is wrong.
         changes: the texts that it replaces: file, old, new.
         removes: the files that it removes.
+        renames: texts that it replaces wherever they stand, in any file and in the names of files and folders.
+        moves: what it renames at the top of the package after that, old and new.
         costs: the requirements that lose points by it, of those that are judged by the build and the trials; of the
             others (Q, T, I2) only those that the edit is about.
         says: words that the report must contain.
@@ -57,6 +59,8 @@ class Edit:
     says: tuple[str, ...] = ()
     why: str = ""
     removes: tuple[str, ...] = ()
+    renames: tuple[tuple[str, str], ...] = ()
+    moves: tuple[tuple[str, str], ...] = ()
 
 
 def apply(edit: Edit | None, folder: Path) -> Path:
@@ -72,14 +76,40 @@ def apply(edit: Edit | None, folder: Path) -> Path:
         (package / file).write_text(text.replace(old, new))
     for file in edit.removes:
         (package / file).unlink()
+    for old, new in edit.renames:
+        _rename(package, old, new)
+    for old, new in edit.moves:
+        (package / old).rename(package / new)
     return package
+
+
+def _rename(package: Path, old: str, new: str) -> None:
+    for path in sorted(package.rglob("*"), reverse=True):  # what is in a folder comes before it
+        if path.is_file() and old in (text := path.read_text()):
+            path.write_text(text.replace(old, new))
+        if old in path.name:
+            path.rename(path.with_name(path.name.replace(old, new)))
 
 
 def _edit(
     name: str, costs: str, sentence: str, *changes: tuple[str, str, str], says: tuple[str, ...] = (), why: str = "",
-    removes: tuple[str, ...] = (),
+    removes: tuple[str, ...] = (), renames: tuple[tuple[str, str], ...] = (),
+    moves: tuple[tuple[str, str], ...] = (),
 ) -> Edit:  # fmt: skip
-    return Edit(name, sentence, changes, frozenset(costs.split()), says, why, removes)
+    return Edit(name, sentence, changes, frozenset(costs.split()), says, why, removes, renames, moves)
+
+
+_NAME = REFERENCE.name
+_OTHER_NAME = "robot_controller"
+# Where ROS's tools read a package's name; the Python package of its modules keeps the contract's.
+_IN_ROS = tuple(
+    (text.format(_NAME), text.format(_OTHER_NAME))
+    for text in (
+        "<name>{}<", "project({})", "name='{}'", "package='{}'", "FindPackageShare('{}')",
+        "get_package_share_directory('{}')", "{}.action import", "{}.srv import", "{}.msg import", "{}/action/", "{}/srv/",
+        "{}/msg/", "ros2 launch {}", "ros2 run {}", "--packages-select {}",
+    )
+)  # fmt: skip
 
 
 _EDITS = (
@@ -115,6 +145,46 @@ _EDITS = (
         (_CMAKE, "scripts/robot_controller scripts/sensor_processor\n", "scripts/robot_controller\n"),
         says=("missing: sensor_processor",),
         why="nothing can be seen of a node that cannot be started",
+    ),
+    _edit(
+        "renames_the_package",
+        "I1 I3",
+        "The package, its folder of modules and its types have another name than the contract's.",
+        renames=((_NAME, _OTHER_NAME),),
+        says=(
+            "It builds, as robot_controller; the assignment asks for ros2_robot_controller. Rename it in package.xml (line 4), "
+            "CMakeLists.txt (line 2), setup.py (line 6)",
+            "expected set_speed (SetSpeed)",
+        ),
+        why="the package's name is also that of its types (I3)",
+    ),
+    _edit(
+        "renames_all_but_its_modules",
+        "I1 I3",
+        "package.xml and CMakeLists.txt have another name than the contract's, and so have the types.",
+        (_CMAKE, "install(DIRECTORY ${PROJECT_NAME}/\n  DESTINATION ${PYTHON_INSTALL_DIR}/${PROJECT_NAME}\n",
+         f"install(DIRECTORY {_NAME}/\n  DESTINATION ${{PYTHON_INSTALL_DIR}}/{_NAME}\n"),
+        renames=_IN_ROS,
+        says=("It builds, as robot_controller; the assignment asks for ros2_robot_controller.",),
+        why="the package's name is also that of its types (I3)",
+    ),
+    _edit(
+        "renames_all_but_a_folder",
+        "I1 I3",
+        "Everything has another name than the contract's but the folder of the modules.",
+        (_CMAKE, "install(DIRECTORY ${PROJECT_NAME}/\n", "install(DIRECTORY modules/\n"),
+        renames=((_NAME, _OTHER_NAME), ("DIRECTORY modules/", f"DIRECTORY {_NAME}/")),
+        moves=((_OTHER_NAME, _NAME),),
+        says=("It builds, as robot_controller; the assignment asks for ros2_robot_controller.",),
+        why="the package's name is also that of its types (I3)",
+    ),
+    _edit(
+        "installs_executables_in_bin",
+        "I1",
+        "The executables are installed in bin.",
+        (_CMAKE, "install(PROGRAMS scripts/robot_controller scripts/sensor_processor\n  DESTINATION lib/${PROJECT_NAME})",
+         "install(PROGRAMS scripts/robot_controller scripts/sensor_processor\n  DESTINATION bin)"),
+        says=("bin/robot_controller, bin/sensor_processor: `ros2 run` looks in lib/ros2_robot_controller",),
     ),
     # -- F1 -------------------------------------------------------------------------------------------------------
     _edit(

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
+from . import typed
 from .context import LaunchContext
 from .entities import (
     Action,
     DeclaredArgument,
     Entities,
     SomeSubstitutionsType,
-    is_on,
     perform,
     perform_fixed,
     substitutions,
@@ -80,9 +80,12 @@ class DeclareLaunchArgument(Action):
         self.choices = None if choices is None else list(choices)
         self.description = description or "no description given"
         if self.choices is not None:
+            if not self.choices:
+                raise LaunchError("Provided choices arg is empty. Use None to ignore the choice list.")
             self.description += ("" if self.description.endswith(".") else ".") + f" Valid choices are: {self.choices}"
-            if self.default_value is not None and (text := perform_fixed(self.default_value)) is not None:
-                self._check(text)
+            text = None if self.default_value is None else perform_fixed(self.default_value)
+            if text is not None and text not in self.choices:
+                raise LaunchError(f'Provided default_value "{text}" is not in provided choices "{self.choices}".')
 
     def _check(self, value: str) -> None:
         if self.choices is not None and value not in self.choices:
@@ -137,13 +140,14 @@ class AppendEnvironmentVariable(Action):
         **rest: Any,
     ) -> None:
         super().__init__(**rest)
-        self.name, self.value, self.prepend, self.separator = substitutions(name), value, prepend, separator
+        self.name, self.value, self.separator = substitutions(name), substitutions(value), substitutions(separator)
+        self.prepend = typed.given(prepend, bool)
 
     def execute(self, context: LaunchContext) -> None:
         """Add to it."""
         name, value = perform(context, self.name), perform(context, self.value)
         parts = [value, context.environment[name]] if name in context.environment else [value]
-        ordered = parts if is_on(context, self.prepend) else reversed(parts)
+        ordered = parts if typed.performed(context, self.prepend, bool) else reversed(parts)
         context.environment[name] = perform(context, self.separator).join(ordered)
 
 

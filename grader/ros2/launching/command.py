@@ -123,7 +123,7 @@ def parse(words: list[str]) -> dict[str, str]:
     found: dict[str, str] = {}
     for word in words:
         name, separator, value = word.partition(":=")
-        if not separator or not name:
+        if not separator or not name or not value:
             raise LaunchError(f"malformed launch argument '{word}', expected format '<name>:=<value>'")
         found[name] = value
     return found

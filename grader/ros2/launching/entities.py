@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from pathlib import Path
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Any, Protocol
 
 from .context import LaunchContext
-from .errors import LaunchError, caller
+from .errors import InvalidConditionExpressionError, caller
 from .events import ExecutionComplete
 
 Entities = Sequence["LaunchDescriptionEntity"]
@@ -30,7 +29,7 @@ class Substitution:
         return f"{type(self).__name__}()"
 
 
-SomeSubstitutionsType = str | Path | Substitution | Iterable[str | Path | Substitution]
+SomeSubstitutionsType = str | Substitution | Iterable[str | Substitution]
 
 
 class TextSubstitution(Substitution):
@@ -53,16 +52,36 @@ class TextSubstitution(Substitution):
 
 
 def substitutions(value: Any) -> list[Substitution]:
-    """Return a list of substitutions from a text, a path, a substitution, or several of them."""
-    if isinstance(value, str | Path):
-        return [TextSubstitution(text=str(value))]
+    """Return a list of substitutions from a text, a substitution, or several of them.
+
+    Raises:
+        TypeError: it is something else, such as a Path or a list in a list: the real launch refuses it in these words.
+    """
+    if isinstance(value, str):
+        return [TextSubstitution(text=value)]
     if isinstance(value, Substitution):
         return [value]
-    if isinstance(value, Iterable):
-        return [one for item in value for one in substitutions(item)]
+    if not isinstance(value, Iterable):
+        raise TypeError(f"'{type(value).__name__}' object is not iterable: {_instead(value)}")
+    return [_one(item) for item in value]
+
+
+def _one(item: Any) -> Substitution:
+    if isinstance(item, Substitution):
+        return item
+    if isinstance(item, str):
+        return TextSubstitution(text=item)
     raise TypeError(
-        f"expected a text, a path, a substitution or a list of them, got {value!r} ({type(value).__name__})"
+        f"Failed to normalize given item of type '{type(item)}', when only 'str' or 'launch.Substitution' were "
+        f"expected: {_instead(item)}"
     )
+
+
+def _instead(value: Any) -> str:
+    """Return what to write in place of a value that is no text."""
+    if isinstance(value, list | tuple):
+        return "put its parts into the list around it"
+    return f"write str(…) around {value!r}" if value is not None else "leave it out, or write a text"
 
 
 def perform(context: LaunchContext, value: Any) -> str:
@@ -82,10 +101,14 @@ def describe(value: Any) -> str:
 
 
 def is_substitution(value: Any) -> bool:
-    """Return whether `value` is, or contains, a substitution."""
+    """Return whether `value` is a substitution, or a list of substitutions and texts that gives one text."""
     if isinstance(value, Substitution):
         return True
-    return isinstance(value, Iterable) and not isinstance(value, str | bytes) and any(map(is_substitution, value))
+    return (
+        isinstance(value, Collection)
+        and all(isinstance(one, str | Substitution) for one in value)
+        and any(isinstance(one, Substitution) for one in value)
+    )
 
 
 # -- conditions ---------------------------------------------------------------------------------------------------
@@ -94,13 +117,10 @@ def truth(context: LaunchContext, expression: SomeSubstitutionsType) -> bool:
     text = perform(context, expression)
     value = {"true": True, "1": True, "false": False, "0": False}.get(text.strip().lower())
     if value is None:
-        raise LaunchError(f"invalid condition expression '{text}': a condition is true, false, 1 or 0")
+        raise InvalidConditionExpressionError(
+            f"invalid condition expression, expected one of [true, 1, false, 0] but got '{text}'"
+        )
     return value
-
-
-def is_on(context: LaunchContext, value: Any) -> bool:
-    """Return a setting that may be written as a bool or as a text."""
-    return value if isinstance(value, bool) else perform(context, value).strip().lower() in ("true", "1", "yes", "on")
 
 
 class Condition:
@@ -118,14 +138,16 @@ class IfCondition(Condition):
     """Holds if the expression is true."""
 
     def __init__(self, predicate_expression: SomeSubstitutionsType) -> None:
-        super().__init__(predicate=lambda context: truth(context, predicate_expression))
+        expression = substitutions(predicate_expression)
+        super().__init__(predicate=lambda context: truth(context, expression))
 
 
 class UnlessCondition(Condition):
     """Holds if the expression is false."""
 
     def __init__(self, predicate_expression: SomeSubstitutionsType) -> None:
-        super().__init__(predicate=lambda context: not truth(context, predicate_expression))
+        expression = substitutions(predicate_expression)
+        super().__init__(predicate=lambda context: not truth(context, expression))
 
 
 class LaunchConfigurationEquals(Condition):
@@ -133,7 +155,8 @@ class LaunchConfigurationEquals(Condition):
 
     def __init__(self, launch_configuration_name: str, expected_value: SomeSubstitutionsType | None) -> None:
         super().__init__(predicate=self._holds)
-        self.name, self.expected = launch_configuration_name, expected_value
+        self.name = launch_configuration_name
+        self.expected = None if expected_value is None else substitutions(expected_value)
 
     def _holds(self, context: LaunchContext) -> bool:
         value = context.launch_configurations.get(self.name)

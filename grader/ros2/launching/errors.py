@@ -47,6 +47,10 @@ class SubstitutionFailure(LaunchError):
     """A substitution has no value."""
 
 
+class InvalidConditionExpressionError(LaunchError):
+    """The text of a condition is not a truth value."""
+
+
 class PackageNotFoundError(LaunchError):
     """No prefix in AMENT_PREFIX_PATH holds the package."""
 

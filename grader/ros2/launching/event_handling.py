@@ -9,9 +9,9 @@ import asyncio
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from . import events
+from . import events, typed
 from .context import LaunchContext
-from .entities import Action, Entities, LaunchDescriptionEntity, is_on, perform
+from .entities import Action, Entities, LaunchDescriptionEntity, Substitution
 
 Matcher = Callable[[events.Event], bool]
 Reaction = Callable[[Any, LaunchContext], Any] | Iterable[LaunchDescriptionEntity] | LaunchDescriptionEntity | None
@@ -21,6 +21,14 @@ class EventHandler:
     """Entities to visit for the events that a matcher picks."""
 
     def __init__(self, *, matcher: Matcher, entities: Reaction = None, handle_once: bool = False) -> None:
+        if isinstance(entities, Iterable):
+            entities = list(entities)
+            for one in entities:
+                if not isinstance(one, LaunchDescriptionEntity):
+                    raise TypeError(
+                        "expected all items in 'on_event' iterable to be of type 'LaunchDescriptionEntity' "
+                        f"but got '{type(one)}'"
+                    )
         self.matcher = matcher
         self.entities = entities
         self.handle_once = handle_once
@@ -52,8 +60,11 @@ def _listed(found: Any) -> Entities:
 
 def _of_action(kind: type[events.Event], target: Any) -> Matcher:
     """Return a matcher of one kind of event, for one action, for those that a function picks, or for all."""
-    if target is not None and not callable(target) and not isinstance(target, Action):
-        raise TypeError(f"the target of an event handler is an action, got {target!r}")
+    # An action that has finished may be any; the other events are about processes.
+    fits = isinstance(target, Action) and (kind is events.ExecutionComplete or hasattr(target, "process_details"))
+    if target is not None and not callable(target) and not fits:
+        wanted = "Action" if kind is events.ExecutionComplete else "ExecuteLocal"
+        raise TypeError(f"action_matcher must be an '{wanted}' instance or a callable, got {target!r}")
 
     def matches(event: events.Event) -> bool:
         if not isinstance(event, kind):
@@ -69,21 +80,21 @@ def _of_action(kind: type[events.Event], target: Any) -> Matcher:
 class OnExecutionComplete(EventHandler):
     """Waits for an action to finish."""
 
-    def __init__(self, *, target_action: Any = None, on_completion: Reaction = None, **rest: Any) -> None:
+    def __init__(self, *, target_action: Any = None, on_completion: Reaction, **rest: Any) -> None:
         super().__init__(matcher=_of_action(events.ExecutionComplete, target_action), entities=on_completion, **rest)
 
 
 class OnProcessStart(EventHandler):
     """Waits for a process to start."""
 
-    def __init__(self, *, target_action: Any = None, on_start: Reaction = None, **rest: Any) -> None:
+    def __init__(self, *, target_action: Any = None, on_start: Reaction, **rest: Any) -> None:
         super().__init__(matcher=_of_action(events.ProcessStarted, target_action), entities=on_start, **rest)
 
 
 class OnProcessExit(EventHandler):
     """Waits for a process to end."""
 
-    def __init__(self, *, target_action: Any = None, on_exit: Reaction = None, **rest: Any) -> None:
+    def __init__(self, *, target_action: Any = None, on_exit: Reaction, **rest: Any) -> None:
         super().__init__(matcher=_of_action(events.ProcessExited, target_action), entities=on_exit, **rest)
 
 
@@ -111,7 +122,7 @@ class OnProcessIO(EventHandler):
 class OnShutdown(EventHandler):
     """Waits for the launch to end."""
 
-    def __init__(self, *, on_shutdown: Reaction = None, **rest: Any) -> None:
+    def __init__(self, *, on_shutdown: Reaction, **rest: Any) -> None:
         super().__init__(matcher=lambda event: isinstance(event, events.Shutdown), entities=on_shutdown, **rest)
 
 
@@ -120,7 +131,15 @@ class TimerAction(Action):
 
     def __init__(self, *, period: Any, actions: Iterable[Action], cancel_on_shutdown: Any = True, **rest: Any) -> None:
         super().__init__(**rest)
-        self.period, self.actions, self.cancel_on_shutdown = period, list(actions), cancel_on_shutdown
+        if not isinstance(period, float | Iterable | Substitution):
+            raise TypeError(
+                "'TimerAction' expected 'period' to be one of [<class 'str'>, "
+                "<class 'launch.substitution.Substitution'>, "
+                f"<class 'collections.abc.Iterable'>, <class 'float'>], but got '{period}' of type '{type(period)}'"
+                + (f": write {period}.0" if isinstance(period, int) else "")
+            )
+        self.period = typed.given(float(period) if isinstance(period, str) else period, float)
+        self.actions, self.cancel_on_shutdown = list(actions), typed.given(cancel_on_shutdown, bool)
         self._done: asyncio.Future[None] | None = None
         self._handle: asyncio.TimerHandle | None = None
 
@@ -145,7 +164,7 @@ class TimerAction(Action):
             return
         loop = context.asyncio_loop
         assert loop is not None
-        period_s = float(self.period if isinstance(self.period, int | float) else perform(context, self.period))
+        period_s = typed.performed(context, self.period, float)
         self._done = done = loop.create_future()
         fired = EventHandler(
             matcher=lambda e: isinstance(e, events.TimerEvent) and e.timer_action is self,
@@ -153,7 +172,7 @@ class TimerAction(Action):
             handle_once=True,
         )
         context.register_event_handler(fired)
-        if is_on(context, self.cancel_on_shutdown):
+        if typed.performed(context, self.cancel_on_shutdown, bool):
             context.register_event_handler(OnShutdown(on_shutdown=lambda *_: self.cancel(), handle_once=True))
 
         def fire() -> None:
@@ -185,6 +204,8 @@ class EmitEvent(Action):
 
     def __init__(self, *, event: events.Event, **rest: Any) -> None:
         super().__init__(**rest)
+        if not isinstance(event, events.Event | type):
+            raise RuntimeError(f"EmitEvent() expected an event instance, got '{event}'.")
         self.event = event
 
     def execute(self, context: LaunchContext) -> None:

@@ -56,7 +56,7 @@ class Output:
         self.debug_wanted = debug
         stamp = time.strftime("%Y-%m-%d-%H-%M-%S")
         name = f"{stamp}-{time.time_ns() // 1000 % 10**6:06d}-{socket.gethostname()}-{os.getpid()}"
-        self.folder = _log_root() / name
+        self.folder = log_root() / name
         self._files: dict[str, Any] = {}
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -134,7 +134,7 @@ class Output:
         self._files.clear()
 
 
-def _log_root() -> Path:
+def log_root() -> Path:
     """Return the folder that holds the log folders of all launches."""
     if root := os.environ.get("ROS_LOG_DIR"):
         return Path(root).expanduser()

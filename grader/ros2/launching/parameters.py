@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import re
-import typing
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from . import typed
 from .context import LaunchContext
-from .entities import SomeSubstitutionsType, Substitution, is_on, is_substitution, perform, substitutions
-from .errors import LaunchError, UnsupportedError, caller
+from .entities import (
+    SomeSubstitutionsType,
+    Substitution,
+    TextSubstitution,
+    is_substitution,
+    perform,
+    substitutions,
+)
+from .errors import UnsupportedError, caller
 from .ros_substitutions import FindPackagePrefix, FindPackageShare
 from .substitutions import EnvironmentVariable, LaunchConfiguration, ThisLaunchFile, ThisLaunchFileDir
 
@@ -20,34 +27,52 @@ AS_TEXT = (
     "If the parameter is meant to be a string, try wrapping it in "
     "launch_ros.parameter_descriptions.ParameterValue(value, value_type=str)"
 )
-SCALARS = (bool, int, float, str, bytes)
 
 
 class ParameterValue:
     """A value whose type is given, rather than found by reading its text as YAML."""
 
     def __init__(self, value: Any, *, value_type: Any = None) -> None:
-        self.value, self.value_type = value, value_type
+        self.value, self.value_type = typed.given(value, value_type), value_type
 
     def evaluate(self, context: LaunchContext) -> Any:
         """Return the current value."""
-        if not is_substitution(self.value):
-            return value_of(context, self.value) if self.value_type is None else _typed(self.value, self.value_type)
-        text = perform(context, self.value)
-        return read(text) if self.value_type is None else _typed(text, self.value_type)
+        return typed.performed(context, self.value, self.value_type)
+
+
+class Parameter:
+    """One parameter, passed on as a rule rather than in a file."""
+
+    def __init__(self, name: SomeSubstitutionsType, value: Any, *, value_type: Any = None) -> None:
+        self.name, self.value = substitutions(name), ParameterValue(value, value_type=value_type)
+
+    def evaluate(self, context: LaunchContext) -> tuple[str, Any]:
+        """Return the current name and value."""
+        return perform(context, self.name), self.value.evaluate(context)
 
 
 class ParameterFile:
     """A parameter file; with `allow_substs=True`, expressions such as `$(var x)` in it are replaced first."""
 
-    def __init__(self, param_file: SomeSubstitutionsType, *, allow_substs: Any = False) -> None:
-        self.param_file, self.allow_substs = substitutions(param_file), allow_substs
-        self.place = caller()
+    def __init__(self, param_file: SomeSubstitutionsType | Path, *, allow_substs: bool = False) -> None:
+        if not isinstance(param_file, str | Path | Substitution | Iterable):
+            raise TypeError(
+                "'ParameterFile()' expected 'param_file' to be one of [<class 'str'>, "
+                "<class 'launch.substitution.Substitution'>, <class 'collections.abc.Iterable'>, "
+                f"<class 'os.PathLike'>], but got '{param_file}' of type '{type(param_file)}'"
+            )
+        if not isinstance(allow_substs, bool):
+            raise TypeError(
+                "'ParameterFile()' expected 'allow_subst' to be one of [<class 'bool'>], "
+                f"but got '{allow_substs}' of type '{type(allow_substs)}'"
+            )
+        self.param_file = substitutions(str(param_file) if isinstance(param_file, Path) else param_file)
+        self.allow_substs, self.place = allow_substs, caller()
 
     def evaluate(self, context: LaunchContext) -> Path:
         """Return the path of the file to pass on."""
         path = Path(perform(context, self.param_file))
-        if not is_on(context, self.allow_substs):
+        if not self.allow_substs:
             return path
         text = re.sub(r"\$\(([^()]*)\)", lambda found: self._replace(context, found[1]), path.read_text())
         return Path(context.runner.parameter_file(text))
@@ -72,74 +97,89 @@ class ParameterFile:
         return known[kind](*words).perform(context)
 
 
-def read(text: str) -> Any:
-    """Return the value of a text that a substitution gave, read as YAML."""
-    if not text:
-        return ""
-    try:
-        value = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ValueError(f"Unable to parse the value '{text}' as yaml. {AS_TEXT}") from error
-    return checked(value, f"'{text}'")
+class Parameters:
+    """A dictionary of parameters, checked when it is written and evaluated when its node starts."""
+
+    def __init__(self, values: Mapping[Any, Any]) -> None:
+        self.entries = list(_flat(values, []))
+
+    def evaluate(self, context: LaunchContext) -> dict[str, Any]:
+        """Return the current values by dotted names."""
+        return {(name := perform(context, parts)): _evaluated(context, name, value) for parts, value in self.entries}
 
 
-def checked(value: Any, shown: str) -> Any:
-    """Return a value that a parameter can hold: a scalar, or a list of one type; int among float becomes float."""
-    if isinstance(value, SCALARS):
+def _flat(values: Mapping[Any, Any], above: list[Substitution]) -> Iterator[tuple[list[Substitution], Any]]:
+    """Yield the entries of nested dictionaries with the parts of their dotted names."""
+    for key, value in values.items():
+        name = [*above, *substitutions(key)]
+        if isinstance(value, Mapping):
+            yield from _flat(value, [*name, TextSubstitution(text=".")])
+        else:
+            yield name, _checked(value)
+
+
+def _checked(value: Any) -> Any:
+    """Return a value if it can be one of a parameter, a list in a form in which its items have one type."""
+    if isinstance(value, ParameterValue | Substitution | str | bytes | bool | int | float):
         return value
     if not isinstance(value, Sequence):
-        raise TypeError(
-            f"Allowed value types are bytes, bool, int, float, str, Sequence[bool], Sequence[int], Sequence[float], "
-            f"Sequence[str]. Got {type(value)} for {shown}. {AS_TEXT}"
-        )
-    kinds = {type(one) for one in value}
-    if kinds == {int, float}:
+        raise TypeError(f"Unexpected type for parameter value {value!r}")
+    for one in value:
+        if not isinstance(one, float | int | str | Substitution | Iterable):
+            raise TypeError(
+                "Expected 'subvalue' to be one of [<class 'float'>, <class 'int'>, <class 'str'>, <class 'bool'>, "
+                "<class 'launch.substitution.Substitution'>, <class 'collections.abc.Iterable'>], "
+                f"but got '{one}' of type '{type(one)}'"
+            )
+    if is_substitution(value):
+        return Joined(value)
+    if {type(one) for one in value} == {int, float}:
         return [float(one) for one in value]
-    if len(kinds) != 1 or not kinds <= set(SCALARS):
-        raise TypeError(f"Expected a non-empty sequence of one type (bool, int, float, str), got {shown}")
-    return list(value)
+    return [one if isinstance(one, bool | int | float | str) else Joined(one) for one in value]
 
 
-def _typed(value: Any, kind: Any) -> Any:
-    """Return a value converted to the given type."""
-    if kind is str:
-        return str(value)
-    found = yaml.safe_load(value) if isinstance(value, str) else value
-    inner = typing.get_args(kind)
-    if inner and isinstance(found, Sequence) and not isinstance(found, str):
-        return [str(one) if inner[0] is str else _typed(one, inner[0]) for one in found]
-    if kind is float and isinstance(found, int | str) and not isinstance(found, bool):
-        return float(found)
-    if not inner and type(found) is kind:
-        return found
-    raise ValueError(f"Cannot convert input '{value}' of type '{type(value)}' to '{kind}'")
+class Joined(Substitution):
+    """The text of several parts."""
+
+    def __init__(self, parts: Any) -> None:
+        self.parts = substitutions(parts)
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the text."""
+        return perform(context, self.parts)
 
 
-def value_of(context: LaunchContext, value: Any) -> Any:
-    """Return the current value of an entry of a parameter dictionary."""
+def _evaluated(context: LaunchContext, name: str, value: Any) -> Any:
+    """Return the current value of a parameter; the text of a substitution is read as YAML."""
     if isinstance(value, ParameterValue):
         return value.evaluate(context)
-    if is_substitution(value):
-        return read(perform(context, value))
-    if isinstance(value, Path):
-        return str(value)
-    if isinstance(value, Mapping) or not isinstance(value, (*SCALARS, Iterable)):
-        return checked(value, repr(value))
-    return checked(value if isinstance(value, SCALARS) else list(value), repr(value))
+    if isinstance(value, Substitution):
+        value = _read(value.perform(context), name)
+        if not isinstance(value, str | bytes | bool | int | float | list):
+            raise TypeError(
+                "Allowed value types are bytes, bool, int, float, str, Sequence[bool], Sequence[int], "
+                f'Sequence[float], Sequence[str]. Got {type(value)} for "{name}". {AS_TEXT}'
+            )
+    elif isinstance(value, list):
+        value = [_read(one.perform(context), name) if isinstance(one, Substitution) else one for one in value]
+    if isinstance(value, list) and not _uniform(value):
+        raise TypeError(
+            "Expected a non-empty sequence, with items of uniform type. Allowed sequence item types are bool, int, "
+            f'float, str. Got inconsistent input for "{name}"'
+        )
+    return value
 
 
-def flat(context: LaunchContext, values: Mapping[Any, Any], above: str = "") -> dict[str, Any]:
-    """Return the dictionary's values by dotted names."""
-    found: dict[str, Any] = {}
-    for key, value in values.items():
-        if not isinstance(key, str) and not is_substitution(key):
-            raise TypeError(f"the name of a parameter is a string, got {key!r}")
-        name = above + perform(context, key)
-        if isinstance(value, Mapping):
-            found.update(flat(context, value, name + "."))
-        else:
-            found[name] = value_of(context, value)
-    return found
+def _read(text: str, name: str) -> Any:
+    try:
+        return yaml.safe_load(text) if text else ""
+    except yaml.YAMLError as error:
+        raise TypeError(f"Unable to parse the value of parameter {name} as yaml. {AS_TEXT}") from error
+
+
+def _uniform(values: list[Any]) -> bool:
+    kind = type(values[0]) if values else None
+    return kind in (bool, int, float, str) and all(isinstance(one, kind) for one in values)
 
 
 def document(values: Mapping[str, Any], node: str) -> str:
@@ -147,12 +187,18 @@ def document(values: Mapping[str, Any], node: str) -> str:
     return yaml.safe_dump({node: {"ros__parameters": dict(values)}}, default_flow_style=False, allow_unicode=True)
 
 
-def listed(parameters: Any) -> list[Any]:
-    """Return the `parameters=` of a node as a list; raise if it is not one of dictionaries and files."""
-    if isinstance(parameters, str | Path | Mapping | Substitution) or not isinstance(parameters, Iterable):
-        raise TypeError(f"Expected 'parameters' to be a list of dictionaries and files, got {parameters!r}")
-    found = list(parameters)
-    for one in found:
-        if not (isinstance(one, str | Path | Mapping | ParameterFile) or is_substitution(one)):
-            raise LaunchError(f"'parameters' holds {one!r}: give a dictionary, or the path of a YAML file")
-    return found
+def listed(parameters: Any) -> list[Parameters | Parameter | ParameterFile]:
+    """Return the `parameters=` of a node, checked; raise TypeError for what is no list of dictionaries and files."""
+    if not isinstance(parameters, list):
+        raise TypeError(
+            f"'Node' expected 'parameters' to be one of [<class 'list'>], but got '{parameters}' of type "
+            f"'{type(parameters)}': write parameters=[…]"
+        )
+    return [
+        Parameters(one)
+        if isinstance(one, Mapping)
+        else one
+        if isinstance(one, Parameter | ParameterFile)
+        else ParameterFile(one)
+        for one in parameters
+    ]

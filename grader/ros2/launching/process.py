@@ -15,9 +15,9 @@ from functools import partial
 from signal import Signals as _Signals
 from typing import Any
 
-from . import events
+from . import events, typed
 from .context import LaunchContext
-from .entities import Action, Entities, SomeSubstitutionsType, is_on, perform, substitutions
+from .entities import Action, Entities, SomeSubstitutionsType, Substitution, perform, substitutions, truth
 from .errors import LaunchError
 from .event_handling import EventHandler, OnProcessExit, OnShutdown
 from .guard import die_with_parent
@@ -42,7 +42,7 @@ class ExecuteProcess(Action):
         shell: bool = False,
         sigterm_timeout: Any = None,
         sigkill_timeout: Any = None,
-        emulate_tty: Any = None,
+        emulate_tty: Any = False,
         output: Any = "log",
         output_format: str = "[{this.process_description.final_name}] {line}",
         cached_output: bool = False,  # noqa: ARG002 - accepted; launch files cannot ask for the text here
@@ -55,13 +55,17 @@ class ExecuteProcess(Action):
     ) -> None:
         super().__init__(**rest)
         self.cmd = [substitutions(word) for word in cmd]
-        self.prefix, self.label, self.cwd, self.env, self.additional_env = prefix, name, cwd, env, additional_env
-        self.shell, self.output, self.output_format, self.log_cmd = shell, output, output_format, log_cmd
-        self.sigterm_timeout = sigterm_timeout or LaunchConfiguration("sigterm_timeout", default=TIMEOUT_S)
-        self.sigkill_timeout = sigkill_timeout or LaunchConfiguration("sigkill_timeout", default=TIMEOUT_S)
-        self.emulate_tty = LaunchConfiguration("emulate_tty", default="false") if emulate_tty is None else emulate_tty
+        self.prefix, self.label, self.cwd = (None if x is None else substitutions(x) for x in (prefix, name, cwd))
+        self.env, self.additional_env = (None if x is None else _pairs(x) for x in (env, additional_env))
+        self.shell, self.output_format, self.log_cmd, self.emulate_tty = shell, output_format, log_cmd, emulate_tty
+        self.output = output if isinstance(output, dict) else substitutions(output)
+        self.timeouts = [
+            substitutions(LaunchConfiguration(f"{name}_timeout", default=TIMEOUT_S) if limit is None else limit)
+            for name, limit in (("sigterm", sigterm_timeout), ("sigkill", sigkill_timeout))
+        ]
         self.on_exit = on_exit
-        self.respawn, self.respawn_delay_s, self.respawn_max_retries = respawn, respawn_delay, respawn_max_retries
+        self.respawn = typed.given(respawn, bool)
+        self.respawn_delay_s, self.respawn_max_retries = respawn_delay, respawn_max_retries
         self.process_details: dict[str, Any] = {}
         self.facts: dict[str, Any] = {}  # what the record says of the process besides its command
         self._context: LaunchContext | None = None
@@ -108,10 +112,10 @@ class ExecuteProcess(Action):
             "pid": 0,
         }
         self._routes = routes(self.output if isinstance(self.output, dict) else perform(context, self.output))
-        self._tty = is_on(context, self.emulate_tty)
-        self._respawns = is_on(context, self.respawn)
-        timeouts = (self.sigterm_timeout, self.sigkill_timeout)
-        self._limits_s = [float(x if isinstance(x, int | float) else perform(context, x)) for x in timeouts]
+        everywhere = context.launch_configurations.get("emulate_tty")
+        self._tty = bool(self.emulate_tty) if everywhere is None else truth(context, everywhere)
+        self._respawns = typed.performed(context, self.respawn, bool)
+        self._limits_s = [float(perform(context, limit)) for limit in self.timeouts]
         assert context.asyncio_loop is not None
         self._done = context.asyncio_loop.create_future()
         self._register(context)
@@ -119,12 +123,10 @@ class ExecuteProcess(Action):
         return None
 
     def _environment(self, context: LaunchContext) -> dict[str, str]:
-        found = dict(context.environment) if self.env is None else self._performed(context, self.env)
-        return {**found, **self._performed(context, self.additional_env or {})}
-
-    @staticmethod
-    def _performed(context: LaunchContext, mapping: Mapping[Any, Any]) -> dict[str, str]:
-        return {perform(context, name): perform(context, value) for name, value in mapping.items()}
+        found = dict(context.environment) if self.env is None else {}
+        for name, value in [*(self.env or ()), *(self.additional_env or ())]:
+            found[perform(context, name)] = perform(context, value)
+        return found
 
     def _register(self, context: LaunchContext) -> None:
         self._handlers = [
@@ -304,6 +306,10 @@ class ExecuteProcess(Action):
             context.wake()
 
         context.runner.after_events(over)
+
+
+def _pairs(mapping: Mapping[Any, Any]) -> list[tuple[list[Substitution], list[Substitution]]]:
+    return [(substitutions(name), substitutions(value)) for name, value in mapping.items()]
 
 
 def _channels(tty: bool) -> tuple[tuple[int, int], tuple[int, int]]:

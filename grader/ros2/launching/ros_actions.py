@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
+
+import yaml
 
 from .context import LaunchContext
 from .entities import Action, Entities, SomeSubstitutionsType, perform, substitutions
 from .errors import LaunchError
-from .parameters import ParameterFile, document, flat, listed, value_of
+from .output import log_root
+from .parameters import Parameter, ParameterFile, Parameters, document, listed
 from .process import ExecuteProcess
 from .ros_substitutions import ExecutableInPackage
 
@@ -60,7 +63,7 @@ class Node(ExecuteProcess):
         exec_name: SomeSubstitutionsType | None = None,
         parameters: Any = None,
         remappings: Iterable[tuple[Any, Any]] | None = None,
-        ros_arguments: Iterable[SomeSubstitutionsType] | None = None,
+        ros_arguments: list[SomeSubstitutionsType] | None = None,
         arguments: Iterable[SomeSubstitutionsType] | None = None,
         **rest: Any,
     ) -> None:
@@ -70,12 +73,13 @@ class Node(ExecuteProcess):
         if executable is None:
             raise TypeError("Node() needs the keyword 'executable'")
         program = executable if package is None else ExecutableInPackage(executable, package)
-        super().__init__(cmd=[program, *(arguments or ())], name=exec_name, **rest)
+        words = [] if arguments is None else list(arguments)
+        rules = [] if ros_arguments is None else list[Any](["--ros-args"]) + ros_arguments
+        super().__init__(cmd=[program, *words, *rules], name=exec_name, **rest)
         self.package, self.executable = package, executable
         self.node_name_given, self.namespace_given = name, namespace
         self.parameters = [] if parameters is None else listed(parameters)
         self.remappings = _rules(remappings)
-        self.ros_arguments = list(ros_arguments or ())
 
     @property
     def node_name(self) -> str:
@@ -85,9 +89,6 @@ class Node(ExecuteProcess):
     def command(self, context: LaunchContext) -> list[str]:
         """Return the command: executable, arguments, then after --ros-args names, parameters, remappings."""
         cmd = super().command(context)
-        extra = [perform(context, word) for word in self.ros_arguments]
-        if extra:
-            cmd += ["--ros-args", *extra]
         name = None if self.node_name_given is None else perform(context, self.node_name_given)
         given = None if self.namespace_given is None else perform(context, self.namespace_given)
         namespace = joined(context.launch_configurations.get(NAMESPACE), given)
@@ -104,18 +105,21 @@ class Node(ExecuteProcess):
             "executable": perform(context, self.executable),
             "node": full or name,
         }
-        for key, value in context.launch_configurations.get(PARAMETERS, ()):
-            cmd += ["-p", f"{key}:={value}"]
+        for setting in context.launch_configurations.get(PARAMETERS, ()):
+            cmd += ["--params-file", setting] if isinstance(setting, str) else ["-p", f"{setting[0]}:={setting[1]}"]
         for one in self.parameters:
             cmd += self._parameter(context, one, full or "/**")
         for old, new in [*context.launch_configurations.get(REMAPS, ()), *self.remappings]:
             cmd += ["-r", f"{perform(context, old)}:={perform(context, new)}"]
         return cmd
 
-    def _parameter(self, context: LaunchContext, one: Any, node: str) -> list[str]:
-        if isinstance(one, Mapping):
-            return ["--params-file", str(context.runner.parameter_file(document(flat(context, one), node)))]
-        file = one.evaluate(context) if isinstance(one, ParameterFile) else Path(perform(context, one))
+    def _parameter(self, context: LaunchContext, one: Parameters | Parameter | ParameterFile, node: str) -> list[str]:
+        if isinstance(one, Parameters):
+            return ["--params-file", str(context.runner.parameter_file(document(one.evaluate(context), node)))]
+        if isinstance(one, Parameter):
+            name, value = one.evaluate(context)
+            return ["-p", f"{name}:={yaml.safe_dump(value)}"]
+        file = one.evaluate(context)
         if file.is_file():
             return ["--params-file", str(file)]
         context.runner.output.warn("launch_ros.actions.node", f"Parameter file path is not a file: {file}")
@@ -125,9 +129,14 @@ class Node(ExecuteProcess):
 def _rules(remappings: Any) -> list[tuple[Any, Any]]:
     rules = []
     for rule in remappings or ():
-        if isinstance(rule, str) or not isinstance(rule, Iterable) or len(pair := tuple(rule)) != 2:
-            raise TypeError(f"remappings is a list of pairs (from, to), got {rule!r}")
-        rules.append((substitutions(pair[0]), substitutions(pair[1])))
+        if not isinstance(rule, tuple):
+            raise TypeError(
+                f"Expected 'remap_rule' to be one of [<class 'tuple'>], but got '{rule}' of type '{type(rule)}': "
+                "remappings is a list of pairs (from, to), in round brackets"
+            )
+        if len(rule) != 2:
+            raise TypeError(f"remap_rule must be a tuple of length 2, got length {len(rule)}")
+        rules.append((substitutions(rule[0]), substitutions(rule[1])))
     return rules
 
 
@@ -135,7 +144,6 @@ class LifecycleNode(Node):
     """A lifecycle node, started as a plain node: only its own code changes its state."""
 
     def __init__(self, *, name: SomeSubstitutionsType, namespace: SomeSubstitutionsType, **rest: Any) -> None:
-        rest.pop("autostart", None)
         super().__init__(name=name, namespace=namespace, **rest)
 
     def execute(self, context: LaunchContext) -> Entities | None:
@@ -171,22 +179,59 @@ class SetParameter(Action):
 
     def __init__(self, name: SomeSubstitutionsType, value: Any, **rest: Any) -> None:
         super().__init__(**rest)
-        self.name, self.value = substitutions(name), value
+        self.parameters = Parameters({tuple(substitutions(name)): value})
 
     def execute(self, context: LaunchContext) -> None:
         """Set it. A list becomes text in round brackets, which no node reads as a list: the real one does the same."""
-        value = value_of(context, self.value)
-        name = perform(context, self.name)
-        if isinstance(value, list):
-            value = tuple(value)
-        _append(context, PARAMETERS, (name, value))
+        for name, value in self.parameters.evaluate(context).items():
+            _append(context, PARAMETERS, (name, tuple(value) if isinstance(value, list) else value))
 
 
-class SetUseSimTime(SetParameter):
-    """Sets whether the nodes that follow take their time from /clock."""
+class SetParametersFromFile(Action):
+    """Passes a parameter file to all nodes that follow."""
 
-    def __init__(self, value: Any, **rest: Any) -> None:
-        super().__init__("use_sim_time", value, **rest)
+    def __init__(self, filename: SomeSubstitutionsType, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.filename = substitutions(filename)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Add the file."""
+        file = Path(perform(context, self.filename)).absolute()
+        if not file.is_file():
+            raise LaunchError(f"Parameter file path is not a file: {file}")
+        _append(context, PARAMETERS, str(file))
+
+
+class SetUseSimTime(Action):
+    """Sets the clock of the launch's own node, which this kit has not: no node takes its time from /clock by this."""
+
+    def __init__(self, value: bool, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.value = value
+
+    def execute(self, context: LaunchContext) -> None:
+        """Warn that nothing changes; the real one cannot set another value than True."""
+        if not isinstance(self.value, bool):
+            raise ValueError(f"Type 'Type.BOOL' and value '{self.value}' do not agree")
+        if not self.value:
+            raise LaunchError("Failed to set use_sim_time parameter")
+        context.runner.output.warn(
+            "launch_ros.actions",
+            f"{self.place}: SetUseSimTime is about the launch's own node, no other: for the nodes that follow, write "
+            "SetParameter('use_sim_time', True)",
+        )
+
+
+class SetROSLogDir(Action):
+    """Sets the folder that the nodes started afterwards write logs to; a relative one is below the present one."""
+
+    def __init__(self, new_log_dir: SomeSubstitutionsType, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.log_dir = substitutions(new_log_dir)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Set it."""
+        context.environment["ROS_LOG_DIR"] = str(log_root() / perform(context, self.log_dir))
 
 
 class SetRemap(Action):

@@ -9,7 +9,6 @@ from ..commands import packages  # noqa: TID252 - the folder has no fixed name, 
 from .context import LaunchContext
 from .entities import SomeSubstitutionsType, Substitution, describe, perform, substitutions
 from .errors import PackageNotFoundError, SubstitutionFailure
-from .substitutions import PathJoinSubstitution
 
 
 def find_prefix(package: str) -> Path:
@@ -49,10 +48,6 @@ class FindPackagePrefix(Substitution):
     def describe(self) -> str:
         """Return the substitution as `--show-args` prints it."""
         return f"{type(self).__name__}(pkg={describe(self.package)})"
-
-    def __truediv__(self, other: SomeSubstitutionsType) -> PathJoinSubstitution:
-        """Return a path below the folder."""
-        return PathJoinSubstitution([self, other])
 
 
 class FindPackageShare(FindPackagePrefix):

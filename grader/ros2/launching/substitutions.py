@@ -8,13 +8,22 @@ import os
 import shlex
 import shutil
 import subprocess
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from . import typed
 from .context import LaunchContext
-from .entities import SomeSubstitutionsType, Substitution, describe, perform, substitutions, truth
-from .errors import SubstitutionFailure
+from .entities import (
+    SomeSubstitutionsType,
+    Substitution,
+    TextSubstitution,
+    describe,
+    is_substitution,
+    perform,
+    substitutions,
+)
+from .errors import LaunchError, SubstitutionFailure
 
 
 class LaunchConfiguration(Substitution):
@@ -22,7 +31,7 @@ class LaunchConfiguration(Substitution):
 
     def __init__(self, variable_name: SomeSubstitutionsType, *, default: Any = None) -> None:
         self.variable_name = substitutions(variable_name)
-        self.default = None if default is None else substitutions(default if _is_text(default) else str(default))
+        self.default = None if default is None else list(_texts(default))
 
     def perform(self, context: LaunchContext) -> str:
         """Return the configuration's value, else the default."""
@@ -38,41 +47,41 @@ class LaunchConfiguration(Substitution):
         return f"LaunchConfig({describe(self.variable_name)})"
 
 
-def _is_text(value: Any) -> bool:
-    return isinstance(value, str | Path | Substitution) or (
-        isinstance(value, Iterable) and all(isinstance(part, str | Path | Substitution) for part in value)
-    )
+def _texts(default: Any) -> Iterator[Substitution]:
+    """Yield the parts of a default; what is no text becomes one, item by item."""
+    for item in default if isinstance(default, Iterable) and not isinstance(default, str) else [default]:
+        yield item if isinstance(item, Substitution) else TextSubstitution(text=str(item))
+
+
+_listed = substitutions  # the keyword of the next class has this name
 
 
 class PathJoinSubstitution(Substitution):
-    """Parts of a path, joined by the separator; a part may itself be a list whose items are put together."""
+    """Parts of a path, joined by the separator."""
 
-    def __init__(self, substitutions: Iterable[SomeSubstitutionsType]) -> None:
-        self.parts = list(substitutions)
+    def __init__(self, substitutions: Iterable[str | Substitution]) -> None:
+        self.parts = _listed(substitutions)
 
     @property
     def fixed(self) -> bool:  # type: ignore[override]
         """True if every part is."""
-        return all(one.fixed for one in substitutions(self.parts))
+        return all(one.fixed for one in self.parts)
 
     def perform(self, context: LaunchContext) -> str:
         """Return the path."""
-        return os.path.join(*(perform(context, part) for part in self.parts))  # noqa: PTH118 - keeps "./" and "//"
+        return os.path.join(*(one.perform(context) for one in self.parts))  # noqa: PTH118 - keeps "./" and "//"
 
     def describe(self) -> str:
         """Return the substitution as `--show-args` prints it."""
-        return f"PathJoin({', '.join(describe(part) for part in self.parts)})"
-
-    def __truediv__(self, other: SomeSubstitutionsType) -> PathJoinSubstitution:
-        """Return the path with one more part."""
-        return PathJoinSubstitution([*self.parts, other])
+        return f"PathJoin({', '.join(one.describe() for one in self.parts)})"
 
 
 class EnvironmentVariable(Substitution):
     """The value of an environment variable."""
 
     def __init__(self, name: SomeSubstitutionsType, *, default_value: SomeSubstitutionsType | None = None) -> None:
-        self.name, self.default_value = substitutions(name), default_value
+        self.name = substitutions(name)
+        self.default_value = None if default_value is None else substitutions(default_value)
 
     def perform(self, context: LaunchContext) -> str:
         """Return the variable's value, else the default."""
@@ -113,7 +122,7 @@ class Command(Substitution):
     """The output of a command."""
 
     def __init__(self, command: SomeSubstitutionsType, *, on_stderr: SomeSubstitutionsType = "fail") -> None:
-        self.command, self.on_stderr = substitutions(command), on_stderr
+        self.command, self.on_stderr = substitutions(command), substitutions(on_stderr)
 
     def perform(self, context: LaunchContext) -> str:
         """Run the command and return its standard output; a failure, or by default stderr, stops the launch."""
@@ -254,11 +263,11 @@ class AnySubstitution(Substitution):
     combine: Callable[[Iterable[bool]], bool] = staticmethod(any)
 
     def __init__(self, *args: SomeSubstitutionsType) -> None:
-        self.args = args
+        self.args = [substitutions(value) for value in args]
 
     def perform(self, context: LaunchContext) -> str:
         """Return "true" or "false"."""
-        return _text(self.combine([truth(context, value) for value in self.args]))
+        return _text(self.combine([_truth(context, value) for value in self.args]))
 
 
 class AllSubstitution(AnySubstitution):
@@ -299,16 +308,27 @@ class IfElseSubstitution(Substitution):
         if_value: SomeSubstitutionsType = "",
         else_value: SomeSubstitutionsType = "",
     ) -> None:
-        self.condition, self.if_value, self.else_value = condition, if_value, else_value
+        if if_value == else_value == "":
+            raise LaunchError("One of if_value and else_value must be specified")
+        self.condition = substitutions(condition)
+        self.if_value, self.else_value = substitutions(if_value), substitutions(else_value)
 
     def perform(self, context: LaunchContext) -> str:
         """Return the text for the condition's value."""
-        return perform(context, self.if_value if truth(context, self.condition) else self.else_value)
+        return perform(context, self.if_value if _truth(context, self.condition) else self.else_value)
+
+
+def _truth(context: LaunchContext, value: Iterable[Substitution]) -> bool:
+    """Return the truth value of a text, as YAML has it; a condition of an action is stricter."""
+    try:
+        return bool(typed.read(perform(context, value), bool))
+    except ValueError as error:
+        raise SubstitutionFailure(str(error)) from error
 
 
 def _text(value: bool) -> str:
     return "true" if value else "false"
 
 
-def _side(value: Any) -> Any:
-    return value if isinstance(value, str | Path | Substitution | list | tuple) else str(value)
+def _side(value: Any) -> list[Substitution]:
+    return substitutions(value if is_substitution(value) else "" if value is None else str(value))

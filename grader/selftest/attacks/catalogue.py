@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grader.selftest.attacks import on_answers, on_build, on_intake, on_nodes, on_tests, on_text
+from grader.selftest.attacks import on_answers, on_build, on_host, on_intake, on_nodes, on_tests, on_text
 from grader.selftest.attacks.attack import Attack, attack
 
 _NOT_APPLICABLE = (
@@ -15,7 +15,15 @@ _NOT_APPLICABLE = (
         not_applicable="the grader never unpickles anything; attacks by tests that write pickles are run above",
     ),
 )  # fmt: skip
-_ALL = (on_intake.ATTACKS, on_build.ATTACKS, on_nodes.ATTACKS, on_answers.ATTACKS, on_tests.ATTACKS, on_text.ATTACKS)
+_ALL = (
+    on_intake.ATTACKS,
+    on_build.ATTACKS,
+    on_nodes.ATTACKS,
+    on_host.ATTACKS,
+    on_answers.ATTACKS,
+    on_tests.ATTACKS,
+    on_text.ATTACKS,
+)
 
 ATTACKS: dict[str, Attack] = {each.name: each for attacks in (*_ALL, _NOT_APPLICABLE) for each in attacks}
 

@@ -24,12 +24,14 @@ def idle(stage: Stage) -> None:
     stage.unmute(ScanReading)
     stage.mark("scans")
     stage.run(4.0)
+    stage.record_graph("scan", "odom", "cmd_vel")
 
 
 @trial(serves=["I3", "I4", "I5", "I6", "Q5"], node="sensor_processor")
 def idle_processor(stage: Stage) -> None:
     """Run the sensor processor while the robot stands still."""
     stage.run(1.0)
+    stage.record_graph("raw_scan", "imu/data", "battery/state", "sensor_fusion_data", "obstacle_distance")
 
 
 def _get_parameters(stage: Stage, nodes: tuple[str, ...]) -> None:
@@ -65,7 +67,8 @@ def launch_by_wall(stage: Stage) -> None:
 @trial(serves=["I5"], launch=OWN_LAUNCH, awaits=NODES)
 def launch_remapped(stage: Stage) -> None:
     """Run the grader's own launch file, which remaps topics of both nodes."""
-    stage.record_graph_of("sensor_processor")
+    stage.record_graph("base/cmd_vel", "front/scan")
+    stage.record_graph_of("sensor_processor", "front/scan", "front/distance")
 
 
 @trial(serves=["I7"])

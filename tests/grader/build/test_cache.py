@@ -140,7 +140,7 @@ def test_damaged_type_hashes_are_not_used(monkeypatch: pytest.MonkeyPatch, tmp_p
     monkeypatch.setattr(sandbox, "run", answers)
     monkeypatch.setattr(Path, "read_text", lambda *_: text)
     with pytest.raises(GraderError, match="computed again"):
-        type_hashes.compute({}, "p", tmp_path)
+        type_hashes.compute({"srv/SetSpeed.srv": "---"}, "p", tmp_path)
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.host import cgroup, doctor
+from grader.host import cgroup, doctor, submission_user
 from grader.host.cgroup import Hierarchy
 from grader.host.doctor import Diagnosis, Installed, State, examine, exit_status, mismatches, render
 from grader.host.machine import CommandResult, Machine, install_line
@@ -35,10 +36,11 @@ class FakeMachine(Machine):
         root: bool = False,
         cgroups: Hierarchy | None = None,
         free: int = 50 * doctor.GB,
+        refusal: str = "",
     ) -> None:
         """`fails` maps a word of a command to the output of the command, which then fails."""
         self._tools, self._files, self._fails = tools, files or {}, fails or {}
-        self._root, self._cgroups, self._free = root, cgroups, free
+        self._root, self._cgroups, self._free, self._refusal = root, cgroups, free, refusal
 
     @property
     def root(self) -> bool:
@@ -55,6 +57,9 @@ class FakeMachine(Machine):
 
     def cgroups(self) -> Hierarchy | None:
         return self._cgroups
+
+    def refuses_other_user(self) -> str:
+        return self._refusal
 
     def free_bytes(self, *_: object) -> int:
         return self._free
@@ -157,6 +162,35 @@ def test_cgroups_are_named_by_version_and_never_required(
     machine = FakeMachine(files=dict.fromkeys(files, ""), cgroups=hierarchy)
     cgroups = found(machine, "cgroups")
     assert (cgroups.state, cgroups.found) == (state, words)
+
+
+@pytest.mark.parametrize(
+    ("machine", "state", "words"),
+    [
+        (FakeMachine(), State.OK, "you; what belongs to others is out of their reach"),
+        (FakeMachine(root=True), State.OK, "a file of root's could not be written in a sandbox"),
+        (FakeMachine(root=True, refusal="setpriv: not found"), State.WARN, "another user here: setpriv: not found"),
+        (FakeMachine(HEALTHY_TOOLS - {"bwrap"}, root=True), State.WARN, "not tried: bubblewrap is missing"),
+    ],
+)
+def test_the_doctor_says_as_whom_submissions_run(machine: Machine, state: State, words: str):
+    user = found(machine, "submissions run as")
+    assert user.state is state
+    assert user.found.endswith(words)
+
+
+@pytest.mark.sandbox
+@pytest.mark.skipif(os.geteuid() != 0, reason="about a grader that is root; run the tests as root")
+def test_the_doctor_really_writes_in_a_sandbox(monkeypatch: pytest.MonkeyPatch):
+    """It must not say that root's files are safe where they are not."""
+    asked = submission_user.refusal.__wrapped__
+    assert asked() == ""
+    monkeypatch.setattr(submission_user, "become", lambda _user: ["setpriv", "--inh-caps=-all", "--"])
+    assert asked() != ""
+    monkeypatch.setattr(submission_user, "CAPABILITIES", ())
+    assert asked() == "it can write files of root"
+    monkeypatch.setattr(submission_user, "become", lambda _user: ["no-such-program"])
+    assert "no-such-program" in asked()
 
 
 def test_this_hosts_cgroups_are_what_a_grading_finds():

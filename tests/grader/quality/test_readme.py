@@ -57,7 +57,9 @@ def with_readme(tmp_path: Path, text: str | bytes | None) -> evidence.Quality:
     package = written(tmp_path / "p", {"README.md": text or "", "package.xml": ""})
     if text is None:
         (package / "README.md").unlink()
-    return replace(untouched(), readme=read_readme(package, facts(package).paths), paths=facts(package).paths)
+    return replace(
+        untouched(), readme=read_readme(package, facts(package).paths, {REFERENCE.name}), paths=facts(package).paths
+    )
 
 
 def said(tmp_path: Path, text: str) -> Judged:
@@ -134,6 +136,105 @@ def test_hostile_markdown_is_read_in_finite_time(tmp_path: Path, text: bytes):
     quality = with_readme(tmp_path, text)
     assert judged(words, quality).share < 1
     assert judged(table, quality, trials=running()).share == 0.0
+
+
+# -- what a reader sees ---------------------------------------------------------------------------------------------
+
+COMMANDS = "colcon build\nros2 run ros2_robot_controller robot_controller\npytest test\n"
+
+
+def shows(tmp_path: Path, text: str) -> set[str]:
+    readme = with_readme(tmp_path, text).readme
+    assert readme is not None
+    return set(readme.shows)
+
+
+@pytest.mark.parametrize(
+    "hidden",
+    [
+        "<!-- {} -->",
+        "<!--\n```\n{}\n```\n-->",
+        "<!-- never closed\n{}",
+        "<div hidden>\n\n{}\n\n</div>",
+        "<div hidden>\n\n```\n{}\n```\n\n</div>",
+        '<p style="color: white; margin: 0">{}</p>',
+        "<p style='display:none'><b>{}</b></p>",
+        '<span style="font-size:0px">{}</span>',
+        '<span style="opacity: 0">{}</span>',
+        '<div style="position:absolute; left:-9999px">{}</div>',
+        '<div style="height:0;overflow:hidden">{}</div>',
+        '<font color="#ffffff">{}</font>',
+        "<template>{}</template>",
+        "<script>\n{}\n</script>",
+        '<img src="a.png" alt="{}">',
+        '<p title="{}">Hello.</p>',
+        "![{}](picture.png)",
+        '[Hello](http://a.b "{}")',
+        '[//]: # "{}"',
+        "[comment]: <> ({})",
+        "```{}",
+        "<?php {} ?>",
+    ],
+)
+def test_text_that_no_reader_sees_shows_nothing(tmp_path: Path, hidden: str):
+    commands = COMMANDS.strip()
+    text = hidden.format(commands if "\n" in hidden else commands.replace("\n", "; "))
+    assert shows(tmp_path, f"# Package\n\n{text}\n") == set()
+
+
+def test_a_hidden_table_and_hidden_prose_earn_nothing(tmp_path: Path):
+    text = f"# Package\n\n<div hidden>\n\n{TRUE}\n\n</div>\n"
+    assert said(tmp_path / "words", text).share == 0.0
+    assert compared(tmp_path / "table", text).share == 0.0
+
+
+@pytest.mark.parametrize(
+    "shown",
+    [
+        "{}",
+        "```\n{}```",
+        "~~~~bash\n```\n{}~~~~",
+        "    <!-- in a block of code -->\n\n```\n{}\n<!-- as it is\n```",
+        "`<!--` begins a comment.\n\n{}",
+        "<details>\n<summary>How</summary>\n\n{}\n</details>",
+        "<!-- gone --> {}",
+        "<!-- gone\n--> {}",
+        '<p align="center" style="color: #333; width: 100%; overflow: hidden">{}</p>',
+        "<p hidden>gone</p>\n\n{}",
+        "[![Build](https://a.b/c.svg)](https://a.b)\n\n{}",
+        "[^1]: {}",
+        "1 < 2, 3 <!- 4\n\n{}",
+        "1. First\n\n    {}",
+    ],
+)
+def test_text_that_a_reader_sees_counts(tmp_path: Path, shown: str):
+    assert shows(tmp_path, f"# Package\n\n{shown.format(COMMANDS)}\n") == {"build", "run", "test"}
+
+
+def test_a_comment_left_by_a_template_is_no_placeholder(tmp_path: Path):
+    text = TRUE.replace("Drives a TurtleBot 4 safely.", "Drives a TurtleBot 4 safely.\n<!-- TODO: say more -->\n")
+    assert said(tmp_path, text).share == 1.0
+
+
+def test_a_placeholder_in_angle_brackets_is_seen(tmp_path: Path):
+    text = TRUE.replace("Drives a TurtleBot 4 safely.", "<your text here>")
+    assert "placeholder (line 3: <your text here>)" in said(tmp_path, text).seen
+
+
+@pytest.mark.parametrize(
+    ("command", "runs"),
+    [
+        ("ros2 launch turtlebot3_gazebo world.launch.py", False),
+        ("ros2 run turtlesim turtlesim_node", False),
+        ("ros2 launch ros2_robot_controller robot_controller_launch.py", True),
+        ("ros2 launch -d ros2_robot_controller robot_controller_launch.py", True),
+        ("ros2 launch launch/robot_controller_launch.py", True),
+        ("ros2 run $PACKAGE robot_controller", True),
+    ],
+)
+def test_a_command_for_another_package_does_not_run_this_one(tmp_path: Path, command: str, runs: bool):
+    """A vendor's README is no README of this package."""
+    assert ("run" in shows(tmp_path, f"# Package\n\n    {command}\n")) is runs
 
 
 # -- the table --------------------------------------------------------------------------------------------------------

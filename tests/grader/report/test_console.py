@@ -5,7 +5,7 @@ import re
 from dataclasses import replace
 
 import pytest
-from helpers.report_examples import BUILD, INTAKE, TOUCHED, grading, results, small_rubric
+from helpers.report_examples import BUILD, CHOSEN, INTAKE, TOUCHED, grading, results, small_rubric
 
 from grader.evidence import Evidence, Flag
 from grader.report import console
@@ -41,6 +41,18 @@ Functionality            5 / 8    ############........  C
 Testing              not graded yet (4 points)
 """
     assert text.startswith(expected)
+
+
+def test_the_packages_that_were_not_graded_and_the_reason_come_first(rubric):
+    text = console.render(grading(rubric, results(rubric), Evidence(CHOSEN, BUILD)))
+    assert text.startswith("""\
+team07.zip: package ros2_robot_controller
+  graded: ws/src/ctl, because its folder bears its name
+  not graded: old (ros2_robot_controller)
+  `--package-path PATH` grades another
+  note: Opened a.zip inside.
+  note: y.rar was not opened: the grader opens zip and tar only.
+""")
 
 
 def test_the_end_says_how_much_is_graded_so_far(rubric):

@@ -7,7 +7,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from helpers.report_examples import BUILD, INTAKE, RUBRIC, TOUCHED, grading, mediocre, results, small_rubric
+from helpers.report_examples import (
+    BUILD,
+    CHOSEN,
+    INTAKE,
+    REFUSED,
+    RUBRIC,
+    TOUCHED,
+    grading,
+    mediocre,
+    results,
+    small_rubric,
+)
 
 from grader import KIT
 from grader.evidence import Evidence, Flag
@@ -37,10 +48,11 @@ def paths(value, prefix=""):
     return {prefix}
 
 
-def test_every_field_is_documented_and_every_documented_field_is_written():
-    written = paths(data.as_data(mediocre(load(RUBRIC))))
-    documented = set(re.findall(r"^\| `([^`]+)` \| (?:string|number|integer|boolean|object)", FORMAT.read_text(), re.M))
-    assert documented == written
+@pytest.mark.parametrize(("section", "result"), [(0, mediocre(load(RUBRIC))), (1, REFUSED)], ids=["graded", "refused"])
+def test_every_field_is_documented_and_every_documented_field_is_written(section, result):
+    text = FORMAT.read_text().split("## A submission that could not be graded")[section]
+    documented = set(re.findall(r"^\| `([^`]+)` \| (?:string|number|integer|boolean|object)", text, re.M))
+    assert documented == paths(data.as_data(result))
 
 
 def test_every_outcome_is_documented():
@@ -50,6 +62,29 @@ def test_every_outcome_is_documented():
 
 def test_the_documented_schema_is_the_one_written():
     assert f"`{data.SCHEMA}`" in FORMAT.read_text()
+    assert f"`{data.REFUSAL_SCHEMA}`" in FORMAT.read_text()
+
+
+def test_a_refusal_says_why_and_what_to_do_and_claims_no_points():
+    report = data.as_data(REFUSED)
+    assert report["schema"] == "ros2-course-kit/refusal/1"
+    assert report["refused"] == {"because": REFUSED.because, "try": REFUSED.try_}
+    assert not {"total", "max", "criteria", "requirements"} & set(report)
+
+
+def test_the_packages_that_were_not_graded_and_the_reason_are_in_the_data(rubric):
+    report = data.as_data(grading(rubric, results(rubric), Evidence(CHOSEN, BUILD)))
+    assert report["choice"] == {
+        "path": "ws/src/ctl",
+        "because": "its folder bears its name",
+        "others": ["old (ros2_robot_controller)"],
+    }
+
+
+def test_hostile_words_of_a_refusal_are_spelt_out():
+    report = data.as_data(replace(REFUSED, submission="a\x1b[2J.zip", because="b\u202e", notes=["\x07"]))
+    assert (report["submission"], report["refused"]["because"]) == (r"a\x1b[2J.zip", r"b\u202e")
+    assert report["notes"] == [r"\x07"]
 
 
 def test_full_marks_of_what_is_graded_say_out_of_how_many(rubric):

@@ -9,7 +9,9 @@ from html.parser import HTMLParser
 import pytest
 from helpers.report_examples import (
     BUILD,
+    CHOSEN,
     INTAKE,
+    REFUSED,
     RUBRIC,
     TOUCHED,
     broken,
@@ -107,6 +109,32 @@ def test_the_policy_allows_nothing_but_our_style_and_our_pictures(rubric):
     ]
 
 
+def test_the_packages_that_were_not_graded_and_the_reason_are_shown(rubric):
+    text = " ".join(Page(html.render(grading(rubric, results(rubric), Evidence(CHOSEN, BUILD)))).text.split())
+    assert "Graded: ws/src/ctl, because its folder bears its name. Not graded: old (ros2_robot_controller)." in text
+    assert "Opened a.zip inside. y.rar was not opened" in text
+
+
+def test_a_refusal_is_a_sound_page_that_says_why_and_what_to_do():
+    text = html.render(REFUSED)
+    page = Page(text)
+    assert set(page.elements) <= ELEMENTS
+    assert "could not be graded" in page.text
+    for words in (REFUSED.because, REFUSED.try_, *REFUSED.notes):
+        assert words in page.text
+    assert "points were given" in page.text
+    digest = base64.b64encode(hashlib.sha256(re.search(r"<style>(.*?)</style>", text, re.S)[1].encode()).digest())
+    assert f"style-src 'sha256-{digest.decode()}'" in text
+
+
+@pytest.mark.parametrize("attack", ATTACKS)
+def test_nothing_in_a_refusal_becomes_an_element(attack):
+    refused = replace(REFUSED, submission=attack, because=attack, try_=attack, notes=[attack])
+    page = Page(html.render(refused))
+    assert set(page.elements) <= ELEMENTS
+    assert page.elements.count("style") == page.elements.count("title") == 1
+
+
 @pytest.mark.parametrize("attack", ATTACKS)
 def test_nothing_that_a_student_wrote_becomes_an_element(rubric, attack, monkeypatch):
     """In every place that a student's words can reach."""
@@ -117,7 +145,15 @@ def test_nothing_that_a_student_wrote_becomes_an_element(rubric, attack, monkeyp
     waits = CheckResult("check_obstacle::test_stops_in_time", Outcome.NOT_REACHED, 0.0, because=attack)
     trial = replace(drive_at_a_wall(), name=attack, node=attack, world=attack, ended=attack)
     evidence = Evidence(
-        replace(INTAKE, name=attack, package=attack, package_path=attack, notes=[attack]),
+        replace(
+            INTAKE,
+            name=attack,
+            package=attack,
+            package_path=attack,
+            notes=[attack],
+            others=[attack],
+            chosen_because=attack,
+        ),
         replace(BUILD, ok=False, log_tail=attack),
         trials={attack: trial},
         flags=[Flag(attack, attack, attack)],

@@ -10,7 +10,7 @@ import pytest
 
 from grader import sandbox
 from grader.errors import GraderError
-from grader.host import namespaces, ros_env
+from grader.host import namespaces, ros_env, submission_user
 from grader.sandbox import MIB, Limits, Process, Sandbox, process
 from grader.sandbox.cpu_clock import CpuClock
 
@@ -58,6 +58,73 @@ def test_no_setting_of_the_kernel_can_be_written():
         "print(len(files) > 100, [path for path in files if os.access(path, os.W_OK)])"
     )
     assert python(code).output == "True []\n"
+
+
+def test_a_command_cannot_become_root_of_a_namespace():
+    """With a user namespace of its own it could mount, and reach parts of the kernel that are root's."""
+    code = (
+        "import ctypes, os, subprocess\n"
+        "libc = ctypes.CDLL(None, use_errno=True)\n"
+        "flags = 0x10000000 | 0x20000 | 17\n"  # CLONE_NEWUSER, CLONE_NEWNS, SIGCHLD
+        "answers = [libc.unshare(0x10000000), libc.syscall(56, flags, 0, 0, 0, 0), libc.syscall(435, 0, 0)]\n"
+        "print(answers, ctypes.get_errno(), libc.mount(b'proc', b'/tmp', b'proc', 0, None))\n"
+        "print(subprocess.run(['echo', 'a child']).returncode)"
+    )
+    assert python(code).output == "[-1, -1, -1] 38 -1\na child\n0\n"
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="about a grader that is root; run the tests as root")
+def test_root_runs_commands_as_a_user_that_owns_nothing(tmp_path: Path):
+    """As root of this machine they were held back by nothing but read-only mounts."""
+    tmp_path.chmod(0o755)
+    secret, roots = tmp_path / "secret", tmp_path / "file"
+    for path, mode in ((secret, 0o600), (roots, 0o644)):
+        path.write_text("root's")
+        path.chmod(mode)
+    code = (
+        "import os, stat\n"
+        "print(os.getuid() > 1000, os.stat('/in/file').st_uid, set(os.getgroups()) <= {os.getgid()})\n"
+        "print([os.access(f'/in/{name}', os.R_OK) for name in ('secret', 'file')], os.access('/in/file', os.W_OK))\n"
+        "print([line.split()[1] for line in open('/proc/self/status') if line.startswith(('CapPrm', 'CapEff'))])"
+    )
+    box = Sandbox(read_only={tmp_path: "/in"}, environment=PYTHON.environment)
+    assert python(code, box).output == "True 0 True\n[False, True] False\n['0000000000000000', '0000000000000000']\n"
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="about a grader that is root; run the tests as root")
+def test_what_a_command_leaves_belongs_to_the_grader_and_runs_as_nobody_else(tmp_path: Path):
+    box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
+    made = "cd /ws/out && mkdir -p a/b && cp /bin/true a/b/tool && chmod 6755 a/b/tool && ln -s /etc/passwd link"
+    owner = Path("/etc/passwd").stat().st_uid
+    assert sandbox.run(["sh", "-c", made], box).ok
+    tool = tmp_path / "a" / "b" / "tool"
+    assert (tool.stat().st_uid, tool.stat().st_mode & 0o7777) == (os.geteuid(), 0o755)
+    assert ((tmp_path / "link").lstat().st_uid, Path("/etc/passwd").stat().st_uid) == (os.geteuid(), owner)
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="about a grader that is root; run the tests as root")
+def test_a_file_that_only_root_can_read_is_the_graders_error(tmp_path: Path):
+    """The submission would be charged with what it cannot read."""
+    tmp_path.chmod(0o700)
+    with pytest.raises(GraderError, match="can be read by root alone"):
+        sandbox.run(["true"], Sandbox(read_only={tmp_path: "/ws/in"}))
+
+
+def test_each_sandbox_of_root_has_a_user_of_its_own_within_the_ids_of_a_container(monkeypatch: pytest.MonkeyPatch):
+    ids = {submission_user._id() for _ in range(3)}
+    monkeypatch.setattr(Path, "read_text", lambda *_: "         0     100000      65536\n")
+    assert submission_user._id() == 65534
+    monkeypatch.setattr(Path, "read_text", lambda *_: "         0          0 4294967295\n")
+    assert len(ids | {submission_user._id() for _ in range(3)}) > 1
+
+
+def test_where_root_cannot_give_submissions_another_user_they_run_as_before(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
+    monkeypatch.setattr(submission_user, "refusal", lambda: "setpriv: setresuid failed: Invalid argument")
+    assert submission_user.runs_as_root()
+    assert submission_user.choose() is None
+    assert "runs as root too" in submission_user.notice()
+    assert python("print('graded')").output == "graded\n"
 
 
 def test_nothing_of_our_environment_leaks_in(monkeypatch: pytest.MonkeyPatch):

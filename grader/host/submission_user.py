@@ -1,0 +1,123 @@
+"""The user as whom submissions run where the grader is root: one that owns nothing on this machine.
+
+In a sandbox of root's a process could be root of this machine too, held back by nothing but read-only mounts. So it
+runs as a user of its own instead. Any other grader's sandboxes run as the user who grades.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import subprocess
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+from grader import KIT
+from grader.host import namespaces, ros_env
+
+# systemd's list of user ids leaves 1,879,048,192 to 2,147,483,647 to nobody.
+_FIRST, _COUNT = 1_900_000_000, 100_000_000
+_NOBODY = 65534
+# Between the mounts, which root makes, and the first command of the submission.
+CAPABILITIES = ("--cap-drop", "ALL", "--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID")
+RUNS_AS_ROOT = (
+    "The grader ran as root and could not run the submission's code as another user; only the sandbox's read-only "
+    "mounts kept it from this machine's files. Grade as an ordinary user."
+)
+_PROBE_SECONDS = 20
+# Reads what every sandbox must be able to read, and then tries to write a file of root's.
+_PROBE = (
+    'id -u && head -c1 "$1" "$2" >/dev/null && '
+    'if (echo written >>"$3") 2>/dev/null; then echo "it can write files of root" >&2; exit 1; fi'
+)
+
+
+def choose() -> int | None:
+    """Return the id of a user for one sandbox; None if its commands run as the user who grades.
+
+    Each sandbox gets a user of its own, so that limits on a user's processes are not shared.
+    """
+    if os.geteuid() != 0 or namespaces.sandbox_disabled() or refusal():
+        return None
+    return _id()
+
+
+def runs_as_root() -> bool:
+    """Return whether submissions run as root here."""
+    return os.geteuid() == 0 and choose() is None
+
+
+def notice() -> str:
+    """Return in a sentence as whom the submission runs, if root grades; "" for any other user."""
+    if os.geteuid() != 0:
+        return ""
+    return f"grading as root; the submission runs as {'root too' if runs_as_root() else 'a user that owns nothing'}"
+
+
+def become(user: int) -> list[str]:
+    """Return the start of a command line that runs the rest as `user`, without any right of root's."""
+    return ["setpriv", f"--reuid={user}", f"--regid={user}", "--clear-groups", "--inh-caps=-all", "--"]
+
+
+@cache
+def refusal() -> str:
+    """Return why root cannot run a sandbox as another user on this machine, "" if that works. Tries it really."""
+    user = _id()
+    command = [
+        "bwrap", "--ro-bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--unshare-pid", "--unshare-ipc",
+        "--die-with-parent", *CAPABILITIES, "--perms", "1777", "--size", "65536", "--tmpfs", "/tmp",
+        "--perms", "0644", "--file", "0", "/tmp/file",
+        "--ro-bind", str(KIT / "grader"), "/tmp/kit", "--ro-bind", str(ros_env.SITE_PACKAGES), "/tmp/packages",
+        "--", *become(user), "sh", "-c", _PROBE, "probe",
+        "/tmp/kit/__init__.py", "/tmp/packages/rclpy/__init__.py", "/tmp/file",
+    ]  # fmt: skip
+    try:
+        ended = subprocess.run(
+            command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=_PROBE_SECONDS, check=False
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return str(error)
+    if ended.returncode == 0 and ended.stdout.strip() == str(user):
+        return ""
+    return (ended.stderr.strip().splitlines() or [f"exit status {ended.returncode}"])[-1][:200]
+
+
+@contextmanager
+def readable_by_sandboxes() -> Iterator[None]:
+    """Let files that are written inside the block be readable by all, as root's must be for a sandbox's user."""
+    if os.geteuid() != 0:
+        yield
+        return
+    before = os.umask(0o022)
+    try:
+        yield
+    finally:
+        os.umask(before)
+
+
+def is_readable(path: Path) -> bool:
+    """Return whether any user may read a file, or list and enter a folder."""
+    wanted = 0o005 if path.is_dir() else 0o004
+    return path.stat().st_mode & wanted == wanted
+
+
+def give(folders: Sequence[Path], user: int) -> None:
+    """Make `user` the owner of everything in the folders; the kernel clears set-user-id bits thereby."""
+    if folders:
+        owner = f"{user}:{user}"
+        subprocess.run(["chown", "-Rh", owner, "--", *map(str, folders)], capture_output=True, check=False)
+
+
+def _id() -> int:
+    """Return the id of a user whom nobody else is; in a container with few ids that of the user nobody."""
+    wanted = _FIRST + secrets.randbelow(_COUNT)
+    maps = [Path("/proc/self", name).read_text() for name in ("uid_map", "gid_map")]
+    return wanted if all(_is_mapped(wanted, text) for text in maps) else _NOBODY
+
+
+def _is_mapped(number: int, text: str) -> bool:
+    ranges = [(int(first), int(count)) for first, count in re.findall(r"^\s*(\d+)\s+\d+\s+(\d+)", text, re.MULTILINE)]
+    return any(first <= number < first + count for first, count in ranges)

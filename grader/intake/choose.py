@@ -1,0 +1,148 @@
+"""Choose the package to grade among the candidates, and say why; or refuse with the choices named. Runs nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from difflib import SequenceMatcher
+from pathlib import PurePosixPath
+from typing import Any
+
+from grader.contract import spec
+from grader.errors import SubmissionError, UsageError
+from grader.intake import kinds
+from grader.intake.locate import Candidate, Tree
+from grader.intake.unpack import content_hash
+from grader.sanitize import printable
+
+_NAMED = 5  # packages named in a sentence
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The package to grade, why it was chosen ("because ..."), and the others, each with what it is."""
+
+    package: Candidate
+    because: str
+    others: tuple[tuple[Candidate, str], ...] = ()
+
+
+# In this order; the first in which two candidates differ decides. What a package has counts only after its name, but
+# for this: of packages under other names, one of the student's own comes before a vendor's with a similar name.
+_CRITERIA: tuple[tuple[Callable[[Candidate], Any], str], ...] = (
+    (lambda c: c.name != spec.PACKAGE, "its name is the one that the assignment asks for"),
+    (lambda c: not c.modules, "it has modules of the assignment"),
+    (lambda c: not c.nodes, "it has nodes in Python"),
+    (lambda c: -_likeness(c.name), f"its name is the most like {spec.PACKAGE}"),
+    (lambda c: c.xml is None or bool(c.xml.problem), "its package.xml can be read"),
+    (lambda c: c.folder != c.name, "its folder bears its name"),
+    (lambda c: c.depth, "it lies the highest"),
+    (lambda c: -len(c.modules), "it has the most modules of the assignment"),
+    (lambda c: -len(c.interfaces), "it has the most interfaces of the assignment"),
+)
+
+
+def choose(tree: Tree, name: str) -> Choice:
+    """Return the package of the submission `name` that is to be graded.
+
+    Like colcon, it does not look for packages inside a package, unless there is no other with nodes in Python.
+
+    Raises:
+        SubmissionError: there is none, and the message says what there is instead; or nothing decides between two.
+    """
+    found = {candidate.path: kinds.kind(tree, candidate) for candidate in tree.candidates}
+    outer = [c for c in tree.candidates if not found[c.path] and not _hidden(c, found)]
+    inner = [c for c in tree.candidates if not found[c.path]]
+    bare = [c for c in tree.candidates if found[c.path] == kinds.BARE]
+    pool = next((each for each in (outer, inner, bare) if each), [])
+    if not pool:
+        what, advice = kinds.describe_instead(tree)
+        raise SubmissionError(f"{printable(name)} {what}", advice)
+    best = min(pool, key=_rank)
+    rivals = [c for c in pool if c is not best]
+    ties = [c for c in rivals if _rank(c)[:-1] == _rank(best)[:-1] and not _same(tree, c, best)]
+    if ties:
+        paths = ", ".join(printable(candidate.path) for candidate in (best, *ties)[:_NAMED])
+        raise SubmissionError(
+            f"{printable(name)} holds the package {best.name} {len(ties) + 1} times, each time with other content, and "
+            f"nothing tells which is meant: {paths}.",
+            "Hand in one of them, or choose with `grader grade --package-path PATH`.",
+        )
+    others = tuple((c, _remark(c, found[c.path])) for c in sorted(tree.candidates, key=_rank) if c is not best)
+    return Choice(best, _reason(best, rivals, others=bool(others)), others)
+
+
+def choose_named(tree: Tree, name: str, path: str) -> Choice:
+    """Return the package at `path`, whatever it is, of the submission `name`.
+
+    Raises:
+        UsageError: there is no package at `path`; the message says where there are some.
+    """
+    chosen = find_named(tree, path)
+    if chosen is None:
+        paths = [printable(candidate.path) for candidate in sorted(tree.candidates, key=_rank)]
+        more = f" and {len(paths) - _NAMED} more" if len(paths) > _NAMED else ""
+        there = f"It has packages at {', '.join(paths[:_NAMED])}{more}." if paths else "It holds no package at all."
+        raise UsageError(f"There is no package at {printable(path)} in {printable(name)}.", there)
+    others = tuple((c, _remark(c, kinds.kind(tree, c))) for c in sorted(tree.candidates, key=_rank) if c is not chosen)
+    return Choice(chosen, "`--package-path` names it", others)
+
+
+def find_named(tree: Tree, path: str) -> Candidate | None:
+    """Return the candidate at `path`, the folder or its package.xml; None if there is none."""
+    wanted = PurePosixPath(path.removesuffix("package.xml") or ".").as_posix()
+    return next((candidate for candidate in tree.candidates if candidate.path == wanted), None)
+
+
+def interfaces_beside(tree: Tree, package: Candidate) -> Candidate | None:
+    """Return the package of the interfaces if the submission has split them off; the nearest if there are several."""
+    found = [c for c in tree.candidates if c.xml is not None and c.xml.name == spec.INTERFACES_PACKAGE and c != package]
+    return min(found, key=lambda c: (_parent(c.path) != _parent(package.path), _rank(c)), default=None)
+
+
+def _rank(candidate: Candidate) -> tuple[Any, ...]:
+    """Return the sort key of candidates; the smallest is the package."""
+    return (*(criterion(candidate) for criterion, _ in _CRITERIA), candidate.path)
+
+
+def _likeness(name: str) -> float:
+    """Return how much a name is like the assignment's, from 0 to 1."""
+    return SequenceMatcher(None, name.lower().replace("-", "_"), spec.PACKAGE, autojunk=False).ratio()
+
+
+def _hidden(candidate: Candidate, found: dict[str, str]) -> bool:
+    """Return whether a package lies inside one that can be graded."""
+    inside = {parent.as_posix() for parent in PurePosixPath(candidate.path).parents} - {candidate.path}
+    return any(not which and path in inside for path, which in found.items())
+
+
+def _same(tree: Tree, one: Candidate, other: Candidate) -> bool:
+    return candidate_hash(tree, one) == candidate_hash(tree, other)
+
+
+def candidate_hash(tree: Tree, candidate: Candidate) -> str:
+    """Return the hash of a candidate's files, the same for every copy of it."""
+    folder = PurePosixPath(candidate.path)
+    return content_hash(
+        tree.root / folder, [PurePosixPath(path).relative_to(folder).as_posix() for path in candidate.files]
+    )
+
+
+def _reason(best: Candidate, rivals: Sequence[Candidate], *, others: bool) -> str:
+    if not rivals:
+        return "it is the only ROS 2 Python package that colcon finds" if others else "it is the only package"
+    second = min(rivals, key=_rank)
+    deciding = (words for criterion, words in _CRITERIA if criterion(best) != criterion(second))
+    return next(deciding, "the other is the same, file by file")
+
+
+def _remark(candidate: Candidate, which: str) -> str:
+    """Return where a package is that was not chosen, its name, and what else is to be known of it."""
+    remarks = [candidate.name, *([which] if which else [])]
+    if candidate.inside:
+        remarks.append(f"inside {printable(candidate.inside)}, where colcon does not look")
+    return f"{printable(candidate.path)} ({'; '.join(remarks)})"
+
+
+def _parent(path: str) -> str:
+    return PurePosixPath(path).parent.as_posix()

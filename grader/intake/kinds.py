@@ -1,0 +1,124 @@
+"""Tell a ROS 2 Python package from other kinds of packages, and say what a submission has instead of one."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import PurePosixPath
+
+from grader.contract import spec
+from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES
+from grader.intake.locate import Candidate, Tree
+from grader.sanitize import printable
+
+_ASKED = "The assignment asks for a ROS 2 Jazzy package with nodes in Python: robot_controller.py, sensor_processor.py."
+_ZIP = "Zip the package folder itself (the one with package.xml and setup.py) and submit again."
+
+_CPP = frozenset({".cpp", ".cc", ".cxx", ".c", ".hpp", ".hh"})
+_INTERFACES = frozenset({".msg", ".srv", ".action"})
+_DESCRIPTION = frozenset({".launch", ".urdf", ".xacro", ".sdf", ".world", ".rviz", ".stl", ".dae"})
+_DOCUMENTS = frozenset(
+    {"", ".md", ".txt", ".rst", ".pdf", ".doc", ".docx", ".odt", ".rtf", ".tex", ".pptx", ".html"}
+    | {".png", ".jpg", ".jpeg", ".gif", ".svg"}
+)
+_ARCHIVES = frozenset({*CLOSED_ARCHIVES, ".gz", *(suffix for suffix in ARCHIVE_SUFFIXES if suffix.count(".") == 1)})
+_NAMED = 4  # packages named in a refusal
+
+# Python files of a package that are no code of a node's.
+_BESIDE = frozenset({"setup.py", "conftest.py", "conf.py", "__init__.py"})
+_BESIDE_FOLDERS = frozenset({"launch", "test", "tests"})
+
+_ROS1 = re.compile(
+    rb"^[ \t]*(?:import|from)[ \t]+rospy\b|find_package\(\s*catkin\b|#include\s*<ros/ros\.h>", re.MULTILINE
+)
+
+ROS1, CPP, BARE = "ROS 1", "C++", "no code"
+MESSAGES, INTERFACES, LAUNCH = "messages only", "interfaces only", "launch and description files only"
+
+
+def kind(tree: Tree, candidate: Candidate) -> str:
+    """Return the kind of a package that is no ROS 2 Python package, one of the words above; else "".
+
+    A package with the assignment's name is only refused for the wrong language: it may be an early state.
+    """
+    if candidate.xml is not None and candidate.xml.ros1:
+        return ROS1
+    if candidate.nodes == 0 and _ros1(tree, candidate.files):
+        return ROS1
+    if candidate.nodes or candidate.modules:
+        return ""
+    suffixes = {PurePosixPath(path).suffix.lower() for path in candidate.files}
+    code = any(_is_code(path, candidate.path) for path in candidate.files)
+    named = candidate.name == spec.PACKAGE
+    if suffixes & _CPP and not (named and code):
+        return CPP
+    if named or code:
+        return ""
+    if found := suffixes & _INTERFACES:
+        return MESSAGES if found == {".msg"} else INTERFACES
+    launches = any(
+        path.endswith((".launch.py", "_launch.py", ".launch.xml", ".launch.yaml")) for path in candidate.files
+    )
+    return LAUNCH if launches or suffixes & _DESCRIPTION else BARE
+
+
+def describe_instead(tree: Tree) -> tuple[str, str]:
+    """Return the predicate of a sentence about a submission without a package, and advice."""
+    suffixes = Counter(PurePosixPath(path).suffix.lower() for path in tree.files)
+    if not tree.files:
+        return "is empty.", "Put the package folder in (the one with package.xml and setup.py) and submit again."
+    if tree.candidates:
+        return _packages([(candidate.name, kind(tree, candidate)) for candidate in tree.candidates]), _ASKED
+    if ignored := [p for p in tree.files if p.endswith("package.xml") and p not in tree.searched]:
+        return (
+            f"contains a package only where colcon does not look ({printable(ignored[0])}: a build tree, or a folder "
+            "marked COLCON_IGNORE).",
+            "Submit the sources, the package folder in src.",
+        )
+    if nodes := [path for path in tree.searched if tree.is_node(path)]:
+        return f"contains a node ({printable(nodes[0])}) but no package.xml.", _ZIP
+    if _ros1(tree, tree.searched):
+        return "contains code for ROS 1.", _ASKED
+    if set(suffixes) & _CPP and not suffixes[".py"]:
+        return "contains only C++.", _ASKED
+    if suffixes[".ipynb"] and not suffixes[".py"]:
+        return (
+            "contains only notebooks.",
+            "Submit the package that they write, the folder ros2_robot_controller with package.xml.",
+        )
+    if closed := [path for path in tree.files if PurePosixPath(path).suffix.lower() in _ARCHIVES]:
+        return (
+            f"contains an archive that was not opened ({printable(closed[0])}).",
+            "Submit the package folder in one plain zip.",
+        )
+    if set(suffixes) <= _DOCUMENTS:
+        return (
+            f"contains only documents ({printable(tree.files[0])}).",
+            "Submit the package folder, the one with package.xml and setup.py.",
+        )
+    return "contains no package.xml.", _ZIP
+
+
+def _packages(found: Sequence[tuple[str, str]]) -> str:
+    """Return the predicate about packages, given as name and kind, none of which can be graded."""
+    if len(found) > 1:
+        shown = ", ".join(f"{name} ({which})" for name, which in found[:_NAMED])
+        more = f" and {len(found) - _NAMED} more" if len(found) > _NAMED else ""
+        return f"contains {len(found)} packages, and none with a node in Python: {shown}{more}."
+    name, which = found[0]
+    if which == ROS1:
+        return f"contains a ROS 1 (catkin) package, {name}."
+    if which == CPP:
+        return f"contains a C++ package, {name}."
+    return f"contains a package without a node, {name}: {which}."
+
+
+def _is_code(path: str, package: str) -> bool:
+    inside = PurePosixPath(path).relative_to(package)
+    beside = inside.name in _BESIDE or inside.name.endswith((".launch.py", "_launch.py"))
+    return inside.suffix == ".py" and not beside and not _BESIDE_FOLDERS & set(inside.parts[:-1])
+
+
+def _ros1(tree: Tree, paths: Sequence[str]) -> bool:
+    return any(_ROS1.search(tree.source(path)) for path in paths if path.endswith((".py", "CMakeLists.txt", ".cpp")))

@@ -1,0 +1,64 @@
+"""Attacks on this machine by the powers that root has, or a process that is root of a namespace."""
+
+from __future__ import annotations
+
+from grader.selftest.attacks.attack import Attack, attack, cmake, node
+
+# root's files show who root of this machine is: in a namespace of its own a process may only call itself that.
+_IS_ROOT = "os.getuid() == os.stat('/usr').st_uid"
+
+ATTACKS: tuple[Attack, ...] = (
+    attack(
+        "is_root_of_this_machine",
+        "The node looks whether it is root of this machine, and for files of root's that it may write.",
+        node(f"""
+root, found = os.stat('/usr').st_uid, 0
+for top in ('/proc/sys', '/etc', '/dev', '/ws', '/opt', '/var', '/run', '/home', '/tmp'):
+    for here, _, names in os.walk(top):
+        for path in (os.path.join(here, name) for name in names):
+            try:
+                found += os.lstat(path).st_uid == root and os.path.isfile(path) and os.access(path, os.W_OK)
+            except OSError:
+                pass
+print('ATTACK is root:', {_IS_ROOT}, 'files of root:', found, flush=True)
+os._exit(0)
+"""),
+        needs="F1", costs="F1", proof="ATTACK is root: False files of root: 0",
+        stopped="where the grader is root, its sandboxes run as a user that owns nothing; else as the user who grades",
+    ),
+    attack(
+        "builds_as_root",
+        "CMake looks whether the build runs as root of this machine.",
+        cmake(f"""
+execute_process(COMMAND python3 -c "import os, sys; sys.exit({_IS_ROOT})" RESULT_VARIABLE as_root)
+message(WARNING "ATTACK built as root: ${{as_root}}")
+"""),
+        needs="F14", proof="ATTACK built as root: 0",
+        stopped="the same user as for nodes; what a build leaves is then given to the grader",
+    ),
+    attack(
+        "becomes_root_of_a_namespace",
+        "The node makes user namespaces, in which it would be root, and mounts the kernel's settings anew.",
+        node("""
+import ctypes
+libc = ctypes.CDLL(None, use_errno=True)
+NEW_USER, NEW_MOUNTS, NEW_PIDS = 0x10000000, 0x20000, 0x20000000
+made = 0
+for call in (
+    lambda: libc.unshare(NEW_USER | NEW_MOUNTS | NEW_PIDS),
+    lambda: libc.unshare(NEW_USER),
+    lambda: libc.syscall(56, NEW_USER | NEW_MOUNTS | 17, 0, 0, 0, 0),
+):
+    answer = call()
+    made += answer >= 0
+    if answer == 0 and libc.fork() == 0:
+        libc.mount(b'proc', b'/tmp', b'proc', 0, None)
+made += subprocess.run(['unshare', '-Urm', 'true'], stderr=subprocess.DEVNULL).returncode == 0
+mounted = libc.mount(b'proc', b'/tmp', b'proc', 0, None) == 0 or os.path.exists('/tmp/sys')
+print('ATTACK namespaces:', made, 'mounted:', mounted, flush=True)
+os._exit(0)
+"""),
+        needs="F1", costs="F1", proof="ATTACK namespaces: 0 mounted: False",
+        stopped="a filter of kernel calls refuses user namespaces in every sandbox",
+    ),
+)  # fmt: skip

@@ -1,0 +1,197 @@
+"""Of several packages, which is graded and why; or that nothing decides."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from helpers.archives import NODE, PACKAGE, XML, below, refusal, write, zipped
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grader.errors import SubmissionError, UsageError
+from grader.intake.submission import Submission, open_submission
+
+
+def package(name: str, *modules: str, nodes: int = 0) -> dict[str, str]:
+    """Return a package with these modules and `nodes` nodes of other names."""
+    files = {f"src/{module}.py": NODE for module in modules} | {f"src/node{n}.py": NODE for n in range(nodes)}
+    return {"package.xml": XML.format(name), "setup.py": "", "src/helper.py": "", **files}
+
+
+BOTH = ("robot_controller", "sensor_processor")
+
+
+@pytest.mark.parametrize(
+    ("chosen", "other", "because"),
+    [
+        (package("ros2_robot_controller"), package("nav2_bringup", nodes=40), "the assignment asks for"),
+        (package("team07", *BOTH), package("ros2_robot_control", nodes=40), "it has modules of the assignment"),
+        (package("ros2_controller", nodes=1), package("turtlebot4_node", nodes=40), "the most like"),
+        (package("Ros2-Robot-Controller", *BOTH), package("robot_controller", *BOTH), "the most like"),
+        (package("my_robot", nodes=1), package("ros2_robot_controllers"), "it has nodes in Python"),
+    ],
+)
+def test_a_name_counts_before_the_number_of_nodes(
+    handed_in: Path, into: Path, chosen: dict[str, str], other: dict[str, str], because: str
+):
+    write(write(handed_in, below("z/", chosen)), below("a/", other))
+    intake = open_submission(handed_in, into).intake
+    assert intake.package_path == "z"
+    assert because in intake.chosen_because
+    assert [path.partition(" ")[0] for path in intake.others] == ["a"]
+
+
+def test_a_package_of_messages_with_a_likely_name_is_not_the_package(handed_in: Path, into: Path):
+    messages = {"package.xml": XML.format("ros2_robot_controller_msgs"), "msg/A.msg": "int32 a"}
+    write(write(handed_in, below("msgs/", messages)), below("mine/", package("my_robot", nodes=1)))
+    intake = open_submission(handed_in, into).intake
+    assert intake.package_path == "mine"
+    assert intake.chosen_because == "it is the only ROS 2 Python package that colcon finds"
+    assert intake.others == ["msgs (ros2_robot_controller_msgs; messages only)"]
+
+
+# -- inside a package -----------------------------------------------------------------------------------------------
+
+
+def test_a_package_inside_a_package_is_not_found_as_colcon_does_not_find_it(handed_in: Path, into: Path):
+    write(write(handed_in, below("team/", package("my_robot", *BOTH))), below("team/old/"))
+    intake = open_submission(handed_in, into).intake
+    assert intake.package_path == "team"
+    assert intake.others == ["team/old (ros2_robot_controller; inside team, where colcon does not look)"]
+
+
+def test_a_package_inside_a_folder_with_nothing_but_a_package_xml_is_found_with_a_note(handed_in: Path, into: Path):
+    write(write(handed_in, {"package.xml": XML.format("ws")}), below("src/ctl/"))
+    intake = open_submission(handed_in, into).intake
+    assert intake.package_path == "src/ctl"
+    assert intake.notes == ["src/ctl lies inside the package ., where colcon does not look."]
+
+
+def test_a_package_of_interfaces_inside_the_package_is_still_used(handed_in: Path, into: Path):
+    name = "ros2_robot_controller_interfaces"
+    write(write(handed_in, PACKAGE), below("msgs/", {"package.xml": XML.format(name), "srv/SetSpeed.srv": "---"}))
+    assert open_submission(handed_in, into).intake.interfaces_package == "msgs"
+
+
+# -- copies ---------------------------------------------------------------------------------------------------------
+
+CHANGED = {**PACKAGE, "README.md": "another"}
+
+
+def test_the_copy_in_the_folder_of_its_name_is_graded(handed_in: Path, into: Path):
+    write(write(handed_in, below("ros2_robot_controller (1)/")), below("ws/src/ros2_robot_controller/", CHANGED))
+    intake = open_submission(handed_in, into).intake
+    assert intake.package_path == "ws/src/ros2_robot_controller"
+    assert intake.chosen_because == "its folder bears its name"
+
+
+def test_of_copies_in_folders_of_their_name_the_highest_is_graded(handed_in: Path, into: Path):
+    write(write(handed_in, below("ros2_robot_controller/")), below("old/x/ros2_robot_controller/", CHANGED))
+    intake = open_submission(handed_in, into).intake
+    assert intake.package_path == "ros2_robot_controller"
+    assert intake.chosen_because == "it lies the highest"
+
+
+def test_a_tie_is_refused_with_the_choices_named(handed_in: Path, into: Path):
+    write(write(handed_in, below("v1/ros2_robot_controller/")), below("v2/ros2_robot_controller/", CHANGED))
+    assert refusal(handed_in, into) == (
+        "handed_in holds the package ros2_robot_controller 2 times, each time with other content, and nothing tells "
+        "which is meant: v1/ros2_robot_controller, v2/ros2_robot_controller. "
+        "Hand in one of them, or choose with `grader grade --package-path PATH`."
+    )
+
+
+def test_copies_that_are_the_same_are_no_tie(handed_in: Path, into: Path):
+    write(write(handed_in, below("v1/ros2_robot_controller/")), below("v2/ros2_robot_controller/"))
+    intake = open_submission(handed_in, into).intake
+    assert intake.package_path == "v1/ros2_robot_controller"
+    assert intake.chosen_because == "the other is the same, file by file"
+
+
+@pytest.mark.parametrize("path", ["v2/ros2_robot_controller", "./v2/ros2_robot_controller/package.xml"])
+def test_the_package_path_decides(handed_in: Path, into: Path, path: str):
+    write(write(handed_in, below("v1/ros2_robot_controller/")), below("v2/ros2_robot_controller/", CHANGED))
+    intake = open_submission(handed_in, into, package=path).intake
+    assert intake.package_path == "v2/ros2_robot_controller"
+    assert intake.chosen_because == "`--package-path` names it"
+
+
+def test_the_package_path_reaches_into_an_archive_beside_a_package(handed_in: Path, into: Path):
+    zipped(write(handed_in, below("ctl/")) / "new.zip", below("pkg/", CHANGED))
+    assert open_submission(handed_in, into, package="new/pkg").intake.package_path == "new/pkg"
+
+
+def test_a_package_path_that_does_not_exist_is_told_what_there_is(handed_in: Path, into: Path):
+    write(write(handed_in, below("v1/")), below("v2/", CHANGED))
+    with pytest.raises(UsageError) as error:
+        open_submission(handed_in, into, package="v3")
+    assert str(error.value) == "There is no package at v3 in handed_in. It has packages at v1, v2."
+    assert not into.exists()
+
+
+# -- any ------------------------------------------------------------------------------------------------------------
+
+PLACES = ["a", "b", "ros2_robot_controller", "a/ros2_robot_controller", "b/src", "b/src/c", "src/ros2_robot_controller"]
+NAMES = ["ros2_robot_controller", "robot_controller", "nav2", "ros2_robot_controller_interfaces"]
+KINDS = [
+    {},
+    {"n/robot_controller.py": NODE},
+    {"n/robot_controller.py": NODE, "n/sensor_processor.py": NODE},
+    {"n/node.py": NODE},
+    {"src/main.cpp": ""},
+    {"msg/A.msg": ""},
+]
+TREES = st.dictionaries(
+    st.sampled_from(PLACES), st.tuples(st.sampled_from(NAMES), st.sampled_from(KINDS)), min_size=1, max_size=5
+)
+
+
+def outcome(files: dict[str, str | bytes]) -> Submission | str:
+    folder = Path(tempfile.mkdtemp())
+    try:
+        return open_submission(zipped(folder / "a.zip", files), folder / "into")
+    except SubmissionError as refused:
+        return str(refused)
+    finally:
+        shutil.rmtree(folder)
+
+
+@given(TREES, st.randoms(use_true_random=False))
+@settings(max_examples=60, deadline=None)
+def test_the_choice_does_not_depend_on_the_order_of_the_files(trees: dict[str, tuple], rng):
+    files = {
+        f"{place}/{path}": text
+        for place, (name, more) in trees.items()
+        for path, text in {"package.xml": XML.format(name), **more}.items()
+    }
+    outcomes = []
+    for _ in range(2):
+        names = list(files)
+        rng.shuffle(names)
+        found = outcome({name: files[name] for name in names})
+        outcomes.append(found if isinstance(found, str) else found.intake)
+    assert all(one == other for one, other in pairwise(outcomes))
+
+
+@given(TREES)
+@settings(max_examples=60, deadline=None)
+def test_a_package_of_the_right_name_with_its_modules_is_never_passed_over(trees: dict[str, tuple]):
+    """It is graded, or several are named; only a package around it, or one more like it, comes first."""
+    files = {
+        f"{place}/{path}": text
+        for place, (name, more) in trees.items()
+        for path, text in {"package.xml": XML.format(name), **more}.items()
+    }
+    mine = "b/src" if "b/src" in trees else "a"
+    files = {
+        name: text for name, text in files.items() if not name.startswith((f"{mine}/", "b/package", "b/n", "b/msg"))
+    }
+    found = outcome({**files, **below(f"{mine}/")})
+    if isinstance(found, str):
+        assert "ros2_robot_controller 2 times" in found or " 3 times" in found or "several people" in found
+    else:
+        assert found.intake.package == "ros2_robot_controller"

@@ -1,0 +1,243 @@
+"""What `grader grade` does where there is nothing to grade, and with reports that are there already. Builds nothing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from helpers.archives import NODE, PACKAGE, XML, below, write, zipped
+
+from grader import cli, pipeline
+
+pytestmark = pytest.mark.sandbox  # which must be there before anything is taken in
+
+
+class Collected(BaseException):
+    """The grading was allowed to go on, to the build."""
+
+
+@pytest.fixture(autouse=True)
+def builds_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    def collect(*_: object) -> None:
+        raise Collected
+
+    monkeypatch.setattr(pipeline, "collect", collect)
+
+
+def grade(*arguments: object) -> int:
+    return cli.main(["grade", *map(str, arguments)])
+
+
+def read(out: Path) -> dict:
+    return json.loads((out / "report.json").read_text())
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    return tmp_path / "out"
+
+
+@pytest.fixture
+def documents(tmp_path: Path) -> Path:
+    """A submission that cannot be graded."""
+    return zipped(tmp_path / "team07.zip", {"README.md": "My robot"})
+
+
+def test_a_refusal_writes_both_reports(documents: Path, out: Path, capsys: pytest.CaptureFixture[str]):
+    assert grade(documents, "--out", out) == 1
+    printed = capsys.readouterr()
+    assert printed.err.endswith(
+        "grader: team07.zip contains only documents (README.md). "
+        "Submit the package folder, the one with package.xml and setup.py.\n"
+    )
+    assert printed.out == f"Report: {out / 'report.html'}\n"
+    assert read(out)["refused"] == {
+        "because": "team07.zip contains only documents (README.md).",
+        "try": "Submit the package folder, the one with package.xml and setup.py.",
+    }
+    assert "contains only documents" in (out / "report.html").read_text()
+
+
+def test_a_refusal_replaces_the_evidence_of_an_earlier_grading(documents: Path, out: Path):
+    write(out, {"evidence/build.json": "{}"})
+    assert grade(documents, "--out", out) == 1
+    assert list((out / "evidence").iterdir()) == []
+
+
+def test_what_was_left_out_and_not_opened_is_in_a_refusal(
+    tmp_path: Path, out: Path, capsys: pytest.CaptureFixture[str]
+):
+    zipped(write(tmp_path / "in", {"a.zip": "no zip", "b.rar": "Rar!"}) / "c.zip", {"../x.md": ""})
+    assert grade(tmp_path / "in", "--out", out) == 1
+    printed, page = capsys.readouterr().err, (out / "report.html").read_text()
+    for words in ("a.zip was not opened", "b.rar was not opened", "Opened c.zip inside.", "x.md: its path leads out"):
+        (note,) = [note for note in read(out)["notes"] if words in note]
+        assert f"note: {note}\n" in printed
+        assert words in page
+
+
+def test_a_missing_submission_leaves_the_reports_alone(tmp_path: Path, documents: Path, out: Path):
+    grade(documents, "--out", out)
+    before = (out / "report.json").read_text()
+    assert grade(tmp_path / "tema07.zip", "--out", out) == 1
+    assert (out / "report.json").read_text() == before
+
+
+@pytest.mark.parametrize(
+    ("files", "words"),
+    [
+        ({"src/a.cpp": "int main(){}", "scripts/plot.py": "import math\n"}, "contains a C++ package, mine."),
+        ({"msg/A.msg": "int32 a"}, "contains a package without a node, mine: messages only."),
+        ({"msg/A.msg": "int32 a", "srv/A.srv": "---"}, "contains a package without a node, mine: interfaces only."),
+        ({"launch/a.launch.py": "import launch\n", "setup.py": ""}, "mine: launch and description files only."),
+        ({"urdf/a.urdf": "", "test/test_a.py": ""}, "mine: launch and description files only."),
+    ],
+)
+def test_what_is_no_ros2_python_package_is_told_so_before_anything_is_built(
+    tmp_path: Path, out: Path, files: dict[str, str], words: str
+):
+    write(tmp_path / "in", {"package.xml": XML.format("mine"), "CMakeLists.txt": "", **files})
+    assert grade(tmp_path / "in", "--out", out) == 1
+    assert words in read(out)["refused"]["because"]
+    assert "nodes in Python" in read(out)["refused"]["try"]
+
+
+@pytest.mark.parametrize("more", [{}, {"msg/A.msg": ""}, {"launch/a_launch.py": ""}])
+def test_an_early_state_of_the_package_is_graded(tmp_path: Path, out: Path, more: dict[str, str]):
+    """The course begins with package.xml and interfaces, and `check` grades at every step."""
+    write(tmp_path / "in", {"package.xml": PACKAGE["package.xml"], **more})
+    with pytest.raises(Collected):
+        grade(tmp_path / "in", "--out", out)
+
+
+# -- reports that are there -----------------------------------------------------------------------------------------
+
+
+def test_another_submissions_report_stays(
+    tmp_path: Path, documents: Path, out: Path, capsys: pytest.CaptureFixture[str]
+):
+    grade(documents, "--out", out)
+    before = (out / "report.json").read_text()
+    other = zipped(tmp_path / "team08.zip", PACKAGE)
+    assert grade(other, "--out", out) == 2
+    assert (
+        f"grader: {out} has the report of team07.zip; nothing was written. "
+        "Choose another --out, or replace it with --force." in capsys.readouterr().err
+    )
+    assert (out / "report.json").read_text() == before
+    with pytest.raises(Collected):
+        grade(other, "--out", out, "--force")
+
+
+def test_another_submission_of_the_same_name_is_another_submission(tmp_path: Path, out: Path):
+    """Every student's folder has the name that the assignment asks for."""
+    alice = write(tmp_path / "alice/ros2_robot_controller", {"README.md": "x"})
+    bob = write(tmp_path / "bob/ros2_robot_controller", {"README.md": "y"})
+    assert grade(alice, "--out", out) == 1
+    assert grade(bob, "--out", out) == 2
+
+
+def test_a_submission_can_be_graded_again(documents: Path, out: Path):
+    assert grade(documents, "--out", out) == 1
+    zipped(documents, PACKAGE)
+    with pytest.raises(Collected):
+        grade(documents, "--out", out)
+
+
+def test_the_same_content_from_another_place_is_the_same_submission(tmp_path: Path, out: Path):
+    write(tmp_path / "a", PACKAGE)
+    zipped(tmp_path / "b.zip", PACKAGE)
+    taken = pipeline.open_submission(tmp_path / "a", tmp_path / "taken").intake
+    data = {"schema": "ros2-course-kit/report/1", "submission": "a", "sha256": taken.sha256, "source": "elsewhere"}
+    write(out, {"report.json": json.dumps(data)})
+    with pytest.raises(Collected):
+        grade(tmp_path / "b.zip", "--out", out)
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"a": 1}', "\x00"])
+def test_a_report_json_of_something_else_stays(documents: Path, out: Path, text: str):
+    write(out, {"report.json": text})
+    assert grade(documents, "--out", out) == 2
+    assert (out / "report.json").read_text() == text
+
+
+@pytest.mark.parametrize("place", ["file/out", "file"])
+def test_an_out_that_cannot_be_written_is_told_in_a_sentence(
+    tmp_path: Path, documents: Path, place: str, capsys: pytest.CaptureFixture[str]
+):
+    (tmp_path / "file").touch()
+    assert grade(documents, "--out", tmp_path / place) == 2
+    error = capsys.readouterr().err
+    assert f"grader: Cannot write to {tmp_path / place}: " in error
+    assert error.endswith("Choose another --out.\n")
+
+
+def test_an_out_inside_the_submission_is_no_part_of_it(tmp_path: Path):
+    package = write(tmp_path / "pkg", PACKAGE)
+    write(package / "out", {"evidence/a.json": ""})
+    with pytest.raises(Collected):
+        grade(package, "--out", package / "out")
+    taken = pipeline.open_submission(package, tmp_path / "taken", leave_out=package / "out")
+    assert taken.intake.files == sorted(PACKAGE)
+
+
+# -- several --------------------------------------------------------------------------------------------------------
+
+CHANGED = {**PACKAGE, "README.md": "another"}
+
+
+def test_a_path_that_does_not_exist_is_wrong_usage_and_writes_nothing(
+    tmp_path: Path, out: Path, capsys: pytest.CaptureFixture[str]
+):
+    source = zipped(tmp_path / "a.zip", {**below("v1/"), **below("v2/", CHANGED)})
+    assert grade(source, "--out", out, "--package-path", "v3") == 2
+    assert "There is no package at v3 in a.zip. It has packages at v1, v2." in capsys.readouterr().err
+    assert not out.exists()
+    with pytest.raises(Collected):
+        grade(source, "--out", out, "--package-path", "v2")
+
+
+@pytest.mark.parametrize("shape", ["folders", "zips", "zips in folders", "moodle", "canvas", "gradescope", "too large"])
+def test_a_class_is_not_graded_as_its_first_student(tmp_path: Path, out: Path, shape: str):
+    course = tmp_path / "class"
+    noise = {"bag.db3": "x" * 9_000_000}
+    for name, files in (("alice", PACKAGE), ("bob", CHANGED), ("carol", {**PACKAGE, "src/x.py": NODE})):
+        number = 10_000 + len(files) * 7 + len(name)
+        place = {
+            "folders": course / name / "ws",
+            "zips in folders": course / name,
+            "moodle": course / f"{name} Doe_{number}_assignsubmission_file_",
+            "gradescope": course / f"submission_{number}",
+            "too large": course / name,
+        }.get(shape, course)
+        place.mkdir(parents=True, exist_ok=True)
+        if shape == "folders":
+            write(place, below("src/ctl/" if name == "bob" else "ctl/", files))
+        elif shape == "moodle":
+            write(place, {"essay.pdf": ""})
+        elif shape == "gradescope":
+            write(place, {"README.md": ""})
+        elif shape == "too large":
+            write(place, {**files, **noise, "bag2.db3": "y" * 9_000_000})
+        else:
+            zipped(place / (f"{name}_{number}_12345_a.zip" if shape == "canvas" else f"{name}.zip"), files)
+    assert grade(course, "--out", out) == 1
+    because = read(out)["refused"]["because"]
+    assert because.startswith("class holds the submissions of several people: ")
+    assert because.endswith("`grader grade` takes one.")
+    assert "grader batch" in read(out)["refused"]["try"]
+
+
+@pytest.mark.parametrize(
+    "files",
+    [
+        {**below("ws/src/ctl/"), **below("ws/src/exercise3/", {**PACKAGE, "package.xml": XML.format("exercise3")})},
+        {**below("ctl/"), **below("backup/x/ctl/", CHANGED)},
+        {**below("arnold/ctl/"), **below("arnold_old/x/ctl/", CHANGED)},
+        {**below("log_2023_11_05/"), **{f"log_{year}_1105_x.csv": "" for year in (2023, 2024)}},
+    ],
+)
+def test_one_students_copies_are_no_class(tmp_path: Path, out: Path, files: dict[str, str]):
+    with pytest.raises(Collected):
+        grade(write(tmp_path / "in", files), "--out", out)

@@ -1,0 +1,146 @@
+"""What a node offers is waited for until it has been discovered; a node that is deaf is not waited for."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from grader import build
+from grader.contract.spec import PACKAGE
+from grader.evidence import Trial
+from grader.trials import catalog, scheduler
+
+pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
+
+NODE = """#!{python}
+import rclpy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rclpy.action import ActionServer
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.parameter_service import ParameterService
+from ros2_robot_controller.action import NavigateToPosition
+from ros2_robot_controller.msg import SensorFusionData
+from ros2_robot_controller.srv import GetRobotStatus, SetSpeed
+from sensor_msgs.msg import BatteryState, Imu, LaserScan
+from std_msgs.msg import Float32
+import time
+
+rclpy.init()
+node = Node("{node}", start_parameter_services={services})
+
+def late(create):
+    \"\"\"Do it so late after the start that the observer has begun, as if its discovery had taken so long.\"\"\"
+    def once():
+        timer.cancel()
+        create()
+    timer = node.create_timer(1.2, once, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+def answer(request, response):
+    response.success, response.message = True, "fine"
+    return response
+
+def go(handle):
+    handle.succeed()
+    return NavigateToPosition.Result(success=True)
+
+{body}
+rclpy.spin(node)
+"""
+COMMANDS = """
+commands = node.create_publisher(Twist, "cmd_vel", 10)
+node.create_subscription(LaserScan, "scan", lambda m: None, 10)
+node.create_timer(0.1, lambda: commands.publish(Twist()))
+"""
+ODOMETRY = 'node.create_subscription(Odometry, "odom", lambda m: None, 10)\n'
+DISTANCE = 'node.create_publisher(Float32, "obstacle_distance", 10)'
+
+Run = Callable[..., Trial]
+
+
+@pytest.fixture
+def run(contract: build.Built, tmp_path: Path) -> Run:
+    """Run a trial with a node whose code is given; its install tree has the contract's types and nothing else."""
+
+    def run(trial: str, body: str, *, services: bool = True) -> Trial:
+        plan = catalog.trials()[trial]
+        install = tmp_path / "install"
+        shutil.copytree(contract.install, install, symlinks=True)
+        executable = install / "lib" / PACKAGE / plan.node
+        executable.parent.mkdir(parents=True, exist_ok=True)
+        text = NODE.format(python="/usr/bin/env python3", node=plan.node, services=services, body=body)
+        executable.write_text(text)
+        executable.chmod(0o755)
+        found = scheduler.run(
+            [plan], install=install, contract=contract.install, folder=tmp_path / "trials", seed=1, workers=1
+        )[trial]
+        assert found.script_error == ""
+        assert found.ready, found.ended + (found.process.output_tail if found.process else "")
+        return found
+
+    return run
+
+
+def test_a_service_that_is_discovered_late_is_called(run: Run):
+    late = 'late(lambda: node.create_service(SetSpeed, "set_speed", answer))'
+    found = run("slow_robot", COMMANDS + ODOMETRY + late)
+    assert [(call.service, call.problem) for call in found.calls] == [("set_speed", "")] * 2
+
+
+def test_an_action_that_is_discovered_late_gets_its_goal(run: Run):
+    late = 'late(lambda: ActionServer(node, NavigateToPosition, "navigate_to_position", go))'
+    (goal,) = run("cancel_early", COMMANDS + ODOMETRY + late).goals
+    assert (goal.problem, goal.status, goal.success) == ("", "succeeded", True)
+
+
+def test_a_topic_that_is_discovered_late_is_heard_from_its_first_message(run: Run):
+    body = """
+fused = []
+def create():
+    fused.append(node.create_publisher(SensorFusionData, "sensor_fusion_data", 10))
+late(create)
+node.create_timer(0.1, lambda: fused and fused[0].publish(SensorFusionData(battery_level=1.0)))
+"""
+    found = run("slow_fusion", body)
+    assert [round(message.t, 2) for message in found.messages][:3] == [0.1, 0.2, 0.3]
+
+
+@pytest.mark.parametrize(
+    ("trial", "body", "topic"),
+    [
+        ("idle", COMMANDS + f"late(lambda: {ODOMETRY.strip()})", "odom"),
+        ("idle_processor", f"late(lambda: {DISTANCE})", "obstacle_distance"),
+    ],
+)  # fmt: skip
+def test_a_topic_that_is_discovered_late_is_on_the_recorded_graph(run: Run, trial: str, body: str, topic: str):
+    graph = run(trial, body).graph
+    assert graph is not None
+    assert topic in {endpoint.topic for endpoint in graph.endpoints}
+
+
+def test_parameter_services_that_are_discovered_late_are_asked(run: Run):
+    body = COMMANDS + ODOMETRY + 'node.declare_parameter("max_linear_speed", 0.5)\nlate(lambda: ParameterService(node))'
+    (answer,) = run("senseless_start", body, services=False).parameters
+    assert answer.value == -1.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("hang", ["while True: pass", "time.sleep(1000)"])
+def test_a_node_that_hangs_in_a_callback_ends_its_trial_and_is_told_so(run: Run, hang: str):
+    """It took 120 s of wall time for each such trial."""
+    body = f"{COMMANDS}{ODOMETRY}def go(handle):\n    {hang}\n"
+    found = run("navigate_ahead", body + 'ActionServer(node, NavigateToPosition, "navigate_to_position", go)')
+    assert found.ended == "the node did not answer for 10 s: a callback hangs"
+
+
+def test_a_node_that_hangs_for_five_seconds_is_waited_for(run: Run):
+    body = (
+        f"{COMMANDS}{ODOMETRY}def slow(request, response):\n    time.sleep(5.0)\n    return answer(request, response)\n"
+        'node.create_service(SetSpeed, "set_speed", slow)'
+    )
+    found = run("slow_robot", body)
+    assert found.ended == ""
