@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import errno
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 from grader import evidence, report, sandbox
 from grader.checks import checks_run
-from grader.collect import collect
+from grader.collect import SOURCES, collect
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Evidence, Flag
 from grader.host import atomic, namespaces, provenance, shortage, submission_user, tempdir
@@ -22,7 +22,7 @@ from grader.intake.submission import open_submission
 from grader.sanitize import printable
 from grader.scoring.grading import Grading, Refusal
 from grader.scoring.rubric import Rubric
-from grader.scoring.scorecard import score
+from grader.scoring.scorecard import CheckResult, score
 from grader.settings import Settings
 
 __all__ = ["EVIDENCE", "Settings", "grade", "judge"]
@@ -79,17 +79,26 @@ def grade(
     raise refused
 
 
-def judge(folder: Path, settings: Settings) -> Grading:
-    """Run the checks over the evidence in `folder`, score what they find, and return the grading."""
-    results = checks_run.run(folder, [check.id for requirement in settings.wanted for check in requirement.checks])
+def judge(folder: Path, settings: Settings, earlier: Sequence[CheckResult] = ()) -> Grading:
+    """Run the checks over the evidence in `folder`, score what they find, and return the grading.
+
+    A check that has an `earlier` result is not run; its requirement should not be among those that the settings want.
+    """
+    known = {result.id for result in earlier}
+    wanted = [check.id for requirement in settings.wanted for check in requirement.checks if check.id not in known]
+    results = [*earlier, *checks_run.run(folder, wanted)]
     found = evidence.load(folder)
+    judged = {result.id for result in results}
+    scored = {r.id for r in settings.rubric.requirements if {check.id for check in r.checks} <= judged}
     return Grading(
-        scorecard=score(_only(settings.rubric, {requirement.id for requirement in settings.wanted}), results),
+        scorecard=score(_only(settings.rubric, scored | {r.id for r in settings.wanted}), results),
         evidence=found,
         environment=provenance.environment(),
         submission=found.intake.name,
         seed=settings.seed,
         wall_seconds=0.0,
+        rubric=settings.rubric.sha256,
+        checks=provenance.checks_hash(),
     )
 
 
@@ -146,6 +155,7 @@ def _collected(source: Path, out: Path, settings: Settings) -> Evidence:
         "kit": provenance.kit_hash(),
         "submission": found.intake.sha256,
         "source": report.fingerprint(source),
+        "sources": " ".join(each.name for each in SOURCES if each.serves & settings.checked),
     }
     found = replace(found, origin=made | provenance.environment())
     if namespaces.sandbox_disabled():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import datetime as dt
 import hashlib
-import json
 import os
 import socket
 import time
@@ -265,7 +264,8 @@ class _Loop:
         )
         self._folder.keep(Path(job.order.out), record)
         self._done += 1
-        self._seconds.append(ending.seconds)
+        if ending.status is Status.GRADED:  # what cannot be graded takes no time worth counting
+            self._seconds.append(ending.seconds)
         self._said.finished(record, self._progress(left, slots))
 
     def _progress(self, left: int, slots: int) -> Progress:
@@ -288,15 +288,14 @@ def _planned(entry: Entry, text: str, rubric_hash: str, kit: str, options: Optio
         cache=str(options.cache.resolve()) if options.cache else "",
         mutation_budget_s=options.mutation_budget_s,
     )
-    decides = [entry.content, rubric_hash, kit, options.seed, options.mutation_budget_s]
     record = Record(
         id=entry.id,
-        key=hashlib.sha256(json.dumps(decides).encode()).hexdigest(),
         status=Status.ERROR,
         content=entry.content,
         rubric=rubric_hash,
         kit=kit,
         seed=options.seed,
+        mutation_budget_s=options.mutation_budget_s,
         host=socket.gethostname(),
     )
     return Job(entry, order, record)

@@ -53,23 +53,31 @@ class Status(Enum):
 
 @dataclass(frozen=True)
 class Record:
-    """How one submission was graded. `key` stands for all that decides the result: input, rubric, seed, kit, options.
+    """How one submission was graded.
 
-    `why` says why there is no grade; `started` is local time with its zone; `seconds` wall time.
+    `why` says why there is no grade; `content` to `mutation_budget_s` decide the result; `judge` is the kit that
+    judged the evidence last, if that is not the one that collected it; `started` is local time with its zone, `seconds`
+    wall time.
     """
 
     id: str
-    key: str
     status: Status
     why: str = ""
     content: str = ""
     rubric: str = ""
     kit: str = ""
     seed: int = 0
+    mutation_budget_s: float = 0.0
+    judge: str = ""
     started: str = ""
     seconds: float = 0.0
     host: str = ""
     attempts: int = 1
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Return all that decides the result: two gradings with the same key give the same points."""
+        return (self.content, self.rubric, self.kit, self.seed, self.mutation_budget_s)
 
 
 @dataclass(frozen=True)

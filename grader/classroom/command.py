@@ -11,7 +11,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from grader.classroom import batch, class_folder, gradebook, lateness, roster
+from grader.classroom import batch, class_folder, comparison, gradebook, lateness, rescore, roster
 from grader.classroom.class_folder import ClassFolder, Record, Status
 from grader.classroom.exports import canvas, github, gradescope, moodle, table
 from grader.errors import EXIT_GRADED, EXIT_OUR_FAULT, GraderError
@@ -25,6 +25,8 @@ def add(verbs: Any) -> None:
     """Add the verbs to the grader's."""
     _add_batch(verbs)
     _add_gradebook(verbs)
+    _add_rescore(verbs)
+    _add_compare(verbs)
 
 
 def _add_batch(verbs: Any) -> None:
@@ -70,6 +72,36 @@ def _add_gradebook(verbs: Any) -> None:
         "--anonymous", action="store_true", help="csv without names; those are in a second file, *_key.csv"
     )
     parser.set_defaults(run=_gradebook)
+
+
+def _add_rescore(verbs: Any) -> None:
+    parser = verbs.add_parser(
+        "rescore",
+        help="judge a class again from its evidence",
+        description="Run the checks over the saved evidence of a class, after a change of the rubric or of a check. "
+        "No code of a submission runs; overrides stay.",
+        epilog="Example:  grader rescore class --rubric new_rubric.yaml",
+    )
+    parser.add_argument("folder", type=Path, metavar="CLASS", help="the folder that `grader batch` has made")
+    parser.add_argument(
+        "--only", nargs="+", default=[], metavar="REQUIREMENT", help="such as F5; others keep their results"
+    )
+    parser.add_argument("--rubric", type=Path, help="a rubric instead of the class's own")
+    parser.add_argument("--jobs", type=int, default=0, metavar="N", help="processes (default: one for each core)")
+    parser.set_defaults(run=_rescore)
+
+
+def _add_compare(verbs: Any) -> None:
+    parser = verbs.add_parser(
+        "compare",
+        help="show what changed between two gradings or two classes",
+        description="Print which requirements have other points, for whom, and what differs: the input, the evidence, "
+        "the checks, the rubric, the seed or the kit. Exit status 1 if anything differs.",
+        epilog="Example:  grader compare class_monday class_tuesday",
+    )
+    parser.add_argument("old", type=Path, help="a class, or the folder of one grading")
+    parser.add_argument("new", type=Path, help="another one")
+    parser.set_defaults(run=_compare)
 
 
 _PLATFORMS = {
@@ -167,6 +199,40 @@ def _gradebook(options: argparse.Namespace) -> int:
     return EXIT_GRADED
 
 
+def _rescore(options: argparse.Namespace) -> int:
+    folder = ClassFolder(options.folder)
+    started = time.monotonic()
+    terminal = sys.stderr.isatty()
+
+    def progress(done: int, total: int) -> None:
+        if terminal:
+            print(f"\r\x1b[K{done}/{total} judged", end="" if done < total else "\n", file=sys.stderr, flush=True)
+
+    done = rescore.rescore(folder, only=options.only, new_rubric=options.rubric, jobs=options.jobs, progress=progress)
+    table.write(gradebook.read(folder), options.folder / class_folder.GRADEBOOK)
+    for change in done.changes:
+        print(f"{change.submission:<20} {change.requirement:<4} {_points(change.before)} -> {_points(change.after)}")
+    changed = len({change.submission for change in done.changes})
+    print(f"{done.judged} submissions judged again in {time.monotonic() - started:.1f} s; {changed} have other points")
+    return EXIT_GRADED
+
+
+def _points(value: object) -> str:
+    return "none" if value is None else str(value)
+
+
+def _compare(options: argparse.Namespace) -> int:
+    differences, alone = comparison.compare(options.old, options.new)
+    for each in differences:
+        name = each.submission or options.new.name
+        print(f"{name:<20} {each.requirement:<4} {each.before} -> {each.after}  because of {', '.join(each.why)}")
+    for remark in alone:
+        print(remark)
+    if not differences and not alone:
+        print("Nothing differs.")
+    return 1 if differences or alone else EXIT_GRADED
+
+
 class _Said:
     """Shows on standard error how a run goes on: a line for each submission, and on a terminal one that changes."""
 
@@ -176,7 +242,7 @@ class _Said:
 
     def finished(self, record: Record, progress: batch.Progress) -> None:
         words = {Status.GRADED: "graded", Status.REFUSED: "cannot be graded", Status.ERROR: "ERROR of the grader"}
-        why = f": {printable(record.why)}" if record.why else ""
+        why = f": {printable(' '.join(record.why.split()))}" if record.why else ""
         self._line(
             f"{progress.done:>4}/{progress.total}  {record.id:<20} {words[record.status]}, {record.seconds:.0f} s{why}"
             f"{_left(progress)}"

@@ -130,7 +130,7 @@ def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
     name = str(report.get("submission", "submission"))
     found = _requirements(whole, report, {})
     reached = sum((each.points or NOTHING for each in found), NOTHING)
-    record = Record(name, "", Status.GRADED)
+    record = Record(name, Status.GRADED)
     row = Row(
         person=Person(name=name),
         state=_state(record, True, found),

@@ -6,7 +6,9 @@ import hashlib
 import os
 import platform
 import subprocess
+from collections.abc import Iterable
 from importlib import metadata
+from pathlib import Path
 
 from grader import KIT
 
@@ -23,9 +25,18 @@ def environment() -> dict[str, str]:
 
 def kit_hash() -> str:
     """Return a hash of the kit's code that decides a grade, 16 hexadecimal digits."""
-    digest = hashlib.sha256()
     found = (path for folder in (KIT / "grader", KIT / "sim") for path in folder.rglob("*.py"))
-    for path in sorted(path for path in found if path.relative_to(KIT).parts[1] not in _ABOVE_GRADING):
+    return _hash(path for path in found if path.relative_to(KIT).parts[1] not in _ABOVE_GRADING)
+
+
+def checks_hash() -> str:
+    """Return a hash of the code that judges evidence, 16 hexadecimal digits."""
+    return _hash(path for room in ("checks", "scoring") for path in (KIT / "grader" / room).rglob("*.py"))
+
+
+def _hash(paths: Iterable[Path]) -> str:
+    digest = hashlib.sha256()
+    for path in sorted(paths):
         digest.update(f"{path.relative_to(KIT)}\0".encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 

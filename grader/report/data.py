@@ -12,7 +12,7 @@ from grader.host.atomic import write_atomically
 from grader.sanitize import one_line
 from grader.scoring.grading import Grading, Refusal, foremost
 from grader.scoring.rubric import Check
-from grader.scoring.scorecard import CheckResult, CriterionScore, RequirementScore
+from grader.scoring.scorecard import CheckResult, CriterionScore, Outcome, RequirementScore
 
 SCHEMA = "ros2-course-kit/report/1"
 REFUSAL_SCHEMA = "ros2-course-kit/refusal/1"
@@ -63,6 +63,8 @@ def _grading(grading: Grading) -> dict[str, Any]:
         "trials": [_trial(trial) for trial in trials.values()],
         "environment": dict(grading.environment),
         "seed": grading.seed,
+        "rubric": grading.rubric,
+        "checks": grading.checks,
         "wall_seconds": _finite(grading.wall_seconds),
     }
 
@@ -75,6 +77,38 @@ def as_json(result: Grading | Refusal) -> str:
 def write_json(result: Grading | Refusal, path: Path) -> None:
     """Write the report as JSON, whole or not at all."""
     write_atomically(path, as_json(result))
+
+
+def read(path: Path) -> dict[str, Any]:
+    """Return what `write_json` wrote.
+
+    Raises:
+        ValueError: it is not a report.
+        OSError: it cannot be read.
+    """
+    found = json.loads(path.read_text(encoding="utf-8"))
+    if not isinstance(found, dict) or found.get("schema") not in (SCHEMA, REFUSAL_SCHEMA):
+        raise ValueError(f"{path} is not a report of this kit")
+    return found
+
+
+def results(said: dict[str, Any]) -> list[CheckResult]:
+    """Return the checks' results that a report lists."""
+    return [
+        CheckResult(
+            id=check["id"],
+            outcome=Outcome(check["outcome"]),
+            fraction=check["fraction"],
+            sentence=check["sentence"],
+            seen=check["seen"],
+            expected=check["expected"],
+            try_=check["try"],
+            because=check["because"],
+            trial=check["trial"],
+        )
+        for requirement in said.get("requirements", ())
+        for check in requirement["checks"]
+    ]
 
 
 def _criterion(score: CriterionScore) -> dict[str, Any]:

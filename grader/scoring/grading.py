@@ -48,6 +48,8 @@ class Grading:
     submission: str
     seed: int
     wall_seconds: float
+    rubric: str = ""
+    checks: str = ""
 
     @property
     def worth(self) -> float:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -59,11 +60,12 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Rubric:
-    """The whole rubric."""
+    """The whole rubric. `sha256` is that of its file."""
 
     title: str
     version: str
     criteria: tuple[Criterion, ...]
+    sha256: str = ""
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
@@ -94,8 +96,8 @@ def load(path: Path) -> Rubric:
         GraderError: the file cannot be read, or its points do not add up.
     """
     try:
-        data = yaml.safe_load(path.read_text())
-        rubric = _rubric(data)
+        content = path.read_bytes()
+        rubric = replace(_rubric(yaml.safe_load(content)), sha256=hashlib.sha256(content).hexdigest())
     except (OSError, yaml.YAMLError, KeyError, TypeError, AttributeError, ValueError) as error:
         raise GraderError(f"{path} cannot be read as a rubric ({error!r}). Compare it with the kit's own.") from error
     problems = _problems(rubric)

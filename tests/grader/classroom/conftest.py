@@ -49,7 +49,7 @@ def class_of_four(tmp_path) -> Callable[..., ClassFolder]:
             made = folder.working(name)
             if status is Status.GRADED:
                 (made / "report.json").write_text(json.dumps(changed.get("report", report({"F4": 2.0}))))
-            folder.keep(made, Record(name, "key", status, why))
+            folder.keep(made, Record(name, status, why))
         if overrides:
             folder.overrides.write_text(overrides)
         return folder

@@ -1,0 +1,133 @@
+"""Judge a class once more from its saved evidence: after a change of the rubric or of a check. No student code runs."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from pathlib import Path
+
+from grader import collect, evidence, pipeline, report
+from grader.classroom.class_folder import RUBRIC, ClassFolder, Record, Status
+from grader.classroom.gradebook import rounded
+from grader.errors import GraderError
+from grader.host import provenance
+from grader.host.atomic import write_atomically
+from grader.report import data
+from grader.report.standing import DATA
+from grader.scoring import rubric
+from grader.settings import Settings
+from grader.trials import catalog
+
+_TOGETHER = 4  # submissions for each process at a time
+
+
+@dataclass(frozen=True)
+class Change:
+    """One submission's points for a requirement before and after; None where there were none."""
+
+    submission: str
+    requirement: str
+    before: Decimal | None
+    after: Decimal | None
+
+
+@dataclass(frozen=True)
+class Rescored:
+    """What was done: how many were judged again, and what changed."""
+
+    judged: int
+    changes: tuple[Change, ...]
+
+
+def rescore(
+    folder: ClassFolder, *, only: Sequence[str] = (), new_rubric: Path | None = None, jobs: int = 0,
+    progress: Callable[[int, int], None] = lambda _done, _total: None,
+) -> Rescored:  # fmt: skip
+    """Run the checks over the evidence of every graded submission, and write the reports anew.
+
+    With `only`, the other requirements keep their results. `progress` is called with how many are done, of how many.
+
+    Raises:
+        GraderError: there is no such class or requirement, or a check needs evidence that was not collected.
+    """
+    with folder.locked():
+        facts = folder.facts()
+        source = new_rubric or folder.path / RUBRIC
+        whole = rubric.load(source)
+        text = source.read_text(encoding="utf-8")
+        if unknown := sorted(set(only) - {requirement.id for requirement in whole.requirements}):
+            raise GraderError(f"The rubric has no requirement {', '.join(unknown)}.")
+        records = [record for entry in facts.entries if (record := folder.record(entry.id)) is not None]
+        graded = [record for record in records if record.status is Status.GRADED]
+        wanted = [r.id for r in whole.requirements if r.checks and (not only or r.id in only)]
+        _require_evidence(folder, graded, wanted)
+        rubric_hash = hashlib.sha256(text.encode()).hexdigest()
+        changes: list[Change] = []
+        with ProcessPoolExecutor(jobs or os.cpu_count() or 1) as pool:
+            made = {record.id: folder.working(record.id) for record in graded}
+            orders = ((folder.submission(r.id), made[r.id], text, r.seed, tuple(only)) for r in graded)
+            results = pool.map(_judge, orders, chunksize=_TOGETHER)
+            for done, (record, points) in enumerate(zip(graded, results, strict=True), 1):
+                before = _points(folder.report(record.id) or {})
+                changes += [
+                    Change(record.id, name, before.get(name), points.get(name))
+                    for name in dict.fromkeys([*before, *points])
+                    if before.get(name) != points.get(name)
+                ]
+                folder.keep(made[record.id], replace(record, rubric=rubric_hash, judge=provenance.kit_hash()))
+                progress(done, len(graded))
+        folder.write_facts(replace(facts, rubric=rubric_hash))
+        write_atomically(folder.path / RUBRIC, text)
+    return Rescored(len(graded), tuple(changes))
+
+
+def _judge(order: tuple[Path, Path, str, int, tuple[str, ...]]) -> dict[str, Decimal]:
+    """Judge one submission into a new folder, and return its points by requirement. Runs in a process of its own."""
+    old, new, text, seed, only = order
+    file = new / "rubric.yaml"
+    file.write_text(text, encoding="utf-8")
+    settings = Settings(rubric=rubric.load(file), cache=new, seed=seed, requirements=only)
+    file.unlink()
+    said = data.read(old / DATA)
+    earlier = [result for result in data.results(said) if result.id in _kept(settings)] if only else []
+    grading = pipeline.judge(old / pipeline.EVIDENCE, settings, earlier)
+    report.write(replace(grading, wall_seconds=float(said.get("wall_seconds") or 0.0)), new)
+    shutil.copytree(old / pipeline.EVIDENCE, new / pipeline.EVIDENCE, copy_function=os.link)
+    return {score.requirement.id: rounded(score.points) for score in grading.scorecard.requirements if score.max}
+
+
+def _kept(settings: Settings) -> set[str]:
+    """Return the checks that are not run again."""
+    again = {check.id for requirement in settings.wanted for check in requirement.checks}
+    return {check.id for check in settings.rubric.checks} - again
+
+
+def _points(said: dict[str, object]) -> dict[str, Decimal]:
+    found = said.get("requirements")
+    return {each["id"]: rounded(each["points"]) for each in found if each["max"]} if isinstance(found, list) else {}
+
+
+def _require_evidence(folder: ClassFolder, graded: Iterable[Record], wanted: Sequence[str]) -> None:
+    """Check that all evidence which the requirements need was collected.
+
+    Raises:
+        GraderError: it was not; the message says for what, and which command collects it.
+    """
+    trials = catalog.serving(frozenset(wanted))
+    for record in graded:
+        found = evidence.load(folder.submission(record.id) / pipeline.EVIDENCE)
+        collected = set(found.origin.get("sources", "").split())
+        lacking = sorted({s.name for s in collect.SOURCES if s.serves & set(wanted)} - collected) if collected else []
+        if found.build.ok and (new := sorted(set(trials) - set(found.trials))):
+            lacking.append(f"the trial {', '.join(new)}")
+        if lacking:
+            raise GraderError(
+                f"{record.id} lacks evidence of {' and of '.join(lacking)}: it was collected by an earlier kit, or for "
+                "another rubric. Collect it with `grader batch SOURCE --out CLASS` and the rubric, or leave out the "
+                "requirements with --only."
+            )
