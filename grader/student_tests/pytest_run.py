@@ -45,8 +45,8 @@ def run_module(number: int, request: Request, modules: Path) -> None:
         os.dup2(source, target)
     os.chdir(PACKAGE)
     # Only now, so that no sitecustomize of the install tree was loaded. Programs that the tests start need it too.
-    os.environ["PYTHONPATH"] = str(modules.parent)
-    sys.path.insert(0, str(modules.parent))
+    os.environ["PYTHONPATH"] = str(modules)
+    sys.path.insert(0, str(modules))
     sys.argv = ["pytest"]
     importlib.invalidate_caches()
     # A test that imports __main__ must not find this module.
@@ -60,7 +60,8 @@ def run_module(number: int, request: Request, modules: Path) -> None:
     with (OUT / f"{number}.report").open("a") as stream:
         recorder = Recorder(stream, request["order"], measure)
         hook = runpy.run_path(str(Path(__file__).with_name("source_read_hook.py")))
-        folders = [str(modules), str(PACKAGE / modules.name)]
+        sources = [path.parent for path in PACKAGE.glob("*/__init__.py") if not path.parent.name.startswith("test")]
+        folders = [str(modules), *map(str, sources)]
         hook["watch"](folders, [str(PACKAGE), str(modules)], source_read_noter(stream.fileno(), recorder))
         recorder.write(ended=run_pytest(recorder, request))
     if write is not None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import json
 import shutil
-import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,7 +17,7 @@ from grader import build, sandbox
 from grader.errors import GraderError
 from grader.host import ros_env, tempdir
 from grader.sandbox import untrusted
-from grader.student_tests.package_modules import MODULES, PACKAGE
+from grader.student_tests.package_modules import MODULES, PACKAGE, source_folders
 from grader.student_tests.worker_report import ModuleRun, read_run
 
 _DATA_CAP = 100_000_000  # bytes
@@ -150,8 +149,9 @@ def _start(package: Path, install: Path, folder: Path, seconds: float) -> Iterat
     else:
         (folder / "modules").mkdir()
     rc = folder / "coveragerc"
-    version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    rc.write_text((_HERE / "coverage.ini").read_text().replace("@VERSION@", version))
+    sources = "\n    ".join(source_folders(package, install))
+    settings = (_HERE / "coverage.ini").read_text().replace("@MODULES@", str(MODULES)).replace("@SOURCES@", sources)
+    rc.write_text(settings)
     # Importing ROS takes the worker a second; a package that does not use it need not wait for that.
     warm = any("rclpy" in (untrusted.read_text(path) or "") for path in (folder / "package").rglob("*.py"))
     (folder / "requests" / "settings.json").write_text(json.dumps({"modules": str(MODULES), "warm": warm}))
