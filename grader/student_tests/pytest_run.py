@@ -22,6 +22,7 @@ from _pytest.config import PytestPluginManager, default_plugins
 PACKAGE = Path("/ws/package")
 OUT = Path("/ws/out")
 RC = "/ws/coveragerc"
+CACHE = "/tmp/pytest-cache"  # emptied before each run; pytest writes there only if a test asks it to
 REPORT_CAP = 1_000_000  # bytes
 TESTS_AT_MOST = 2000
 
@@ -89,8 +90,8 @@ def run_pytest(recorder: Recorder, request: Request) -> int:
 
     PytestPluginManager.parse_hookimpl_opts = only_allowed  # type: ignore[method-assign, assignment] # in this fork only
     arguments = [
-        "-c", os.devnull, f"--rootdir={PACKAGE}", "-p", "no:cacheprovider", "-p", "no:junitxml", "-q", "-o", "addopts=",
-        "--tb=short", *(["-x"] if request["first"] else []), *request["modules"],
+        "-c", os.devnull, f"--rootdir={PACKAGE}", "-o", f"cache_dir={CACHE}", "-q", "-o", "addopts=", "--tb=short",
+        *(["-x"] if request["first"] else []), *request["modules"],
     ]  # fmt: skip
     return int(pytest.main(arguments, plugins=[recorder]))
 
@@ -188,15 +189,16 @@ def message_of(report: pytest.CollectReport | pytest.TestReport) -> str:
     return str(crash.message if crash else report.longrepr).strip()
 
 
-def source_read_noter(report: int, recorder: Recorder) -> Callable[[], None]:
-    """Return a function that records, once for each test, that the test reads the package's source."""
-    noted: set[str] = set()
+def source_read_noter(report: int, recorder: Recorder) -> Callable[[str, int], None]:
+    """Return a function that records, once for each test and place, that the package's source is read there."""
+    noted: set[tuple[str, str, int]] = set()
     write, dumps = os.write, json.dumps
 
-    def note() -> None:
-        if recorder.context not in noted and len(noted) < TESTS_AT_MOST:
-            noted.add(recorder.context)
-            write(report, (dumps({"reads": recorder.context}) + "\n").encode())
+    def note(path: str, line: int) -> None:
+        entry = (recorder.context, path.removeprefix(f"{PACKAGE}/"), line)
+        if entry not in noted and len(noted) < TESTS_AT_MOST:
+            noted.add(entry)
+            write(report, (dumps({"reads": entry[0], "where": entry[1], "line": line}) + "\n").encode())
 
     return note
 
