@@ -144,8 +144,9 @@ def _build(job: _Job, folder: Path) -> Built:
         tempdir.remove(work / "build")
         (work / "build.json").write_text(evidence.to_json(facts))
         build_cache.write_checksum(work / "install", work / "install")
-        if result.timed_out or result.stopped:
-            # A build that ran out of time or memory may succeed on a quieter day: keep it out of the cache.
+        if result.timed_out or result.stopped or (job.trusted and not facts.ok):
+            # A build that ran out of time or memory may succeed on a quieter day, and the kit's own interfaces once
+            # the machine is repaired: keep both out of the cache.
             folder = folder.with_name(work.name + ".timeout")
         elif folder.exists():
             tempdir.remove(folder)

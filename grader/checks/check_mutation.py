@@ -1,5 +1,6 @@
 """T3: whether the package's own tests notice mutants, copies of its source with one fault put in."""
 
+from grader.checks.check_student_tests import expect_contract
 from grader.checks.judge import Judge, NotReached, Unjudged
 from grader.evidence import Mutant, Mutation, short_name
 
@@ -37,6 +38,7 @@ def _mutation(judge: Judge) -> Mutation:
     tests = judge.student_tests()
     if not any(module.passed for module in tests.modules):
         raise NotReached("none of the package's own tests passed, so none could notice anything (T1)")
+    expect_contract(judge)
     judge.expect_trusted(tests)
     mutation = judge.evidence.mutation
     if mutation is None:

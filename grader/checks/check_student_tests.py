@@ -2,24 +2,26 @@
 
 from grader.checks.findings import some
 from grader.checks.judge import Judge, NotReached
-from grader.contract.spec import NODES
-from grader.evidence import TestModule
+from grader.contract.spec import CONVERSIONS_MODULE, NODE_MODULES, NODES
+from grader.evidence import StudentTests, TestModule
 
 
 def test_both_nodes_have_tests(judge: Judge) -> None:
     """Tests exist for both nodes."""
     modules = _own(judge)
+    expect_contract(judge)
     missing = [node for node in NODES if not any(node in module.subjects and module.asserting for module in modules)]
     if missing:
         looked = ", ".join(_describe(module) for module in modules) or _nothing(judge)
         share = 1 - len(missing) / len(NODES)
-        seen = f"no test that asserts something uses {' or '.join(missing)}; found {looked}"
-        judge.share(share, seen, "write test/test_<node>.py for each")
+        seen = f"no test that asserts something runs code of {' or '.join(missing)}; found {looked}"
+        judge.share(share, seen, "write test/test_<node>.py for each; importing a node is no test of it")
 
 
 def test_every_test_asserts_something(judge: Judge) -> None:
     """The tests assert something."""
-    modules = _own(judge)
+    expect_contract(judge)
+    modules = _reaching(judge)
     tests, asserting = sum(m.tests for m in modules), sum(m.asserting for m in modules)
     judge.expect(tests > 0, _nothing(judge), "write a test that fails when the node is wrong")
     if asserting < tests:
@@ -30,14 +32,18 @@ def test_every_test_asserts_something(judge: Judge) -> None:
 
 def test_own_tests_pass(judge: Judge) -> None:
     """The tests pass under pytest in a fresh environment."""
+    expect_contract(judge)
     modules = _own(judge)
     if not sum(m.tests for m in modules):
         raise NotReached(_nothing(judge))
     if not sum(m.asserting for m in modules):
         raise NotReached("no test asserts anything, so that they pass shows nothing")
     judge.expect_trusted(judge.student_tests())
-    ran = sum(m.passed + m.failed + m.errors for m in modules)
-    passed = sum(m.passed for m in modules)
+    # A module that never comes to the package's code shows nothing by passing; but one that cannot be imported fails.
+    passed = sum(m.passed for m in modules if m.reaches)
+    ran = passed + sum(m.failed + m.errors for m in modules)
+    if not ran and any(m.passed for m in modules):
+        raise NotReached(f"no test that passed runs code of the package: {_names(modules)}")
     judge.expect(ran > 0, "no test ran: all were skipped", "run pytest in a clean folder")
     problems = [failure for m in modules for failure in m.failures]
     if passed < ran:
@@ -52,18 +58,43 @@ def test_coverage_of_lines_and_branches(judge: Judge) -> None:
     tests = judge.student_tests()
     if not any(m.passed + m.failed for m in _own(judge)):
         raise NotReached("no test ran, so nothing was covered (T1)")
+    expect_contract(judge)
     judge.expect_trusted(tests)
     judge.expect(bool(tests.coverage), "the tests ran no line of the package", "import the package in the tests")
-    total = sum(f.lines + f.branches for f in tests.coverage)
-    hit = sum(f.lines_hit + f.branches_hit for f in tests.coverage)
-    percent = 100 * hit / total if total else 0.0
+    percent = _percent(tests)
     worst = sorted(tests.coverage, key=lambda f: f.lines_hit + f.branches_hit - f.lines - f.branches)[:3]
     words = ", ".join(f"{f.path} lines {_ranges(f.missing)}" for f in worst if f.missing)
     # Whole tenths of a percent, so that the last digit of a float never decides a point.
     share = (round(percent, 1) - 40) / 50
     if share < 1:
-        seen = f"{percent:.1f} % covered; not reached: {words or 'some branches'}"
+        seen = f"{percent:.1f} % covered; not reached: {words or 'some branches'}" + _padding(tests)
         judge.share(share, seen, "write tests for the lines listed")
+
+
+def _percent(tests: StudentTests) -> float:
+    """Return how much of the package is covered; no module weighs more than those of the nodes together."""
+    of_nodes = sum(f.lines + f.branches for f in tests.coverage if f.path in tests.nodes)
+    total = hit = 0.0
+    for file in tests.coverage:
+        size = file.lines + file.branches
+        weight = min(1.0, of_nodes / size) if size and of_nodes and file.path not in tests.nodes else 1.0
+        total += weight * size
+        hit += weight * (file.lines_hit + file.branches_hit)
+    return 100 * hit / total if total else 0.0
+
+
+def _padding(tests: StudentTests) -> str:
+    lines = {file.path: file.padding for file in tests.coverage if file.padding}
+    if not lines:
+        return ""
+    return f"; {sum(lines.values())} lines do not count, because no node comes to them: {some(list(lines), 3)}"
+
+
+def expect_contract(judge: Judge) -> None:
+    """Fail the check if the package has none of the contract's modules: tests are asked for of those."""
+    modules = ", ".join((*NODE_MODULES, CONVERSIONS_MODULE))
+    seen = f"the package has none of the assignment's modules: {modules}"
+    judge.expect(judge.student_tests().of_contract, seen, "write the nodes under these names, then test them")
 
 
 def _own(judge: Judge) -> list[TestModule]:
@@ -71,8 +102,22 @@ def _own(judge: Judge) -> list[TestModule]:
     return [module for module in judge.student_tests().modules if not module.stub]
 
 
+def _reaching(judge: Judge) -> list[TestModule]:
+    """Return the modules whose tests run code of the package: only those can show anything about it."""
+    modules = _own(judge)
+    found = [module for module in modules if module.reaches]
+    seen = f"no test runs code of the package: {_names(modules)}" if modules else _nothing(judge)
+    judge.expect(bool(found), seen, "call the package's functions in the tests, and assert what they return or publish")
+    return found
+
+
+def _names(modules: list[TestModule]) -> str:
+    return some([module.path for module in modules], 3)
+
+
 def _describe(module: TestModule) -> str:
     what = "no test" if not module.tests else "no test that asserts anything" if not module.asserting else ""
+    what = what or ("" if module.reaches else "runs no code of the package")
     return f"{module.path} ({what})" if what else module.path
 
 

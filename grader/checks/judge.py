@@ -161,7 +161,14 @@ class Judge:
         self.require_build()
         if self.evidence.tests is None:
             raise Unjudged("the package's own tests were not run")
+        self.expect_handed_in()
         return self.evidence.tests
+
+    def expect_handed_in(self) -> None:
+        """Fail the check if the build has installed code that was not handed in: the text that was says little then."""
+        unknown = self.evidence.build.not_handed_in
+        seen = f"the build installs code that was not handed in: {some(unknown, 3)}"
+        self.expect(not unknown, seen, "hand in the modules that run, and let the build only copy them")
 
     def expect_trusted(self, tests: StudentTests) -> None:
         """Fail the check if a test run whose result was known beforehand reported another result."""

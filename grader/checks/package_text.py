@@ -27,6 +27,7 @@ def within_bounds(judge: Judge) -> Quality:
     words = reading_limits.beyond(quality.files)
     seen = f"{some(words)}, so the package was not read completely"
     judge.expect(not words, seen, "remove the files that the nodes do not need")
+    judge.expect_handed_in()
     _require_modules(judge)
     return quality
 

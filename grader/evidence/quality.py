@@ -185,5 +185,7 @@ class Quality:
     report: TestReport | None = None
     tests: list[str] = field(default_factory=list)
     reached: Reached | None = None
+    addressed: list[Finding] = field(default_factory=list)
+    """Text that speaks to whoever grades the package."""
     faults: list[Fault] = field(default_factory=list)
     """The first cause of what stops the package comes first."""

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 class TestModule:
     """One test module of the package: facts from reading it, and results from running it in a process of its own.
 
-    `subjects` are the nodes that it tests, `silent` the tests that assert nothing. `unsteady` tests failed and then
+    `subjects` are the nodes whose code its tests run, `silent` the tests that assert nothing. `reaches` says whether
+    its tests run any code of the package, beyond importing it. `unsteady` tests failed and then
     passed when the module was run again; they count as passed.
     """
 
@@ -27,11 +28,15 @@ class TestModule:
     failures: list[str] = field(default_factory=list)
     unsteady: list[str] = field(default_factory=list)
     output_tail: str = ""
+    reaches: bool = True
 
 
 @dataclass(frozen=True)
 class FileCoverage:
-    """Lines and branches of one source file that the package's own tests reached."""
+    """Lines and branches of one source file that the package's own tests reached.
+
+    The `padding` is left out of both: lines that tests reach and no node can come to.
+    """
 
     path: str
     lines: int
@@ -39,19 +44,23 @@ class FileCoverage:
     branches: int
     branches_hit: int
     missing: list[int] = field(default_factory=list)
+    padding: int = 0
 
 
 @dataclass(frozen=True)
 class StudentTests:
     """The package's own tests: the modules, and what they cover of the package.
 
-    `doubts` say where the tests' reports were wrong in runs whose result was known beforehand.
+    `doubts` say where the tests' reports were wrong in runs whose result was known beforehand. `of_contract` says
+    whether the package has a module of the contract, `nodes` are the paths of the modules that make the nodes.
     """
 
     modules: list[TestModule] = field(default_factory=list)
     coverage: list[FileCoverage] = field(default_factory=list)
     note: str = ""
     doubts: list[str] = field(default_factory=list)
+    of_contract: bool = True
+    nodes: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)

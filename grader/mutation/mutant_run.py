@@ -17,6 +17,7 @@ from grader.mutation.verdicts import Verdicts
 from grader.settings import MUTATION_BUDGET_S
 from grader.student_tests import package_modules
 from grader.student_tests.module_results import ModuleReach
+from grader.student_tests.padding import code_of, padding
 from grader.student_tests.warm_worker import start_workers
 
 MUTANTS = 40
@@ -53,8 +54,11 @@ def mutate(
     started = time.monotonic()
     texts = package_modules.texts(package, install)
     sources = {name: source for name, text in texts.items() if text is not None and (source := parse(name, text))}
-    possible = [change for source in sources.values() for change in mutants(source)]
-    chosen = choose(possible, count, random.Random(f"faults {seed}"))
+    code = code_of(package, install)
+    padded = padding(code, [r.lines for r in reach])
+    possible = [c for source in sources.values() for c in mutants(source) if not _is_in(padded.get(c.path), c)]
+    nodes = frozenset[str]().union(*code.homes.values())
+    chosen = choose(possible, count, random.Random(f"faults {seed}"), nodes)
     unreadable = _of_unreadable_modules(texts, count)
     paths = {name: package_modules.sandbox_paths(package, install, name, s.text) for name, s in sources.items()}
     tested = TestedPackage(sources, paths, {r.module: r for r in reach})
@@ -80,6 +84,11 @@ def mutate(
         wall_seconds=round(time.monotonic() - started, 1), quiet_seconds=round(quiet_seconds, 1),
         budget_seconds=seconds, note=_note(verdicts, seconds),
     )  # fmt: skip
+
+
+def _is_in(lines: frozenset[int] | None, change: Change) -> bool:
+    first, last = change.lines
+    return lines is not None and not lines.isdisjoint(range(first, last + 1))
 
 
 def _note(verdicts: Verdicts, seconds: float) -> str:

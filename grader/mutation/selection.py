@@ -6,12 +6,16 @@ import ast
 import contextlib
 import random
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 from grader.mutation.source_text import Change, SourceText, header
 from grader.python_ast import TOO_COMPLEX, Function
 from grader.student_tests.module_results import ModuleReach
+
+_DRAWN = 10  # times what is wanted, to choose from
+_EACH_AT_LEAST = 5  # changes of a module, where the nodes themselves are very short
 
 
 @dataclass(frozen=True)
@@ -22,8 +26,35 @@ class Selection:
     tests: tuple[str, ...]
 
 
-def choose(changes: Sequence[Change], count: int, rng: random.Random) -> list[Change]:
-    """Return up to `count` changes, spread over functions and kinds, in the order in which to try them."""
+def choose(
+    changes: Sequence[Change], count: int, rng: random.Random, nodes: Container[str] = frozenset()
+) -> list[Change]:
+    """Return up to `count` changes, spread over functions and kinds, in the order in which to try them.
+
+    No module has more of them than the `nodes` (their modules) together: many small functions must not push the nodes
+    aside.
+    """
+    order = _spread_out(changes, _DRAWN * count, rng)
+    for at_most in range(count, _EACH_AT_LEAST, -1):
+        chosen = list(islice(_few_of_each(order, at_most, nodes), count))
+        of_nodes = sum(change.path in nodes for change in chosen)
+        others = Counter(change.path for change in chosen if change.path not in nodes)
+        if not of_nodes or max(others.values(), default=0) <= of_nodes:
+            return chosen
+    return list(islice(_few_of_each(order, _EACH_AT_LEAST, nodes), count))
+
+
+def _few_of_each(changes: Iterable[Change], at_most: int, nodes: Container[str]) -> Iterator[Change]:
+    """Yield the changes without those of a module, other than a node's, that has had `at_most` already."""
+    count: Counter[str] = Counter()
+    for change in changes:
+        if change.path in nodes or count[change.path] < at_most:
+            count[change.path] += 1
+            yield change
+
+
+def _spread_out(changes: Sequence[Change], count: int, rng: random.Random) -> list[Change]:
+    """Return up to `count` changes: one of each function, then a second one of each, and so on."""
     by_function: dict[tuple[str, str], list[Change]] = defaultdict(list)
     for change in changes:
         by_function[change.path, change.function].append(change)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 
+from grader.contract.layout import role
 from grader.evidence import Flag, Quality
 from grader.quality.analyse import analyse_package
 from grader.source import Collected, Phase, Subject
 
 _WHOLE_FILE = re.compile(r"flake8[:=]\s*noqa|skip-file|ruff:\s*noqa|mypy:\s*ignore-errors", re.IGNORECASE)
 _MANY = 10
+_MOST_ADDRESSED = 5
+_MUCH = 100  # lines of code, and more than the nodes have
 
 
 class PackageText:
@@ -25,7 +28,31 @@ class PackageText:
         # The linters take most of the time, and package.xml needs none.
         lint = bool(subject.settings.checked & (self.serves - self._without_linters))
         found = analyse_package(subject.submission.package, subject.submission.interfaces, lint=lint)
-        return Collected({"quality": found}, tuple(suppression_flags(found)))
+        return Collected({"quality": found}, tuple(text_flags(found)))
+
+
+def text_flags(quality: Quality) -> list[Flag]:
+    """Return a flag for what an instructor should look at in the package's text. None of them costs points."""
+    return [*suppression_flags(quality), *_padding_flags(quality), *_addressed_flags(quality)]
+
+
+def _padding_flags(quality: Quality) -> list[Flag]:
+    """Return a flag where most of the code is used by nothing but tests. It was left out of every average."""
+    reached = quality.reached
+    idle = reached.idle if reached and reached.nodes else {}
+    used = sum(reached.lines[path] for path in reached.lines if role(path) == "module") if reached else 0
+    if sum(idle.values()) < _MUCH or sum(idle.values()) < used:
+        return []
+    words = f"{sum(idle.values())} lines of code that no node uses, beside {used} that one does: they earned nothing"
+    most = sorted(idle, key=lambda path: (-idle[path], path))[:5]
+    return [Flag("padding", words, where=", ".join(most))]
+
+
+def _addressed_flags(quality: Quality) -> list[Flag]:
+    return [
+        Flag("addresses a grader", f"text for whoever grades: {finding.text}", where=f"{finding.path}:{finding.line}")
+        for finding in quality.addressed[:_MOST_ADDRESSED]
+    ]
 
 
 def suppression_flags(quality: Quality) -> list[Flag]:

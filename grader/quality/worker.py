@@ -15,6 +15,7 @@ from grader import evidence
 from grader.contract.spec import PACKAGE
 from grader.evidence import reading_limits
 from grader.intake.package_xml import read_package_xml
+from grader.quality.addressed import addressed_to_a_grader
 from grader.quality.call_graph import CallGraph
 from grader.quality.conversions import conversion_use
 from grader.quality.definitions import public_definitions
@@ -79,6 +80,7 @@ def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[st
         report=read_report(package, paths),
         tests=sorted(set(names_of_tests(modules)))[:_MAX_ENTRIES],
         reached=reached,
+        addressed=addressed_to_a_grader(package, paths),
         faults=find_faults(package, interfaces, modules, [file for file in files if file.problem]),
     )
     if interfaces is not None:

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from grader.errors import EXIT_USAGE, GraderError
+from grader.host import provenance
 from grader.trials.request import LATE_VARIABLE
 
 _LATE_S = 1.5
@@ -30,13 +31,17 @@ _BUSY = "import os\nwhile os.getppid() == {pid}:\n    sum(range(100000))"
 
 @dataclass(frozen=True)
 class GradingRun:
-    """One grading: its number, whether it was under stress, and each requirement's points and outcome."""
+    """One grading: its number, whether it was under stress, and each requirement's points and outcome.
+
+    `sha256` is that of the submission, `kit` a hash of the code that graded.
+    """
 
     number: int
     stress: bool
     points: dict[str, float]
     outcomes: dict[str, str]
     sha256: str = ""
+    kit: str = ""
 
 
 def flaky(runs: Sequence[GradingRun]) -> list[str]:
@@ -55,8 +60,11 @@ def render(runs: Sequence[GradingRun]) -> str:
         shown = ", ".join(f"{value:g}" if len(points) == 1 else f"{value:g} ({n} times)" for value, n in points.items())
         mark = "  FLAKY" if name in unsteady else ""
         lines.append(f"{name:<6}{_passed(calm, name):>9}{_passed(stressed, name):>9}   {shown}{mark}")
+    totals = sorted({round(sum(run.points.values()), 3) for run in runs})
+    lines.append(f"{'total':<24}   {' to '.join(f'{total:g}' for total in dict.fromkeys((totals[0], totals[-1])))}")
     if unsteady:
-        lines.append(f"{len(unsteady)} requirements were flaky in {len(runs)} runs: {', '.join(sorted(unsteady))}.")
+        are = "requirement was" if len(unsteady) == 1 else "requirements were"
+        lines.append(f"{len(unsteady)} {are} flaky in {len(runs)} runs: {', '.join(sorted(unsteady))}.")
     else:
         lines.append(f"No requirement was flaky in {len(runs)} runs, {len(stressed)} of them under stress.")
     return "\n".join(lines)
@@ -81,14 +89,20 @@ def grade_repeatedly(
         under_stress = stress and number % 2 == 1
         with load_on_every_core() if under_stress else contextlib.nullcontext():
             found = _grade(submission, number, under_stress, requirements)
-        if done and (found.sha256, set(found.points)) != (done[0].sha256, set(done[0].points)):
+        if done and _what(found) != _what(done[0]):
             raise GraderError(
-                f"{log} has runs of another submission or of other requirements. Choose another --log, or remove it."
+                f"{log} has runs of another submission, of other requirements or of another version of the kit. "
+                "Choose another --log, or remove it."
             )
         log.parent.mkdir(parents=True, exist_ok=True)
         with log.open("a") as stream:
             stream.write(json.dumps(found.__dict__) + "\n")
         yield found
+
+
+def _what(run: GradingRun) -> tuple[str, str, set[str]]:
+    """Return what a run graded: only runs that agree in it can be compared."""
+    return run.sha256, run.kit, set(run.points)
 
 
 def load(log: Path) -> list[GradingRun]:
@@ -119,6 +133,7 @@ def load_on_every_core() -> Iterator[None]:
 
 
 def _grade(submission: Path, number: int, stress: bool, requirements: Sequence[str]) -> GradingRun:
+    kit = provenance.kit_hash()
     with tempfile.TemporaryDirectory(prefix="flakiness-") as folder:
         command = [sys.executable, "-m", "grader.selftest.flakiness", str(submission), folder, ",".join(requirements)]
         late = {LATE_VARIABLE: str(_LATE_S)} if stress else {}
@@ -131,7 +146,12 @@ def _grade(submission: Path, number: int, stress: bool, requirements: Sequence[s
         data = json.loads(report.read_text())
     graded = [each for each in data["requirements"] if each["outcome"] != "not_graded"]
     return GradingRun(
-        number, stress, {r["id"]: r["points"] for r in graded}, {r["id"]: r["outcome"] for r in graded}, data["sha256"]
+        number,
+        stress,
+        {r["id"]: r["points"] for r in graded},
+        {r["id"]: r["outcome"] for r in graded},
+        data["sha256"],
+        kit,
     )
 
 
@@ -160,14 +180,19 @@ def main(options: argparse.Namespace) -> int:
         print("grader: --runs must be at least 1.", file=sys.stderr)
         return EXIT_USAGE
     log = options.log or Path("out", "flakiness", f"{options.submission.resolve().name}.jsonl")
-    runs = []
-    for run in grade_repeatedly(
-        options.submission, log, options.runs, stress=options.stress, requirements=options.only
-    ):
-        runs.append(run)
-        how = "under stress" if run.stress else "calm"
-        print(f"run {run.number + 1} of {options.runs}, {how}: {sum(run.points.values()):g} points", file=sys.stderr)
-    print(render(runs))
+    runs: list[GradingRun] = []
+    try:
+        for run in grade_repeatedly(
+            options.submission, log, options.runs, stress=options.stress, requirements=options.only
+        ):
+            runs.append(run)
+            how = "under stress" if run.stress else "calm"
+            print(
+                f"run {run.number + 1} of {options.runs}, {how}: {sum(run.points.values()):g} points", file=sys.stderr
+            )
+    finally:  # also if it is interrupted: what is known so far is a table already
+        if runs:
+            print(render(runs))
     print(f"Runs: {log}")
     return 1 if flaky(runs) else 0
 

@@ -85,12 +85,20 @@ def sabotage(text: str, tests: Sequence[TestResult], rng: random.Random) -> tupl
 
 
 def judge_sabotage(ran: ModuleRun, names: Sequence[str]) -> str:
-    """Return which sabotaged tests were reported as passed, "" if none was."""
+    """Return which sabotaged tests were reported as passed, or that the process ended instead; "" if all failed."""
+    short = ", ".join(name.rpartition("::")[2] for name in names)
+    if is_silent(ran, names):
+        return f"the process ended when the grader made {short} fail, and never else"
     passed = [test.id for test in ran.tests if test.id in names and test.outcome == "passed"]
     if not passed:
         return ""
     short = ", ".join(name.rpartition("::")[2] for name in passed)
     return f"{short} was reported as passed although the grader made it raise AssertionError"
+
+
+def is_silent(ran: ModuleRun, names: Sequence[str]) -> bool:
+    """Return whether a run ended by itself before it had reported any of these tests."""
+    return not (ran.finished or ran.timed_out or any(test.id in names for test in ran.tests))
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,12 @@ _SCRIPT = "coverage combine -q --rcfile=/ws/coveragerc; coverage json -q --rcfil
 
 
 def combine(
-    package: Path, install: Path, folder: Path, runs: Sequence[ModuleRun], texts: Mapping[str, str]
+    package: Path,
+    install: Path,
+    folder: Path,
+    runs: Sequence[ModuleRun],
+    texts: Mapping[str, str],
+    unreached: Mapping[str, frozenset[int]],
 ) -> tuple[list[FileCoverage], list[str]]:
     """Return what all modules together reached, and the reasons to doubt it.
 
@@ -34,14 +39,15 @@ def combine(
         runs: the runs whose data count.
         texts: the modules that the grader can read and replace, by path. What was reached of any other cannot be
             checked against a run of known result, so none of it counts as reached.
+        unreached: the lines of each that no node can come to: that tests reach them counts for nothing.
     """
     kept = [run.coverage_data for run in runs if run.coverage_data is not None and run.coverage_data.is_file()]
     if not kept:
         return [], []
     out = folder / "combined"
     out.mkdir()
-    for path in kept:
-        path.rename(out / path.name)
+    for number, path in enumerate(kept):  # several workers may have measured, each with numbers of its own
+        path.rename(out / f"coverage.{number}")
     box = sandbox.Sandbox(
         read_only={install: str(build.INSTALL), folder / "coveragerc": "/ws/coveragerc", package: str(PACKAGE)},
         writable={out: "/ws/out"},
@@ -57,9 +63,9 @@ def combine(
             text = texts.get(inside)
             # Python can run some modules that it cannot parse into a tree.
             if text is None or parse(text) is None:
-                found.append(_unreached(_file(name, data, set()), data))
+                found.append(_unreached(_file(name, data, set(), frozenset()), data))
                 continue
-            found.append(_file(name, data, guarded_lines(text)))
+            found.append(_file(name, data, guarded_lines(text), unreached.get(inside, frozenset())))
             doubts += unexplained(inside, text, data["executed_lines"], [run.reach.get(inside, {}) for run in runs])
     except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError, RecursionError, MemoryError):
         return [], []
@@ -103,18 +109,21 @@ def _inside(name: str) -> str:
     return package_modules.relative(path) or str(path.relative_to("/"))
 
 
-def _file(name: str, data: Mapping[str, Any], guarded: set[int]) -> FileCoverage:
-    """Return a file's figures without the lines that no test can be expected to reach."""
+def _file(name: str, data: Mapping[str, Any], guarded: set[int], unreached: frozenset[int]) -> FileCoverage:
+    """Return a file's figures without the lines that no test can be expected to reach, and what is hit for nothing."""
     summary = data["summary"]
     hit, missing = ([int(line) for line in data[f"{kind}_lines"]] for kind in ("executed", "missing"))
     taken, left = ([int(branch[0]) for branch in data[f"{kind}_branches"]] for kind in ("executed", "missing"))
-    out = sum(line in guarded for line in taken), sum(line in guarded for line in left)
+    # What was missed stays in: no node seems to come to it, but a node may.
+    hit_out, taken_out = {*hit} & (guarded | unreached), sum(line in guarded | unreached for line in taken)
+    left_out = sum(line in guarded for line in left)
     return FileCoverage(
         path=name.encode("utf-8", "replace").decode().removeprefix("../").removeprefix("/ws/")
         .removeprefix("package/")[:200],
-        lines=int(summary["num_statements"]) - len({*hit, *missing} & guarded),
-        lines_hit=int(summary["covered_lines"]) - len({*hit} & guarded),
-        branches=int(summary["num_branches"]) - sum(out),
-        branches_hit=int(summary["covered_branches"]) - out[0],
+        lines=int(summary["num_statements"]) - len(hit_out | ({*missing} & guarded)),
+        lines_hit=int(summary["covered_lines"]) - len(hit_out),
+        branches=int(summary["num_branches"]) - taken_out - left_out,
+        branches_hit=int(summary["covered_branches"]) - taken_out,
         missing=[line for line in missing if line not in guarded][:500],
+        padding=len({*hit} & unreached),
     )  # fmt: skip

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from grader.evidence import Flag, TestModule
-from grader.sandbox import untrusted
+from grader.quality.reachability import Reachability
 from grader.student_tests.worker_report import ModuleRun, TestResult
 
 
@@ -42,8 +40,8 @@ def failures(ran: ModuleRun) -> list[TestResult]:
     return [test for test in ran.tests if test.outcome in ("failed", "error")]
 
 
-def with_results(module: TestModule, package: Path, ran: ModuleRun, again: ModuleRun | None = None) -> TestModule:
-    """Return the module with what a run reported.
+def with_results(module: TestModule, code: Reachability, ran: ModuleRun, again: ModuleRun | None = None) -> TestModule:
+    """Return the module with what a run reported, and which of the package's nodes its tests reach.
 
     A test that was started or collected and has no result is an error. One that failed and passed when the module was
     run `again` counts as passed.
@@ -55,12 +53,19 @@ def with_results(module: TestModule, package: Path, ran: ModuleRun, again: Modul
     counts.subtract(test.outcome for test in unsteady)
     messages = [f"{_short(test.id)}: {' '.join(test.message.split())[:200]}" for test in failed]
     missing, reasons = _missing(module, ran)
+    called = _called(code, ran) | _called(code, again)
     return replace(
         module, passed=counts["passed"] + len(unsteady), failed=counts["failed"], errors=counts["error"] + missing,
         skipped=counts["skipped"], timed_out=bool(ran.timed_out), failures=[*messages, *reasons][:20],
         unsteady=[_short(test.id) for test in unsteady][:20], output_tail=ran.output_tail,
-        subjects=_subjects(module, package, ran),
+        subjects=[node for node, homes in code.homes.items() if homes & called], reaches=bool(called),
     )  # fmt: skip
+
+
+def _called(code: Reachability, ran: ModuleRun | None) -> set[str]:
+    """Return the modules of the package in which a run has called a function: importing one is no test of it."""
+    reach = ran.reach if ran is not None else {}
+    return {path for path, lines in reach.items() if lines.keys() & code.bodies.get(path, frozenset())}
 
 
 def _missing(module: TestModule, ran: ModuleRun) -> tuple[int, list[str]]:
@@ -78,28 +83,23 @@ def _missing(module: TestModule, ran: ModuleRun) -> tuple[int, list[str]]:
     return 0, []
 
 
-def _subjects(module: TestModule, package: Path, ran: ModuleRun) -> list[str]:
-    """Return the module's nodes without those that only its own name mentions: neither its text nor its tests use them.
-
-    Where conftest.py makes the node, the tests reach its lines.
-    """
-    text = untrusted.read_python(package / module.path) or ""
-    reached = {Path(path).stem for path, lines in ran.reach.items() if lines}
-    return [node for node in module.subjects if node in reached or re.search(rf"\b{node}\b", text)]
-
-
-def flags(doubts: Sequence[str], runs: Mapping[str, ModuleRun]) -> list[Flag]:
+def flags(doubts: Sequence[str], runs: Mapping[str, ModuleRun], code: Reachability) -> list[Flag]:
     """Return the flags for reports in doubt, hooks that were not called, and tests that read the package's source."""
     found = [Flag("test reports", problem, where=problem.partition(":")[0]) for problem in doubts]
     for hook, where in sorted({hook for ran in runs.values() for hook in ran.refused_hooks}):
         words = f"{where} has the hook {hook}, which can rewrite results; the grader's pytest does not call it"
         found.append(Flag("pytest hook", words, where=where))
-    return found + [flag for path, ran in runs.items() for flag in _source_readers(path, ran)]
+    return found + [flag for path, ran in runs.items() for flag in _source_readers(path, ran, code)]
 
 
-def _source_readers(path: str, ran: ModuleRun) -> list[Flag]:
-    """Return a flag if tests of a module both use the package and read its source; a linter only reads it."""
-    users = {name for lines in ran.reach.values() for names in lines.values() for name in names}
+def _source_readers(path: str, ran: ModuleRun, code: Reachability) -> list[Flag]:
+    """Return a flag if tests of a module both call the package and read its source; a linter only reads it."""
+    users = {
+        name
+        for inside, lines in ran.reach.items()
+        for line in lines.keys() & code.bodies.get(inside, frozenset())
+        for name in lines[line]
+    }
     both = sorted(test.id for test in ran.tests if test.id in users & ran.source_readers)
     if not both:
         return []

@@ -22,6 +22,7 @@ from _pytest.config import PytestPluginManager, default_plugins
 PACKAGE = Path("/ws/package")
 OUT = Path("/ws/out")
 RC = "/ws/coveragerc"
+CACHE = "/tmp/pytest-cache"  # emptied before each run; pytest writes there only if a test asks it to
 REPORT_CAP = 1_000_000  # bytes
 TESTS_AT_MOST = 2000
 
@@ -45,8 +46,8 @@ def run_module(number: int, request: Request, modules: Path) -> None:
         os.dup2(source, target)
     os.chdir(PACKAGE)
     # Only now, so that no sitecustomize of the install tree was loaded. Programs that the tests start need it too.
-    os.environ["PYTHONPATH"] = str(modules.parent)
-    sys.path.insert(0, str(modules.parent))
+    os.environ["PYTHONPATH"] = str(modules)
+    sys.path.insert(0, str(modules))
     sys.argv = ["pytest"]
     importlib.invalidate_caches()
     # A test that imports __main__ must not find this module.
@@ -60,7 +61,8 @@ def run_module(number: int, request: Request, modules: Path) -> None:
     with (OUT / f"{number}.report").open("a") as stream:
         recorder = Recorder(stream, request["order"], measure)
         hook = runpy.run_path(str(Path(__file__).with_name("source_read_hook.py")))
-        folders = [str(modules), str(PACKAGE / modules.name)]
+        sources = [path.parent for path in PACKAGE.glob("*/__init__.py") if not path.parent.name.startswith("test")]
+        folders = [str(modules), *map(str, sources)]
         hook["watch"](folders, [str(PACKAGE), str(modules)], source_read_noter(stream.fileno(), recorder))
         recorder.write(ended=run_pytest(recorder, request))
     if write is not None:
@@ -88,8 +90,8 @@ def run_pytest(recorder: Recorder, request: Request) -> int:
 
     PytestPluginManager.parse_hookimpl_opts = only_allowed  # type: ignore[method-assign, assignment] # in this fork only
     arguments = [
-        "-c", os.devnull, f"--rootdir={PACKAGE}", "-p", "no:cacheprovider", "-p", "no:junitxml", "-q", "-o", "addopts=",
-        "--tb=short", *(["-x"] if request["first"] else []), *request["modules"],
+        "-c", os.devnull, f"--rootdir={PACKAGE}", "-o", f"cache_dir={CACHE}", "-q", "-o", "addopts=", "--tb=short",
+        *(["-x"] if request["first"] else []), *request["modules"],
     ]  # fmt: skip
     return int(pytest.main(arguments, plugins=[recorder]))
 
@@ -187,15 +189,16 @@ def message_of(report: pytest.CollectReport | pytest.TestReport) -> str:
     return str(crash.message if crash else report.longrepr).strip()
 
 
-def source_read_noter(report: int, recorder: Recorder) -> Callable[[], None]:
-    """Return a function that records, once for each test, that the test reads the package's source."""
-    noted: set[str] = set()
+def source_read_noter(report: int, recorder: Recorder) -> Callable[[str, int], None]:
+    """Return a function that records, once for each test and place, that the package's source is read there."""
+    noted: set[tuple[str, str, int]] = set()
     write, dumps = os.write, json.dumps
 
-    def note() -> None:
-        if recorder.context not in noted and len(noted) < TESTS_AT_MOST:
-            noted.add(recorder.context)
-            write(report, (dumps({"reads": recorder.context}) + "\n").encode())
+    def note(path: str, line: int) -> None:
+        entry = (recorder.context, path.removeprefix(f"{PACKAGE}/"), line)
+        if entry not in noted and len(noted) < TESTS_AT_MOST:
+            noted.add(entry)
+            write(report, (dumps({"reads": entry[0], "where": entry[1], "line": line}) + "\n").encode())
 
     return note
 

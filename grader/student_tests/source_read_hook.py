@@ -10,6 +10,7 @@ package all points for noticed mutants, whereas the hook only sets aside the tes
 
 from __future__ import annotations
 
+import doctest
 import importlib._bootstrap_external as importing
 import inspect
 import linecache
@@ -36,12 +37,13 @@ _RUNS = (runpy._get_code_from_file.__code__, runpy.run_path.__code__)  # type: i
 _REWRITES = rewrite._rewrite_test.__code__  # pytest, where a module of the package is named like a test
 _LOOKS_FOR_ZIP = zipimport._read_directory.__code__  # type: ignore[attr-defined] # the first step of `run_path`
 _FETCHERS = {module.__file__ for module in (linecache, tokenize, inspect)}
-_REPORTERS = {module.__file__ for module in (traceback, warnings, threading)}
+# Doctest looks for the lines of docstrings; what it runs is the examples in them.
+_REPORTERS = {module.__file__ for module in (traceback, warnings, threading, doctest)}
 _FRAME_INFO = inspect.getframeinfo.__code__
 _PYTEST = str(Path(pytest.__file__).parents[1] / "_pytest")
 
 
-def watch(folders: Sequence[str], students: Sequence[str], note: Callable[[], None]) -> None:
+def watch(folders: Sequence[str], students: Sequence[str], note: Callable[[str, int], None]) -> None:
     """Call `note` from now on whenever a Python file below `folders` is opened, except for imports and tracebacks.
 
     Files are known by device and inode, so a link under another name does not hide them.
@@ -49,7 +51,8 @@ def watch(folders: Sequence[str], students: Sequence[str], note: Callable[[], No
     Args:
         folders: the folders of the package's modules.
         students: the folders of the submission's code; with that on the stack it is not pytest that reports a failure.
-        note: is called without arguments; it must not open a file.
+        note: is called with the path and line of the submission's code that led to it, the outermost there is; it
+            must not open a file.
     """
     identity, frame_of, base = os.stat, sys._getframe, os.path.basename
     paths = [path for folder in folders for path in Path(folder).rglob("*.py")]
@@ -71,7 +74,7 @@ def watch(folders: Sequence[str], students: Sequence[str], note: Callable[[], No
             return
         try:
             if is_source(arguments[0]) and not _is_honest(frame_of(1), tuple(students)):
-                note()
+                note(*_place(frame_of(1), tuple(students)))
         except Exception:  # must never make a test fail
             return
 
@@ -99,6 +102,15 @@ def _is_honest(frame: FrameType, students: tuple[str, ...]) -> bool:
         return not any(frame.f_code.co_filename.startswith(students) for frame in rest)
     # Lines fetched through `traceback` belong to a report of a failure only while an exception is being handled.
     return caller in _REPORTERS and (caller != traceback.__file__ or sys.exc_info()[0] is not None)
+
+
+def _place(frame: FrameType, students: tuple[str, ...]) -> tuple[str, int]:
+    """Return the path and line of the outermost code of the submission, ("", 0) if there is none on the stack."""
+    outermost = ("", 0)
+    for each in _outward(frame):
+        if each.f_code.co_filename.startswith(students):
+            outermost = (each.f_code.co_filename, each.f_lineno or 0)
+    return outermost
 
 
 def _outward(frame: FrameType | None) -> Iterator[FrameType]:

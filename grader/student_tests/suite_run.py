@@ -5,6 +5,7 @@ What the tests' process reports is data. It is believed where runs of known resu
 
 from __future__ import annotations
 
+import contextlib
 import random
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,10 +19,12 @@ from grader.student_tests import canary, package_modules
 from grader.student_tests.coverage import combine
 from grader.student_tests.module_results import ModuleReach, failures, flags, module_reach, with_results
 from grader.student_tests.package_modules import PACKAGE
-from grader.student_tests.warm_worker import ModuleRequest, WarmWorker, start_workers
+from grader.student_tests.padding import code_of, padding, padding_flags
+from grader.student_tests.warm_worker import LastingWorker, ModuleRequest
 from grader.student_tests.worker_report import ModuleRun, TestResult
 
 _MODULES_AT_MOST = 100
+_EXCLUDED_AT_MOST = 5  # tests that hang or crash, each of which takes another run of its module
 
 
 @dataclass(frozen=True)
@@ -54,15 +57,15 @@ def run_suite(
     """
     wanted = [m for m in modules if m.tests and not m.stub][:_MODULES_AT_MOST]
     if not wanted:
-        return SuiteRun(StudentTests(modules=list(modules)))
+        return SuiteRun(StudentTests(modules=list(modules), of_contract=code_of(package, install).of_contract))
     doubts: list[str] = []
     runs: dict[str, list[ModuleRun]] = {}
     sources = package_modules.replaceable(package, install)
+    code = code_of(package, install)
     # While one worker measures a module, the other checks whether the reports on the one before can be believed.
-    with (
-        start_workers(package, install, 2, seconds=60.0 + 3 * seconds * len(wanted)) as (worker, other),
-        ThreadPoolExecutor(1) as beside,
-    ):
+    with contextlib.ExitStack() as stack, ThreadPoolExecutor(1) as beside:
+        life = 60.0 + (_EXCLUDED_AT_MOST + 3) * seconds * len(wanted)
+        worker, other = (LastingWorker(stack, package, install, seconds=life) for _ in range(2))
         checks = []
         for module in wanted:
             # One for each module, so that what is drawn does not depend on which module comes first.
@@ -72,62 +75,85 @@ def run_suite(
             first = runs[module.path][0]
             checks.append(beside.submit(_check_reports, other, package, module, first, sources, rng, seconds))
             progress(module.path)
+        every = [run for both in runs.values() for run in both]
+        padded = padding(code, [run.reach for run in every])
         covered, unexplained = combine(
-            package, install, worker.out.parent, [run for both in runs.values() for run in both],
-            {path: text for path, (text, _) in sources.items()},
-        )  # fmt: skip
+            package, install, worker.folder, every, {path: text for path, (text, _) in sources.items()}, code.unreached
+        )
         doubts += unexplained
         for module, check in zip(wanted, checks, strict=True):
             doubts += [f"{module.path}: {doubt}" for doubt in check.result()]
     tests = StudentTests(
-        modules=[with_results(m, package, *runs[m.path]) if m.path in runs else m for m in modules],
+        modules=[with_results(m, code, *runs[m.path]) if m.path in runs else m for m in modules],
         coverage=covered,
         doubts=doubts,
+        of_contract=code.of_contract,
+        nodes=sorted(set[str]().union(*code.homes.values())),
     )
     firsts = {path: both[0] for path, both in runs.items()}
-    return SuiteRun(tests, [module_reach(m, firsts[m.path]) for m in wanted], flags(doubts, firsts))
+    found = [*flags(doubts, firsts, code), *padding_flags(padded, [run.reach for run in every])]
+    return SuiteRun(tests, [module_reach(m, firsts[m.path]) for m in wanted], found)
 
 
 def _measure_steadily(
-    worker: WarmWorker, module: TestModule, rng: random.Random, seconds: float
+    worker: LastingWorker, module: TestModule, rng: random.Random, seconds: float
 ) -> tuple[list[ModuleRun], list[str]]:
     """Return the module's run, a second one if tests failed in the first, and the reasons to doubt them."""
-    first, doubt = _measure(worker, module, rng, seconds)
-    runs, doubts = [first], [doubt]
+    first, doubts = _measure(worker, module, rng, seconds)
+    runs = [first]
     if failures(first) and not first.timed_out:
         # Nodes that do not discover each other in time are not the test author's mistake.
-        second, doubt = _measure(worker, module, rng, seconds)
+        second, more = _measure(worker, module, rng, seconds)
         runs.append(second)
-        doubts.append(doubt)
-    return runs, [doubt for doubt in doubts if doubt]
+        doubts += more
+    return runs, doubts
 
 
-def _measure(worker: WarmWorker, module: TestModule, rng: random.Random, seconds: float) -> tuple[ModuleRun, str]:
-    """Return how a module ran under coverage, beside a canary, and why its reports are in doubt ("" if not)."""
+def _measure(
+    worker: LastingWorker, module: TestModule, rng: random.Random, seconds: float
+) -> tuple[ModuleRun, list[str]]:
+    """Return how a module ran under coverage, beside a canary, and why its reports are in doubt.
+
+    A test that hangs or ends the process takes along what was measured of the others, so these run again without it.
+    """
     beside = canary.make_canary(module.path, rng)
     request = ModuleRequest(
         module.path, files={str(PACKAGE / beside.path): beside.text}, beside=[beside.path], coverage=True,
         limit=seconds, total=seconds,
     )  # fmt: skip
     ran = worker.run(request)
-    doubt = canary.judge_canary(ran, beside)
-    others = [name for name in ran.collected if name != ran.timed_out]
-    if ran.timed_out in ran.collected and others:
-        # A test that hangs takes along what was measured of the others: run them again without it.
-        again = worker.run(replace(request, select=others))
-        late = TestResult(ran.timed_out, "error", "ran out of time", ran.seconds)
-        ran = replace(
-            again, tests=(*again.tests, late), collected=(*again.collected, ran.timed_out), timed_out=ran.timed_out
-        )
+    doubts = [canary.judge_canary(ran, beside)]
+    collected, late = ran.collected, ran.timed_out
+    excluded: list[TestResult] = []
+    while ran.culprit in ran.collected and (left := _without_culprit(ran, beside, len(excluded))):
+        words = "ran out of time" if ran.timed_out else f"ended the process that ran it, with status {ran.status}"
+        excluded.append(TestResult(ran.culprit, "error", words, ran.seconds))
+        ran = worker.run(replace(request, select=left))
+        doubts.append(canary.judge_canary(ran, beside))
+        late = late or ran.timed_out
+    known = {test.id for test in (*ran.tests, *excluded)}
+    words = "did not run, because too many tests before it hung or ended the process"
+    untried = [TestResult(name, "error", words) for name in collected if excluded and name not in known]
+    own = [test for test in (*ran.tests, *excluded, *untried) if not test.id.startswith(beside.path)]
     return replace(
-        ran,
-        tests=tuple(test for test in ran.tests if not test.id.startswith(beside.path)),
-        collected=tuple(name for name in ran.collected if not name.startswith(beside.path)),
-    ), doubt  # fmt: skip
+        ran, tests=tuple(own), collected=tuple(name for name in collected if not name.startswith(beside.path)),
+        timed_out=late,
+    ), [doubt for doubt in doubts if doubt]  # fmt: skip
+
+
+def _without_culprit(ran: ModuleRun, beside: canary.Canary, excluded: int) -> list[str]:
+    """Return what to run again without the test that hung or crashed; after some of those, what is known to end."""
+    if excluded > _EXCLUDED_AT_MOST:
+        return []
+    left = [name for name in ran.collected if name != ran.culprit]
+    if excluded == _EXCLUDED_AT_MOST:
+        ended = {test.id for test in ran.tests}
+        left = [name for name in left if name in ended or name.startswith(beside.path)]
+    return left if any(not name.startswith(beside.path) for name in left) else []
 
 
 def _check_reports(
-    worker: WarmWorker, package: Path, module: TestModule, ran: ModuleRun,
+    worker: LastingWorker, package: Path, module: TestModule, ran: ModuleRun,
     sources: Mapping[str, tuple[str, list[str]]], rng: random.Random, seconds: float,
 ) -> list[str]:  # fmt: skip
     """Return what came out wrong in runs whose result is known beforehand: sabotaged tests, then probes."""
@@ -139,7 +165,10 @@ def _check_reports(
     changed, names = canary.sabotage(text, ran.tests, rng)
     if names:
         files = {str(PACKAGE / module.path): changed}
-        again = worker.run(ModuleRequest(module.path, files=files, select=names, limit=seconds, total=seconds))
+        request = ModuleRequest(module.path, files=files, select=names, limit=seconds, total=seconds)
+        again = worker.run(request)
+        if canary.is_silent(again, names):
+            again = worker.run(request)  # once may be an accident
         found.append(canary.judge_sabotage(again, names))
     tests = canary.probed_tests(ran.tests, rng)
     # Broken functions may leave a test waiting forever; three times what it took is enough.

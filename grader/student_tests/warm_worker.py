@@ -8,17 +8,17 @@ from __future__ import annotations
 import contextlib
 import json
 import shutil
-import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 from grader import build, sandbox
 from grader.errors import GraderError
 from grader.host import ros_env, tempdir
 from grader.sandbox import untrusted
-from grader.student_tests.package_modules import MODULES, PACKAGE
+from grader.student_tests.package_modules import MODULES, PACKAGE, source_folders
 from grader.student_tests.worker_report import ModuleRun, read_run
 
 _DATA_CAP = 100_000_000  # bytes
@@ -26,6 +26,7 @@ _POLL_S = 0.01
 _START_SECONDS = 60.0
 # A run's limits leave out waiting for a core; by the clock it may take this many times as long.
 _BUSY_FACTOR = 10.0
+_WORKERS_AT_MOST = 20  # each takes a second to start; a suite that kills more has lost its points anyway
 _STOPPED_SECONDS = 1.0  # after which a worker that has been stopped counts as dead
 _HERE = Path(__file__).parent
 _ENVIRONMENT = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTHONNOUSERSITE": "1", "ROS_DOMAIN_ID": "7"}
@@ -55,6 +56,7 @@ class ModuleRequest:
 class WarmWorker:
     """A worker that waits for requests. Made by `start_workers`."""
 
+    package: Path
     process: sandbox.Process
     requests: Path
     out: Path
@@ -81,8 +83,10 @@ class WarmWorker:
             if now - began > _BUSY_FACTOR * request.total + _START_SECONDS or now - ran_last > _STOPPED_SECONDS:
                 self.process.kill()
             time.sleep(_POLL_S)
-        ran = read_run(self.out, number, time.monotonic() - began)
-        ran = replace(ran, coverage_data=self._keep_coverage(number) if request.coverage else None)
+        ran = read_run(self.out, number, time.monotonic() - began, self.package / request.module)
+        # Coverage writes some of its data as it goes, and a run that is cut off leaves them without its reach.
+        if request.coverage and (self.out / f"{number}.reach").exists():
+            ran = replace(ran, coverage_data=self._keep_coverage(number))
         for leftover in (*self.out.glob(f"{number}.*"), *self.out.glob("coverage*")):
             with contextlib.suppress(OSError):
                 leftover.unlink()
@@ -138,6 +142,36 @@ def start_workers(package: Path, install: Path, count: int, *, seconds: float) -
         yield [stack.enter_context(_start(package, install, folder / str(i), seconds)) for i in range(count)]
 
 
+class LastingWorker:
+    """A warm worker, and another in its place when a test has killed it: the tests after that one lose nothing."""
+
+    def __init__(self, stack: contextlib.ExitStack, package: Path, install: Path, *, seconds: float) -> None:
+        self._stack = stack
+        self._folder = stack.enter_context(tempdir.folder("own-tests"))
+        self._start = partial(_start, package, install, seconds=seconds)
+        self._count = 0
+        self._worker = self._next()
+
+    @property
+    def folder(self) -> Path:
+        """Return the folder of the worker at work, with its coverage settings."""
+        return self._worker.out.parent
+
+    def run(self, request: ModuleRequest) -> ModuleRun:
+        """Run one request and return what was reported.
+
+        Raises:
+            GraderError: no worker started.
+        """
+        if not self._worker.alive and self._count < _WORKERS_AT_MOST:
+            self._worker = self._next()
+        return self._worker.run(request)
+
+    def _next(self) -> WarmWorker:
+        self._count += 1
+        return self._stack.enter_context(self._start(self._folder / str(self._count)))
+
+
 @contextlib.contextmanager
 def _start(package: Path, install: Path, folder: Path, seconds: float) -> Iterator[WarmWorker]:
     folder.mkdir()
@@ -150,8 +184,9 @@ def _start(package: Path, install: Path, folder: Path, seconds: float) -> Iterat
     else:
         (folder / "modules").mkdir()
     rc = folder / "coveragerc"
-    version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    rc.write_text((_HERE / "coverage.ini").read_text().replace("@VERSION@", version))
+    sources = "\n    ".join(source_folders(package, install))
+    settings = (_HERE / "coverage.ini").read_text().replace("@MODULES@", str(MODULES)).replace("@SOURCES@", sources)
+    rc.write_text(settings)
     # Importing ROS takes the worker a second; a package that does not use it need not wait for that.
     warm = any("rclpy" in (untrusted.read_text(path) or "") for path in (folder / "package").rglob("*.py"))
     (folder / "requests" / "settings.json").write_text(json.dumps({"modules": str(MODULES), "warm": warm}))
@@ -170,7 +205,7 @@ def _start(package: Path, install: Path, folder: Path, seconds: float) -> Iterat
     )  # fmt: skip
     command = ["python3", "-s", "-P", "/ws/worker.py"]
     with sandbox.Process(command, box, sandbox.Limits(wall_seconds=seconds)) as process:
-        yield WarmWorker(process, folder / "requests", folder / "out", [0])
+        yield WarmWorker(package, process, folder / "requests", folder / "out", [0])
 
 
 def _state(thread: int) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 
 from grader.sandbox import untrusted
 from grader.student_tests import package_modules
+from grader.student_tests.source_users import users_of
 
 _REACH_CAP = 30_000_000  # bytes: a thousand tests that each reach a thousand lines
 _TAIL = 2000
@@ -41,6 +42,8 @@ class ModuleRun:
     status: int
     timed_out: str
     """The test that was stopped for its time, "collection" or ""."""
+    running: str
+    """The test that was running, or had run last, when the process ended; "" if none had started."""
     seconds: float
     quiet_seconds: float
     """Without the time in which other processes had the cores: what it would have taken on a quiet machine."""
@@ -53,7 +56,13 @@ class ModuleRun:
     source_readers: frozenset[str] = frozenset()
     """The tests that read the package's source as a text."""
     coverage_data: Path | None = None
-    """A copy of coverage's data as it was when the run ended; no later test can change it."""
+    """A copy of coverage's data as it was when the run ended; no later test can change it. None where the run was cut
+    off before it could say which test reached what: such data cannot be checked."""
+
+    @property
+    def culprit(self) -> str:
+        """Return the test that hung, or with which the process ended before its time; "" if there is none."""
+        return self.timed_out or ("" if self.finished else self.running)
 
     @property
     def failure(self) -> str:
@@ -68,8 +77,8 @@ class ModuleRun:
         return ""
 
 
-def read_run(out: Path, number: int, seconds: float) -> ModuleRun:
-    """Return what the worker wrote to `out` for run `number`, which took `seconds` of wall time."""
+def read_run(out: Path, number: int, seconds: float, module: Path) -> ModuleRun:
+    """Return what the worker wrote to `out` for run `number` of a test module; it took `seconds` of wall time."""
     done = _json_object(untrusted.read_text(out / f"{number}.done") or "")
     entries = [_json_object(line) for line in (untrusted.read_text(out / f"{number}.report") or "").splitlines()]
     collected = tuple(_texts(next((e["collected"] for e in entries if "collected" in e), [])))
@@ -80,6 +89,7 @@ def read_run(out: Path, number: int, seconds: float) -> ModuleRun:
         finished=any("ended" in entry for entry in entries) and done.get("status") == 0,
         status=_int(done.get("status"), -1),
         timed_out=_text(done.get("late")),
+        running=next((_text(entry["start"]) for entry in reversed(entries) if "start" in entry), ""),
         seconds=seconds,
         quiet_seconds=max(seconds - _number(done.get("queued")), 0.0),
         shares_fixtures=any("shared" in entry for entry in entries),
@@ -88,7 +98,7 @@ def read_run(out: Path, number: int, seconds: float) -> ModuleRun:
         )[:20],
         output_tail=(untrusted.read_text(out / f"{number}.log") or "")[-_TAIL:].encode("utf-8", "replace").decode(),
         reach=_reach(untrusted.read_text(out / f"{number}.reach", _REACH_CAP)),
-        source_readers=_source_readers(entries, collected),
+        source_readers=_source_readers(entries, collected, module),
     )
 
 
@@ -116,10 +126,19 @@ def _tests(entries: Sequence[dict[str, Any]]) -> Iterator[TestResult]:
     return iter(found.values())
 
 
-def _source_readers(entries: Sequence[dict[str, Any]], collected: Sequence[str]) -> frozenset[str]:
-    """Return the tests that read the source; "" and all tests if it is read on import or in a shared fixture."""
-    names = {_text(entry["reads"]) for entry in entries if "reads" in entry}
-    return frozenset({*names, *collected} if "" in names else names)
+def _source_readers(entries: Sequence[dict[str, Any]], collected: Sequence[str], module: Path) -> frozenset[str]:
+    """Return the tests that read the source, or use what was read on import or in a shared fixture.
+
+    Where that cannot be told these are all tests, and "" stands for those of other runs.
+    """
+    found: set[str] = set()
+    for entry in (entry for entry in entries if "reads" in entry):
+        if name := _text(entry["reads"]):
+            found.add(name)
+            continue
+        users = users_of(module, _text(entry.get("where")), _int(entry.get("line"), 0), collected)
+        found |= {"", *collected} if users is None else users
+    return frozenset(found)
 
 
 def _reach(text: str | None) -> dict[str, dict[int, frozenset[str]]]:

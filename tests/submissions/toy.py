@@ -65,6 +65,15 @@ def never_called(first, second):
         return first + 1
     return second - 1
 '''
+PROGRAM = """\
+#!/usr/bin/env python3
+from ros2_robot_controller.robot_controller import RobotController, stop_distance
+from ros2_robot_controller.sensor_processor import never_called, percent
+
+robot = RobotController()
+robot.set_speed(never_called(0.1, percent(0.0)))
+robot.on_scan(stop_distance(0.1))
+"""
 THOROUGH = """\
 import pytest
 
@@ -118,12 +127,16 @@ class Toy:
 
 
 def make(folder: Path, files: Mapping[str, str], modules: Mapping[str, str] | None = None) -> Toy:
-    """Return a package with these test files; `modules` replaces or adds modules of the package."""
+    """Return a package with these test files and a program; `modules` replaces or adds modules of the package."""
     package = folder / "ros2_robot_controller"
     inside = {"__init__.py": "", "robot_controller.py": CONTROLLER, "sensor_processor.py": PROCESSOR} | dict(
         modules or {}
     )
-    texts = {f"ros2_robot_controller/{name}": text for name, text in inside.items()} | dict(files)
+    texts = (
+        {f"ros2_robot_controller/{name}": text for name, text in inside.items()}
+        | {"scripts/robot_controller": PROGRAM}
+        | dict(files)
+    )
     for name, text in texts.items():
         path = package / name
         path.parent.mkdir(parents=True, exist_ok=True)

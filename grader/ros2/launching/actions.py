@@ -13,7 +13,6 @@ from .entities import (
     Entities,
     SomeSubstitutionsType,
     perform,
-    perform_fixed,
     substitutions,
 )
 from .errors import LaunchError
@@ -78,14 +77,16 @@ class DeclareLaunchArgument(Action):
         self.name = name
         self.default_value = None if default_value is None else substitutions(default_value)
         self.choices = None if choices is None else list(choices)
-        self.description = description or "no description given"
-        if self.choices is not None:
-            if not self.choices:
-                raise LaunchError("Provided choices arg is empty. Use None to ignore the choice list.")
-            self.description += ("" if self.description.endswith(".") else ".") + f" Valid choices are: {self.choices}"
-            text = None if self.default_value is None else perform_fixed(self.default_value)
-            if text is not None and text not in self.choices:
-                raise LaunchError(f'Provided default_value "{text}" is not in provided choices "{self.choices}".')
+        if self.choices is None:
+            self.description = "no description given" if description is None else description
+            return
+        if not self.choices:
+            raise LaunchError("Provided choices arg is empty. Use None to ignore the choice list.")
+        if isinstance(default_value, str) and default_value not in self.choices:
+            raise LaunchError(f'Provided default_value "{default_value}" is not in provided choices "{self.choices}".')
+        end = "." if description is not None and not description.endswith(".") else ""
+        shown = "One of:" if description is None else f"{description}{end} Valid choices are:"
+        self.description = f"{shown} {self.choices}"
 
     def _check(self, value: str) -> None:
         if self.choices is not None and value not in self.choices:
@@ -126,6 +127,80 @@ class SetEnvironmentVariable(SetLaunchConfiguration):
     def execute(self, context: LaunchContext) -> None:
         """Set it."""
         context.environment[perform(context, self.name)] = perform(context, self.value)
+
+
+class UnsetLaunchConfiguration(Action):
+    """Forgets a configuration."""
+
+    def __init__(self, name: SomeSubstitutionsType, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.name = substitutions(name)
+
+    def execute(self, context: LaunchContext) -> None:
+        """Forget it."""
+        context.launch_configurations.pop(perform(context, self.name), None)
+
+
+class UnsetEnvironmentVariable(UnsetLaunchConfiguration):
+    """Removes an environment variable for the processes started afterwards."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """Remove it."""
+        context.environment.pop(perform(context, self.name), None)
+
+
+class PushLaunchConfigurations(Action):
+    """Saves the configurations."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """Save them."""
+        context.push_configurations()
+
+
+class PopLaunchConfigurations(Action):
+    """Restores the configurations saved last."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """Restore them."""
+        context.pop_configurations()
+
+
+class PushEnvironment(Action):
+    """Saves the environment."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """Save it."""
+        context.push_environment()
+
+
+class PopEnvironment(Action):
+    """Restores the environment saved last."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """Restore it."""
+        context.pop_environment()
+
+
+class ResetEnvironment(Action):
+    """Restores the environment that the launch started with."""
+
+    def execute(self, context: LaunchContext) -> None:
+        """Restore it."""
+        context.reset_environment()
+
+
+class ResetLaunchConfigurations(Action):
+    """Forgets all configurations but those given, which may refer to the others."""
+
+    def __init__(self, launch_configurations: Mapping[Any, Any] | None = None, **rest: Any) -> None:
+        super().__init__(**rest)
+        self.launch_configurations = dict(launch_configurations or {})
+
+    def execute(self, context: LaunchContext) -> None:
+        """Forget the others."""
+        kept = {perform(context, name): perform(context, value) for name, value in self.launch_configurations.items()}
+        context.launch_configurations.clear()
+        context.launch_configurations.update(kept)
 
 
 class AppendEnvironmentVariable(Action):
@@ -177,22 +252,10 @@ class GroupAction(Action):
         given = [SetLaunchConfiguration(name, value) for name, value in self.launch_configurations.items()]
         if not self.scoped:
             return [*given, *self.actions]
-        opening: Entities = given if self.forwarding else [ContextStep(self._start_afresh)]
-        return [ContextStep(_push), *opening, *self.actions, ContextStep(_pop)]
-
-    def _start_afresh(self, context: LaunchContext) -> None:
-        """Reset the environment and forget all configurations but those given, which may refer to the others."""
-        context.reset_environment()
-        kept = {perform(context, name): perform(context, value) for name, value in self.launch_configurations.items()}
-        context.launch_configurations.clear()
-        context.launch_configurations.update(kept)
-
-
-def _push(context: LaunchContext) -> None:
-    context.push_configurations()
-    context.push_environment()
-
-
-def _pop(context: LaunchContext) -> None:
-    context.pop_environment()
-    context.pop_configurations()
+        afresh: Entities = [ResetEnvironment(), ResetLaunchConfigurations(self.launch_configurations)]
+        return [
+            *(PushLaunchConfigurations(), PushEnvironment()),
+            *(given if self.forwarding else afresh),
+            *self.actions,
+            *(PopEnvironment(), PopLaunchConfigurations()),
+        ]

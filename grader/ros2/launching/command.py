@@ -9,14 +9,14 @@ from pathlib import Path
 
 from ..commands import packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
 from . import modules
-from .entities import Entities, LaunchDescription, describe
+from .entities import LaunchDescription, describe, tree
 from .errors import LaunchError, explain
-from .include import AnyLaunchDescriptionSource, IncludeLaunchDescription, read_any
+from .include import OTHER_FORMATS, AnyLaunchDescriptionSource, IncludeLaunchDescription, read
 from .output import RECORD_VARIABLE
 from .ros_substitutions import find_prefix
 from .service import LaunchService
 
-ENDINGS = (".py", ".xml", ".yaml", ".yml")
+ENDINGS = (".py", *OTHER_FORMATS)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,6 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-a", "--show-all-subprocesses-output", action="store_true", help="Show all launched processes' output"
     )
+    parser.add_argument("--launch-prefix", help="Prefix command, which goes before all executables")
+    parser.add_argument("--launch-prefix-filter", help="Regex filter for executables to which to apply --launch-prefix")
     parser.add_argument(
         "--record",
         metavar="FILE",
@@ -53,9 +55,13 @@ def main(args: argparse.Namespace) -> int:
     try:
         path, words = find(args.package_name, args.launch_file_name, args.launch_arguments)
         given = parse(words)
+        if args.launch_prefix_filter and not args.launch_prefix:
+            raise LaunchError("--launch-prefix must be specified if --launch-prefix-filter is provided")
+        prefixes = {"launch-prefix": args.launch_prefix, "launch-prefix-filter": args.launch_prefix_filter}
+        given |= {name: value for name, value in prefixes.items() if value}
         if args.show_args or args.print:
-            description = read_any(path)
-            print(arguments_shown(description) if args.show_args else printed(description))
+            description = read(path)
+            print(arguments_shown(description) if args.show_args else tree(description))
             return 0
     except Exception as error:
         print(explain(error), file=sys.stderr)
@@ -84,7 +90,7 @@ def find(package: str, file: str | None, words: list[str]) -> tuple[Path, list[s
         file: the name of the launch file, or an argument if `package` is a path.
         words: the words after these.
     """
-    if Path(package).is_file() and package.endswith(ENDINGS):
+    if Path(package).is_file():
         return Path(package).absolute(), ([file] if file is not None else []) + words
     if file is None:
         raise LaunchError(
@@ -147,21 +153,6 @@ def arguments_shown(description: LaunchDescription) -> str:
     return "\n".join(lines)
 
 
-def printed(description: LaunchDescription) -> str:
-    """Return the description as a tree of action names."""
-
-    def tree(entities: Entities, depth: int) -> list[str]:
-        lines = []
-        for entity in entities:
-            lines.append("    " * depth + f"- {type(entity).__name__} ({entity.place})")
-            lines += tree(entity.describe_sub_entities(), depth + 1)
-            for when, inner in entity.describe_conditional_sub_entities():
-                lines += ["    " * (depth + 1) + when + ":", *tree(inner, depth + 2)]
-        return lines
-
-    return "\n".join(["<launch.LaunchDescription>", *tree(description.entities, 1)])
-
-
 def _complete_packages(prefix: str, **_: object) -> list[str]:
     return [name for name in packages.names() if name.startswith(prefix)]
 
@@ -179,7 +170,7 @@ def _complete_arguments(prefix: str, parsed_args: argparse.Namespace, **_: objec
     modules.install()  # the launch file imports them
     try:
         path, _words = find(parsed_args.package_name, parsed_args.launch_file_name, [])
-        names = [argument.name for argument, _ in read_any(path).declared_arguments()]
+        names = [argument.name for argument, _ in read(path).declared_arguments()]
     except Exception:
         return []
     return [f"{name}:=" for name in names if name.startswith(prefix)]

@@ -17,9 +17,6 @@ Entities = Sequence["LaunchDescriptionEntity"]
 class Substitution:
     """A text that is known only when it is used."""
 
-    # True if the text depends on no launch configuration and costs nothing to find.
-    fixed = False
-
     def perform(self, context: LaunchContext) -> str:
         """Return the text."""
         raise NotImplementedError
@@ -34,8 +31,6 @@ SomeSubstitutionsType = str | Substitution | Iterable[str | Substitution]
 
 class TextSubstitution(Substitution):
     """A text known beforehand."""
-
-    fixed = True
 
     def __init__(self, *, text: str) -> None:
         if not isinstance(text, str):
@@ -89,10 +84,12 @@ def perform(context: LaunchContext, value: Any) -> str:
     return "".join(one.perform(context) for one in substitutions(value))
 
 
-def perform_fixed(parts: Iterable[Substitution]) -> str | None:
-    """Return the text of substitutions that are all fixed, else None."""
-    parts = list(parts)
-    return "".join(one.perform(LaunchContext()) for one in parts) if all(one.fixed for one in parts) else None
+def perform_alone(parts: Any) -> str | None:
+    """Return the text that a value has where no configuration is set, None if it has none there."""
+    try:
+        return perform(LaunchContext(), parts)
+    except Exception:
+        return None
 
 
 def describe(value: Any) -> str:
@@ -238,6 +235,28 @@ class LaunchDescription(LaunchDescriptionEntity):
     def add_action(self, action: Action) -> None:
         """Add an action at the end."""
         self.add_entity(action)
+
+
+def tree(description: LaunchDescription) -> str:
+    """Return a description as a tree of the names of its actions."""
+
+    def lines(entities: Entities, depth: int) -> Iterator[str]:
+        for entity in entities:
+            yield "    " * depth + f"- {type(entity).__name__} ({entity.place})"
+            yield from lines(entity.describe_sub_entities(), depth + 1)
+            for when, inner in entity.describe_conditional_sub_entities():
+                yield "    " * (depth + 1) + when + ":"
+                yield from lines(inner, depth + 2)
+
+    return "\n".join(["<launch.LaunchDescription>", *lines(description.entities, 1)])
+
+
+class LaunchIntrospector:
+    """Shows launch descriptions."""
+
+    def format_launch_description(self, launch_description: LaunchDescription) -> str:
+        """Return a description as a tree of the names of its actions."""
+        return tree(launch_description)
 
 
 class Action(LaunchDescriptionEntity):

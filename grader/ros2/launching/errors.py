@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import traceback
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from pathlib import Path
 from types import FrameType
 
 HERE = str(Path(__file__).resolve().parent.parent)  # the whole folder of the command
+STANDARD_LIBRARY = str(Path(os.__file__).parent)  # the loop runs actions from here: no line of a launch file
 
 
 @dataclass(frozen=True)
@@ -23,9 +25,9 @@ class Place:
 
 
 def caller() -> Place | None:
-    """Return the nearest line on the stack outside this folder: the line of the launch file."""
+    """Return the nearest line on the stack that is of a launch file; None if there is none."""
     frame: FrameType | None = sys._getframe(1)
-    while frame is not None and frame.f_code.co_filename.startswith((HERE, "<frozen")):
+    while frame is not None and frame.f_code.co_filename.startswith((HERE, STANDARD_LIBRARY, "<frozen")):
         frame = frame.f_back
     return None if frame is None else Place(frame.f_code.co_filename, frame.f_lineno)
 
@@ -38,8 +40,8 @@ class UnsupportedError(LaunchError):
     """A launch file asks for a feature of ROS 2 that this kit does not implement."""
 
     def __init__(self, feature: str, instead: str = "", place: Place | None = None) -> None:
-        place = place or caller()
-        where = f"{place}: " if place else ""
+        self.place = place or caller()
+        where = f"{self.place}: " if self.place else ""
         super().__init__(f"{where}{feature} is not supported by the launch of this kit. {instead}".strip())
 
 
@@ -57,7 +59,7 @@ class PackageNotFoundError(LaunchError):
 
 def explain(error: BaseException) -> str:
     """Return a one-message description of an error, with the launch file's line if it is known."""
-    if isinstance(error, UnsupportedError):
+    if isinstance(error, UnsupportedError) and error.place is not None:
         return str(error)
     if isinstance(error, SyntaxError) and error.filename:
         return f"SyntaxError: {error.msg} ({error.filename}, line {error.lineno})"

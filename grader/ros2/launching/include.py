@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.machinery
 import importlib.util
 from collections.abc import Iterable, Iterator
@@ -16,17 +17,22 @@ from .entities import (
     LaunchDescription,
     SomeSubstitutionsType,
     perform,
-    perform_fixed,
+    perform_alone,
     substitutions,
 )
-from .errors import LaunchError, UnsupportedError, caller
+from .errors import LaunchError
 
-OTHER_FORMATS = {".xml": "XML", ".yaml": "YAML", ".yml": "YAML"}
+OTHER_FORMATS = {".xml": "an XML", ".launch": "an XML", ".yaml": "a YAML", ".yml": "a YAML"}
 PYTHON_FILE = "Write it as a Python launch file (.launch.py) with generate_launch_description()."
 
 
-def read_python(path: Path) -> LaunchDescription:
-    """Return the description that a Python launch file generates."""
+def read(path: Path) -> LaunchDescription:
+    """Return the description that a Python launch file generates; one in XML or YAML is refused by its name."""
+    if (other := OTHER_FORMATS.get(path.suffix)) is not None:
+        raise LaunchError(
+            f"{path.name} is {other} launch file, which this kit does not read: write it as a Python launch file "
+            "(.launch.py) with generate_launch_description()."
+        )
     if not path.is_file():
         raise FileNotFoundError(f"[Errno 2] No such file or directory: '{path}'")
     spec = importlib.util.spec_from_loader(
@@ -50,13 +56,6 @@ def read_python(path: Path) -> LaunchDescription:
     return description
 
 
-def read_any(path: Path) -> LaunchDescription:
-    """Return the description in a launch file; a file name in .xml, .yaml or .yml is refused."""
-    if (other := OTHER_FORMATS.get(path.suffix)) is not None:
-        raise UnsupportedError(f"the {other} launch file {path.name}", PYTHON_FILE, caller())
-    return read_python(path)
-
-
 class LaunchDescriptionSource:
     """A description, or the place of a file that generates one. One source serves one include."""
 
@@ -70,13 +69,11 @@ class LaunchDescriptionSource:
         """The file's path, once known."""
         return self._path or Path("<script>")
 
-    def _read(self, path: Path) -> LaunchDescription:
-        return read_any(path)
-
     def try_get_launch_description_without_context(self) -> LaunchDescription | None:
-        """Return the description if its place depends on no configuration and the file can be read."""
-        if self._description is None and (place := perform_fixed(self._place)) is not None:
-            self._load(place)
+        """Return the description if its place is known without a context and the file can be read."""
+        if self._description is None and (place := perform_alone(self._place)) is not None:
+            with contextlib.suppress(Exception):  # said when the file is needed
+                self._load(place)
         return self._description
 
     def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
@@ -86,7 +83,7 @@ class LaunchDescriptionSource:
     def _load(self, place: str) -> LaunchDescription:
         # An absolute path, but with its links kept: a symlinked install names its folder as the user does.
         self._path = Path(place).absolute()
-        self._description = self._read(self._path)
+        self._description = read(self._path)
         return self._description
 
 
@@ -99,9 +96,6 @@ class AnyLaunchDescriptionSource(LaunchDescriptionSource):
 
 class PythonLaunchDescriptionSource(AnyLaunchDescriptionSource):
     """A Python launch file."""
-
-    def _read(self, path: Path) -> LaunchDescription:
-        return read_python(path)
 
 
 class IncludeLaunchDescription(Action):
@@ -147,7 +141,7 @@ class IncludeLaunchDescription(Action):
 
     def names_given(self) -> set[str]:
         """Return the names of the given arguments that are known beforehand."""
-        names = (perform_fixed(substitutions(name)) for name, _ in self.launch_arguments)
+        names = (perform_alone(name) for name, _ in self.launch_arguments)
         return {name for name in names if name is not None}
 
 

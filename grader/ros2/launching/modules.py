@@ -1,6 +1,7 @@
 """Make `launch` and `launch_ros` importable in this process, unless the real ones are installed.
 
-The table below is the list of what is supported: the real module path, and the names in it.
+The table below is the list of what is supported. Every other public name of the real modules can be imported as well,
+and is refused, with the line of the launch file, when it is used.
 """
 
 from __future__ import annotations
@@ -8,9 +9,8 @@ from __future__ import annotations
 import importlib
 import importlib.machinery
 import importlib.util
-import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from types import ModuleType
 from typing import Any
 
@@ -21,14 +21,17 @@ from . import (
     event_handling,
     events,
     include,
+    output,
     parameters,
     process,
     ros_actions,
     ros_substitutions,
     service,
     substitutions,
+    typed,
 )
-from .errors import SubstitutionFailure, UnsupportedError, caller
+from .api import api
+from .errors import InvalidConditionExpressionError, LaunchError, SubstitutionFailure, UnsupportedError, caller
 
 
 def _classes(kind: type, *modules: ModuleType) -> dict[str, Any]:
@@ -49,93 +52,113 @@ def _pick(module: ModuleType, *names: str) -> dict[str, Any]:
 
 
 def table() -> dict[str, dict[str, Any]]:
-    """Return the supported names by module."""
-    process_events = _classes(events.RunningProcessEvent, events) | _pick(events, "ShutdownProcess")
+    """Return the supported names by the module that they are usually imported from."""
+    process_events = _classes(events.RunningProcessEvent, events) | _pick(
+        events, "ShutdownProcess", "SignalProcess", "matches_pid", "matches_name", "matches_executable"
+    )
     matchers = _pick(events, "matches_action")
-    some_substitutions = _pick(entities, "SomeSubstitutionsType")
+    types = {"SomeSubstitutionsType": entities.SomeSubstitutionsType, "SomeEntitiesType": Any}
+    tuples = {
+        "SomeSubstitutionsType_types_tuple": (str, entities.Substitution, Iterable),
+        "SomeEntitiesType_types_tuple": (Iterable, entities.LaunchDescriptionEntity),
+    }
     launch_actions = _classes(entities.Action, actions, event_handling, include, process)
     del launch_actions["ContextStep"]  # ours
+    own_substitutions = _classes(entities.Substitution, ros_substitutions)
+    parameter_descriptions = _pick(parameters, "Parameter", "ParameterFile", "ParameterValue")
+    sources = _classes(include.LaunchDescriptionSource, include)
     return {
         "launch": {
             **_pick(entities, "LaunchDescription", "LaunchDescriptionEntity", "Action", "Substitution", "Condition"),
+            **_pick(entities, "LaunchIntrospector"),
             **_pick(context, "LaunchContext"),
             **_pick(service, "LaunchService"),
             **_pick(include, "LaunchDescriptionSource"),
             **_pick(events, "Event"),
             **_pick(event_handling, "EventHandler"),
-            **some_substitutions,
-            "SomeEntitiesType": Any,
+            "InvalidLaunchFileError": LaunchError,
+            **types,
+            **tuples,
         },
         "launch.actions": launch_actions,
+        "launch.descriptions": _pick(process, "Executable"),
         "launch.substitutions": _classes(entities.Substitution, substitutions)
         | {"TextSubstitution": entities.TextSubstitution, "SubstitutionFailure": SubstitutionFailure},
-        "launch.conditions": _classes(entities.Condition, entities) | {"evaluate_condition_expression": entities.truth},
+        "launch.conditions": _classes(entities.Condition, entities)
+        | {
+            "evaluate_condition_expression": entities.truth,
+            "InvalidConditionExpressionError": InvalidConditionExpressionError,
+        },
         "launch.event_handlers": _classes(event_handling.EventHandler, event_handling),
         "launch.events": _pick(events, "ExecutionComplete", "Shutdown", "TimerEvent") | matchers,
-        "launch.events.process": process_events | matchers,
-        "launch.events.matchers": matchers,
-        "launch.launch_description_sources": _classes(include.LaunchDescriptionSource, include),
-        "launch.some_substitutions_type": some_substitutions,
-        "launch.some_entities_type": {"SomeEntitiesType": Any},
+        "launch.events.process": process_events,
+        "launch.launch_description_sources": sources
+        | dict.fromkeys(
+            ("InvalidLaunchFileError", "InvalidPythonLaunchFileError", "InvalidFrontendLaunchFileError"), LaunchError
+        ),
+        "launch.logging": _pick(output, "get_logger"),
+        "launch.some_substitutions_type": {**types, **tuples},
+        "launch.some_entities_type": {**types, **tuples},
         "launch.utilities": {
             "normalize_to_list_of_substitutions": entities.substitutions,
             "perform_substitutions": entities.perform,
         },
-        "launch_ros": {},
+        "launch.utilities.type_utils": {
+            "is_substitution": entities.is_substitution,
+            "normalize_typed_substitution": typed.given,
+            "perform_typed_substitution": typed.performed,
+        },
+        "launch.utilities.typing_file_path": {"FilePath": Any},
         "launch_ros.actions": _classes(entities.Action, ros_actions)
         | {"PushRosNamespace": ros_actions.PushROSNamespace},
-        "launch_ros.substitutions": _classes(entities.Substitution, ros_substitutions),
-        "launch_ros.parameter_descriptions": _pick(parameters, "ParameterFile", "ParameterValue"),
-        "launch_ros.descriptions": _pick(parameters, "ParameterFile", "ParameterValue"),
+        "launch_ros.substitutions": own_substitutions,
+        "launch_ros.parameter_descriptions": parameter_descriptions,
+        "launch_ros.descriptions": parameter_descriptions,
         "launch_ros.parameters_type": {"SomeParameters": Any, "SomeParameterFile": Any, "SomeParameterValue": Any},
         "launch_ros.remap_rule_type": {"SomeRemapRules": Any},
     }
 
 
-# Features of the real modules that this kit lacks: module -> names, each with what to do instead.
+# What to do instead of names of the real modules that this kit lacks.
 COMPOSED = "Start each node by itself, with Node(package=…, executable=…)."
 STATES = "Change states from a node of your own."
-IN_GROUP = "Use GroupAction, which restores configurations and environment."
-PER_NODE = "Use the parameters=[…] of each Node."
-MISSING: dict[str, dict[str, str]] = {
-    "launch_ros.actions": {
-        **dict.fromkeys(("ComposableNodeContainer", "LoadComposableNodes"), COMPOSED),
-        **dict.fromkeys(("RosTimer", "ROSTimer"), "Use TimerAction of launch.actions."),
-        **dict.fromkeys(("LifecycleTransition", "RosLifecycleNode"), STATES),
-        "SetParametersFromFile": PER_NODE,
-    },
-    "launch_ros.descriptions": {"ComposableNode": COMPOSED, "Parameter": PER_NODE},
-    "launch_ros.parameter_descriptions": {"Parameter": PER_NODE},
-    "launch_ros.events": {"lifecycle": STATES},
-    "launch_ros.events.lifecycle": dict.fromkeys(("ChangeState", "StateTransition"), STATES),
-    "launch_ros.event_handlers": {"OnStateTransition": "Use OnProcessStart of launch.event_handlers."},
-    "launch.actions": {
-        "OpaqueCoroutine": "Use OpaqueFunction.",
-        "ExecuteLocal": "Use ExecuteProcess.",
-        "UnregisterEventHandler": "Use handle_once=True of the handler.",
-        **dict.fromkeys(("PushLaunchConfigurations", "PopLaunchConfigurations", "ResetLaunchConfigurations"), IN_GROUP),
-        **dict.fromkeys(("PushEnvironment", "PopEnvironment", "ResetEnvironment"), IN_GROUP),
-        **dict.fromkeys(("UnsetLaunchConfiguration", "UnsetEnvironmentVariable"), "Set another value."),
-    },
-    "launch.substitutions": dict.fromkeys(("AnonName", "LaunchLogDir"), "Write the name itself."),
-    "launch.events.process": {"SignalProcess": "Use ShutdownProcess."},
-    "launch_xml.launch_description_sources": {"XMLLaunchDescriptionSource": include.PYTHON_FILE},
-    "launch_yaml.launch_description_sources": {"YAMLLaunchDescriptionSource": include.PYTHON_FILE},
-    "launch.launch_description_sources": dict.fromkeys(
-        ("FrontendLaunchDescriptionSource", "XMLLaunchDescriptionSource", "YAMLLaunchDescriptionSource"),
+INSTEAD = {
+    **dict.fromkeys(("ComposableNodeContainer", "LoadComposableNodes", "ComposableNode"), COMPOSED),
+    **dict.fromkeys(("RosTimer", "ROSTimer"), "Use TimerAction of launch.actions."),
+    **dict.fromkeys(("LifecycleTransition", "ChangeState", "StateTransition"), STATES),
+    "OnStateTransition": "Use OnProcessStart of launch.event_handlers.",
+    "OnIncludeLaunchDescription": "Include the file with IncludeLaunchDescription of launch.actions.",
+    "OpaqueCoroutine": "Use OpaqueFunction.",
+    "get_ros_node": "Use a node of your own.",
+    **dict.fromkeys(
+        (
+            *("FrontendLaunchDescriptionSource", "XMLLaunchDescriptionSource", "YAMLLaunchDescriptionSource"),
+            *("Parser", "expose_action", "expose_substitution"),
+        ),
         include.PYTHON_FILE,
     ),
-    "launch.frontend": dict.fromkeys(("Parser", "expose_action", "expose_substitution"), include.PYTHON_FILE),
 }
 
 
-def _missing(module: str, name: str, instead: str) -> type:
-    """Return a class that can be imported, and that raises UnsupportedError when it is used."""
+class _Refusing(type):
+    """The type of the names that this kit lacks: they can be imported, and whatever uses them is refused."""
+
+    def __getattr__(cls, name: str) -> Any:
+        if name.startswith("__"):  # Python itself, or a linter, looks whether it is there
+            raise AttributeError(name)
+        raise UnsupportedError(f"{cls.__name__} of {cls.__module__}", INSTEAD.get(cls.__name__, ""), caller())
+
+    def __setattr__(cls, name: str, value: Any) -> None:
+        cls.__getattr__(name)
+
+
+def _missing(module: str, name: str) -> type:
+    """Return a class that can be imported and subclassed, and that raises UnsupportedError when it is used."""
 
     def refuse(_self: Any, *_args: Any, **_kwargs: Any) -> None:
-        raise UnsupportedError(f"{name} of {module}", instead, caller())
+        raise UnsupportedError(f"{name} of {module}", INSTEAD.get(name, ""), caller())
 
-    return type(name, (entities.Action,), {"__init__": refuse, "__doc__": f"{name}, which is not supported."})
+    return _Refusing(name, (entities.Action,), {"__init__": refuse, "__module__": module, "__doc__": "Not supported."})
 
 
 def real_ones_installed() -> bool:
@@ -151,28 +174,33 @@ def real_ones_installed() -> bool:
         return False
 
 
+def _above(module: str) -> Iterator[str]:
+    """Yield the module and those around it."""
+    while module:
+        yield module
+        module = module.rpartition(".")[0]
+
+
 class _Finder:
-    """Finds the modules of the table, and for each class also the module that holds it in the real package."""
+    """Finds the modules of the real packages, with the names in them: supported ones, and ones that refuse."""
 
     def __init__(self) -> None:
-        self.modules = table()
-        for module, names in MISSING.items():
-            here = self.modules.setdefault(module, {})
-            for name, instead in names.items():
-                here.setdefault(name, _missing(module, name, instead))
+        supported = table()
+
+        def value(module: str, name: str) -> Any:
+            # The real modules define a name somewhere below the one that it is usually imported from.
+            places = (supported.get(above, {}) for above in _above(module))
+            return next((names[name] for names in places if name in names), None) or _missing(module, name)
+
+        self.modules = {module: {name: value(module, name) for name in names} for module, names in api().items()}
         for module in list(self.modules):
-            for name, value in list(self.modules[module].items()):
-                if isinstance(value, type) and module.count(".") <= 1:
-                    inner = f"{module}.{re.sub(r'(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])', '_', name).lower()}"
-                    self.modules.setdefault(inner, {})[name] = value
-        for module in list(self.modules):
-            while module := module.rpartition(".")[0]:
-                self.modules.setdefault(module, {})
+            for above in _above(module):
+                self.modules.setdefault(above, {})
 
     def find_spec(
         self, name: str, _path: Sequence[str] | None = None, _target: ModuleType | None = None
     ) -> importlib.machinery.ModuleSpec | None:
-        """Return a spec for a module of the table."""
+        """Return a spec for a module of the real packages."""
         if name not in self.modules:
             return None
         # The loader is this object, by its methods.
@@ -183,20 +211,15 @@ class _Finder:
         return
 
     def exec_module(self, module: ModuleType) -> None:
-        """Fill the module with its names and submodules."""
-        vars(module).update(self.modules[module.__name__])
-        shown = [name for name in self.modules[module.__name__] if not name.startswith("_")]
-        vars(module)["__all__"] = shown
-        for inner in self.modules:
-            above, _, last = inner.rpartition(".")
-            if above == module.__name__ and last in SUBMODULES:
-                setattr(module, last, importlib.import_module(inner))
+        """Fill the module with its names; a submodule is imported when it is asked for, as `launch.actions` is."""
+        names = self.modules[module.__name__]
 
+        def submodule(name: str) -> Any:
+            if (inner := f"{module.__name__}.{name}") not in self.modules:
+                raise AttributeError(f"module '{module.__name__}' has no attribute '{name}'")
+            return importlib.import_module(inner)
 
-SUBMODULES = {
-    *("actions", "substitutions", "conditions", "event_handlers", "events", "launch_description_sources", "utilities"),
-    *("descriptions", "parameter_descriptions", "process", "matchers", "some_substitutions_type"),
-}
+        vars(module).update(names, __all__=list(names), __getattr__=submodule)
 
 
 def install() -> bool:

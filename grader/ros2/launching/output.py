@@ -5,11 +5,13 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import logging
 import os
 import re
 import socket
 import sys
 import time
+import traceback
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -58,6 +60,7 @@ class Output:
         name = f"{stamp}-{time.time_ns() // 1000 % 10**6:06d}-{socket.gethostname()}-{os.getpid()}"
         self.folder = log_root() / name
         self._files: dict[str, Any] = {}
+        _handler.output = self
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -128,10 +131,39 @@ class Output:
 
     def close(self) -> None:
         """Close the log files."""
+        if _handler.output is self:
+            _handler.output = None
         for file in self._files.values():
             if file is not None:
                 file.close()
         self._files.clear()
+
+
+class _Handler(logging.Handler):
+    """Passes on what a launch file logs: to the screen, and to the log file once the launch has one."""
+
+    output: Output | None = None
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print and log a record."""
+        text = record.getMessage() + (f"\n{record.exc_text or traceback.format_exc()}" if record.exc_info else "")
+        if self.output is not None:
+            self.output._say(record.levelname, record.name, text)
+        else:
+            print(f"[{record.levelname}] [{record.name}]: {text}", flush=True)
+
+
+_handler = _Handler()
+
+
+def get_logger(name: str | None = None) -> logging.Logger:
+    """Return a logger that writes as the launch does: `launch.logging.get_logger`."""
+    logger = logging.getLogger(name)
+    if _handler not in logger.handlers:
+        logger.addHandler(_handler)
+        logger.setLevel(logging.DEBUG if _handler.output is not None and _handler.output.debug_wanted else logging.INFO)
+        logger.propagate = False
+    return logger
 
 
 def log_root() -> Path:

@@ -15,9 +15,9 @@ from .errors import LaunchError
 from .output import log_root
 from .parameters import Parameter, ParameterFile, Parameters, document, listed
 from .process import ExecuteProcess
-from .ros_substitutions import ExecutableInPackage
+from .ros_substitutions import PARAMETERS, ExecutableInPackage
 
-NAMESPACE, PARAMETERS, REMAPS = "ros_namespace", "global_params", "ros_remaps"  # keys among the configurations
+NAMESPACE, REMAPS = "ros_namespace", "ros_remaps"  # keys among the configurations, beside PARAMETERS
 RENAMED = {
     "node_executable": "executable",
     "node_name": "name",

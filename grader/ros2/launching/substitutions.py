@@ -5,8 +5,10 @@ from __future__ import annotations
 import importlib
 import math
 import os
+import random
 import shlex
 import shutil
+import socket
 import subprocess
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -31,7 +33,7 @@ class LaunchConfiguration(Substitution):
 
     def __init__(self, variable_name: SomeSubstitutionsType, *, default: Any = None) -> None:
         self.variable_name = substitutions(variable_name)
-        self.default = None if default is None else list(_texts(default))
+        self.default = None if default is None else list(texts(default))
 
     def perform(self, context: LaunchContext) -> str:
         """Return the configuration's value, else the default."""
@@ -47,7 +49,7 @@ class LaunchConfiguration(Substitution):
         return f"LaunchConfig({describe(self.variable_name)})"
 
 
-def _texts(default: Any) -> Iterator[Substitution]:
+def texts(default: Any) -> Iterator[Substitution]:
     """Yield the parts of a default; what is no text becomes one, item by item."""
     for item in default if isinstance(default, Iterable) and not isinstance(default, str) else [default]:
         yield item if isinstance(item, Substitution) else TextSubstitution(text=str(item))
@@ -61,11 +63,6 @@ class PathJoinSubstitution(Substitution):
 
     def __init__(self, substitutions: Iterable[str | Substitution]) -> None:
         self.parts = _listed(substitutions)
-
-    @property
-    def fixed(self) -> bool:  # type: ignore[override]
-        """True if every part is."""
-        return all(one.fixed for one in self.parts)
 
     def perform(self, context: LaunchContext) -> str:
         """Return the path."""
@@ -100,8 +97,6 @@ class EnvironmentVariable(Substitution):
 
 class FindExecutable(Substitution):
     """The path of a program on PATH."""
-
-    fixed = True
 
     def __init__(self, *, name: SomeSubstitutionsType) -> None:
         self.name = substitutions(name)
@@ -227,6 +222,28 @@ class ThisLaunchFileDir(ThisLaunchFile):
     """The folder of the launch file being run."""
 
     local = "current_launch_file_directory"
+
+
+class LaunchLogDir(Substitution):
+    """The folder of the launch's log files."""
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the path."""
+        return str(context.runner.output.folder)
+
+
+class AnonName(Substitution):
+    """A name made unique, the same one for the same name."""
+
+    def __init__(self, name: SomeSubstitutionsType) -> None:
+        self.name = substitutions(name)
+
+    def perform(self, context: LaunchContext) -> str:
+        """Return the name with the host, the process and a random number after it."""
+        name = perform(context, self.name)
+        unique = f"{name}_{socket.gethostname()}_{os.getpid()}_{random.getrandbits(64)}"
+        made = context.launch_configurations.setdefault(f"anon{name}", unique.replace(".", "_").replace("-", "_"))
+        return str(made)
 
 
 class EqualsSubstitution(Substitution):

@@ -53,3 +53,15 @@ def test_a_log_names_no_place_of_this_machine():
 
     log = f"CMake Error at {ros_env.PREFIX}/share/x.cmake:1"
     assert colcon._without_host_paths(log) == "CMake Error at <ros>/share/x.cmake:1"
+
+
+@pytest.mark.sandbox
+def test_interfaces_of_the_kit_that_do_not_build_are_tried_again(tmp_path: Path):
+    """They fail for the machine's sake, such as a broken colcon, and that may be repaired."""
+    package = tmp_path / "interfaces"
+    package.mkdir()
+    (package / "package.xml").write_text("<package format='3'><name>interfaces</name></package>")
+    (package / "CMakeLists.txt").write_text("message(FATAL_ERROR broken)")
+    for _ in range(2):
+        built = build.build([package], tmp_path / "cache", trusted=True, main="interfaces")
+        assert (built.facts.ok, built.facts.cached) == (False, False)

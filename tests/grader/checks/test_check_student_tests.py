@@ -42,7 +42,7 @@ def test_a_good_suite_passes(check: Check):
 
 def test_without_tests_each_check_says_so():
     assert judged(checks.test_both_nodes_have_tests).seen == (
-        "no test that asserts something uses robot_controller or sensor_processor; found no tests in test/ or tests/"
+        "no test that asserts something runs code of robot_controller or sensor_processor; found no tests in test/ or tests/"
     )
     for check, seen, reached in (
         (checks.test_every_test_asserts_something, "no tests in test/ or tests/", True),
@@ -77,7 +77,7 @@ def test_tests_that_assert_nothing_are_named_and_their_passing_does_not_count():
 def test_a_node_without_tests_costs_half():
     said = judged(checks.test_both_nodes_have_tests, module(subjects=["robot_controller"]))
     assert said.share == 0.5
-    assert "uses sensor_processor; found test/test_a.py" in said.seen
+    assert "runs code of sensor_processor; found test/test_a.py" in said.seen
 
 
 def test_failing_tests_cost_their_share_and_say_how():

@@ -252,7 +252,7 @@ def test_a_test_sees_a_changed_module_as_it_sees_the_original(tmp_path: Path):
             assert not [name for name in os.environ if "FAULT" in name or "MUTA" in name]
             assert os.listdir("/ws/requests") == ["settings.json"]
             assert [name for name in os.listdir("/tmp") if not sys.prefix.startswith("/tmp/" + name + "/")] == []
-            assert sorted(os.listdir("/ws/package")) == ["ros2_robot_controller", "test"]
+            assert sorted(os.listdir("/ws/package")) == ["ros2_robot_controller", "scripts", "test"]
     """
     made = toy.make(tmp_path, {"test/test_it.py": "\n"})
     mtime = (next(made.install.rglob("site-packages")) / "ros2_robot_controller/robot_controller.py").stat().st_mtime_ns

@@ -6,13 +6,16 @@ from pathlib import Path
 
 import pytest
 
+from grader import cli
 from grader.errors import GraderError
 from grader.selftest import flakiness
 from grader.selftest.flakiness import GradingRun
 
 
-def one(number: int, f1: float = 3.0, stress: bool = False, sha256: str = "a", name: str = "F1") -> GradingRun:
-    return GradingRun(number, stress, {name: f1}, {name: "passed" if f1 == 3.0 else "partial"}, sha256)
+def one(
+    number: int, f1: float = 3.0, stress: bool = False, sha256: str = "a", name: str = "F1", kit: str = "k"
+) -> GradingRun:
+    return GradingRun(number, stress, {name: f1}, {name: "passed" if f1 == 3.0 else "partial"}, sha256, kit)
 
 
 @pytest.fixture
@@ -41,6 +44,7 @@ def test_a_requirement_that_differs_once_is_flaky():
     assert "FLAKY" in table
     assert "1/1" in table
     assert "0/1" in table
+    assert "total                      1.5 to 3\n1 requirement was flaky in 2 runs: F1." in table
 
 
 def test_every_second_run_is_under_stress_and_a_log_is_continued(graded, tmp_path: Path):
@@ -54,7 +58,22 @@ def test_every_second_run_is_under_stress_and_a_log_is_continued(graded, tmp_pat
     assert len(flakiness.load(log)) == 3
 
 
-@pytest.mark.parametrize("other", [one(1, sha256="b"), one(1, name="F2")], ids=["submission", "requirements"])
+def test_an_interrupted_series_prints_the_table_of_its_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys):
+    def grade(_submission: Path, number: int, *_: object) -> GradingRun:
+        if number == 2:
+            raise KeyboardInterrupt
+        return one(number)
+
+    monkeypatch.setattr(flakiness, "_grade", grade)
+    assert cli.main(["flakiness", str(tmp_path), "--runs", "30", "--log", str(tmp_path / "log")]) == 130
+    assert "No requirement was flaky in 2 runs, 0 of them under stress." in capsys.readouterr().out
+    assert len(flakiness.load(tmp_path / "log")) == 2
+
+
+OTHERS = {"submission": one(1, sha256="b"), "requirements": one(1, name="F2"), "kit": one(1, kit="l")}
+
+
+@pytest.mark.parametrize("other", OTHERS.values(), ids=OTHERS)
 def test_a_log_of_another_submission_is_refused_at_once_and_kept(graded, tmp_path: Path, other: GradingRun):
     """After thirty gradings it would be late, and other requirements would all seem flaky."""
     log = tmp_path / "log.jsonl"

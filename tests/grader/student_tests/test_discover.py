@@ -41,16 +41,7 @@ def test_it():
 
 def test_a_module_that_lints_and_tests_a_node_is_not_a_stub(tmp_path: Path):
     text = "from ament_flake8.main import main\nfrom pkg.robot_controller import f\ndef test_it():\n    assert f(1)\n"
-    module = read(tmp_path, test__test_both=text)["test/test_both.py"]
-    assert not module.stub
-    assert module.subjects == ["robot_controller"]
-
-
-def test_a_module_whose_node_comes_from_conftest_names_it_in_its_own_name(tmp_path: Path):
-    text = "def test_it_stops(controller):\n    assert controller.speed == 0\n"
-    assert read(tmp_path, test__test_robot_controller=text)["test/test_robot_controller.py"].subjects == [
-        "robot_controller"
-    ]
+    assert not read(tmp_path, test__test_both=text)["test/test_both.py"].stub
 
 
 def test_a_fixture_is_not_a_test_whatever_its_name(tmp_path: Path):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -20,14 +19,14 @@ def ran(**outcomes: str) -> ModuleRun:
     tests = tuple(TestResult(f"{MODULE.path}::{name}", outcome, "assert False") for name, outcome in outcomes.items())
     return ModuleRun(
         tests, tuple(test.id for test in tests), collection_error="", finished=True, status=0, timed_out="",
-        seconds=1.0, quiet_seconds=1.0, shares_fixtures=False, refused_hooks=(), output_tail="", reach={},
+        running="", seconds=1.0, quiet_seconds=1.0, shares_fixtures=False, refused_hooks=(), output_tail="", reach={},
     )  # fmt: skip
 
 
 class ScriptedWorker:
     """Answers each request with the next of the given runs."""
 
-    out = Path("out")
+    folder = Path("out")
 
     def __init__(self, runs: Sequence[ModuleRun]) -> None:
         self.runs = iter(runs)
@@ -46,11 +45,7 @@ def own_tests(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     def results(*runs: ModuleRun) -> tuple[evidence.TestModule, int]:
         worker = ScriptedWorker(runs)
 
-        @contextmanager
-        def workers(*_: object, **__: object) -> Iterator[tuple[ScriptedWorker, ScriptedWorker]]:
-            yield worker, worker
-
-        monkeypatch.setattr(suite_run, "start_workers", workers)
+        monkeypatch.setattr(suite_run, "LastingWorker", lambda *_, **__: worker)
         (module,) = suite_run.run_suite(tmp_path, tmp_path, [MODULE]).tests.modules
         return module, len(list(worker.runs))
 

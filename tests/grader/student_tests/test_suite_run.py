@@ -106,6 +106,50 @@ CASES = {
         def test_third():
             assert 0
     """,
+    "crashes/test_it.py": """
+        import ctypes
+        import os
+        import signal
+        from ros2_robot_controller import robot_controller
+
+        def test_first():
+            assert robot_controller.stop_distance(0.5)
+
+        def test_crashes():
+            assert ctypes.string_at(0)
+
+        def test_kills_itself():
+            assert os.kill(os.getpid(), signal.SIGKILL)
+
+        def test_last():
+            assert robot_controller.RobotController().set_speed(0.1)
+    """,
+    "hangs_twice/test_it.py": """
+        import time
+        from ros2_robot_controller import robot_controller
+
+        def test_first():
+            assert robot_controller.stop_distance(0.5)
+
+        def test_waits():
+            assert time.sleep(1000)
+
+        def test_waits_too():
+            assert time.sleep(1000)
+
+        def test_last():
+            assert robot_controller.RobotController().set_speed(0.1)
+    """,
+    "records/test_it.py": """
+        import pytest
+
+        @pytest.mark.filterwarnings("ignore")
+        def test_it(record_property, record_testsuite_property, record_xml_attribute, cache):
+            record_property("requirement", "F4")
+            record_testsuite_property("robot", "turtlebot4")
+            record_xml_attribute("classname", "stops")
+            assert cache.get("never/set", 7) == 7
+    """,
     "hook/conftest.py": """
         import pytest
 
@@ -263,10 +307,34 @@ def test_a_test_that_hangs_costs_only_itself(module):
     assert hangs.failures == ["test_waits: ran out of time"]
 
 
-def test_tests_after_an_early_exit_have_not_passed(module):
+def test_a_test_that_ends_the_process_costs_only_itself(module, doubts, ran: SuiteRun):
+    """An exit, a crash, a signal. What was measured of the others was in doubt before, and flagged."""
     left = module("exits_early")
-    assert counts(left) == (1, 0, 2, 0)
-    assert "ended with status 0 before pytest had finished" in left.failures[0]
+    assert counts(left) == (1, 1, 1, 0), "the first passes, the third fails"
+    assert left.failures[1] == "test_second: ended the process that ran it, with status 0"
+    crashes = module("crashes")
+    assert counts(crashes) == (2, 0, 2, 0)
+    assert crashes.failures == [
+        "test_crashes: ended the process that ran it, with status -11",
+        "test_kills_itself: ended the process that ran it, with status -9",
+    ]
+    assert doubts("crashes") == []
+    [reach] = [reach for reach in ran.reach if reach.module == "test/crashes/test_it.py"]
+    assert {test for tests in reach.lines["ros2_robot_controller/robot_controller.py"].values() for test in tests} == {
+        "", "test/crashes/test_it.py::test_first", "test/crashes/test_it.py::test_last"
+    }  # fmt: skip
+
+
+def test_several_tests_that_hang_cost_only_themselves(module, doubts):
+    hangs = module("hangs_twice")
+    assert counts(hangs) == (2, 0, 2, 0)
+    assert hangs.failures == ["test_waits: ran out of time", "test_waits_too: ran out of time"]
+    assert doubts("hangs_twice") == []
+
+
+def test_a_test_may_record_properties_and_use_pytests_cache(module):
+    """The fixtures are there whether a report is written or not."""
+    assert counts(module("records")) == (1, 0, 0, 0)
 
 
 @pytest.mark.parametrize(("case", "hook"), [("hook", "pytest_runtest_makereport"), ("swallows", "pytest_pyfunc_call")])
