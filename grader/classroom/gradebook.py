@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime as dt
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from decimal import ROUND_HALF_UP, Decimal
+from decimal import Decimal
 from enum import Enum
 from typing import Any
 
@@ -17,6 +17,7 @@ from grader.classroom.overrides import Decisions, PointsOverride
 from grader.classroom.roster import Person
 from grader.scoring import rubric
 from grader.scoring.rubric import Rubric
+from grader.scoring.scorecard import hundredths
 
 HUNDREDTH, NOTHING = Decimal("0.01"), Decimal("0.00")
 
@@ -84,7 +85,7 @@ class Row:
 
 def rounded(points: float | Decimal | str) -> Decimal:
     """Return points with two decimals, half up: the one rounding rule of all that the kit writes."""
-    return Decimal(str(points)).quantize(HUNDREDTH, ROUND_HALF_UP)
+    return Decimal(str(hundredths(float(points)))).quantize(HUNDREDTH)
 
 
 @dataclass(frozen=True)
