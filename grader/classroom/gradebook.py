@@ -32,6 +32,7 @@ class State(Enum):
     """An error of the grader left something without a verdict."""
     REFUSED = "cannot be graded"
     ERROR = "error of the grader"
+    PENDING = "not graded yet"
     MISSING = "nothing handed in"
     EXCUSED = "excused"
 
@@ -166,7 +167,7 @@ def _row(
     units = rule.units(submitted, until) if rule and submitted and until else 0
     deduction = rounded(rule.deduction(units, reached, maximum)) if rule and units else NOTHING
     state = State.EXCUSED if about.excused else _state(record, graded, found)
-    no_total = state in (State.EXCUSED, State.ERROR)
+    no_total = state in (State.EXCUSED, State.ERROR, State.PENDING)
     return Row(
         person=person,
         state=state,
@@ -220,7 +221,9 @@ def _requirement(
 def _state(record: Record | None, graded: bool, found: Sequence[RequirementPoints]) -> State:
     if all(each.override for each in found):
         return State.GRADED  # by a person, whatever the grader could do
-    if record is None or (record.status is Status.ERROR):
+    if record is None:
+        return State.PENDING
+    if record.status is Status.ERROR:
         return State.ERROR
     if not graded:
         return State.REFUSED
@@ -233,7 +236,7 @@ def _why(record: Record | None, about: overrides.PersonDecision, late: bool) -> 
     said: Iterable[str] = (
         f"excused: {about.excused.why}" if about.excused else "",
         f"extension until {about.extension.until:%Y-%m-%d %H:%M}: {about.extension.why}" if about.extension else "",
-        "not graded yet" if record is None else record.why,
+        record.why if record else "",
         "marked as late by the platform, which does not say by how much" if late else "",
     )
     return "; ".join(text for text in said if text)
