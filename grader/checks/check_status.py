@@ -36,12 +36,14 @@ def test_status_reports_an_obstacle(judge: Judge) -> None:
     trial, calls = _calls(judge)
     for moment, call, wanted in zip(_MOMENTS, calls, _OBSTACLES, strict=True):
         flag = _answer(call)["obstacle_detected"]
-        try_ = "set the flag from every scan, to True or to False"
-        judge.expect(flag is wanted, f"obstacle_detected = {flag} {moment}", try_)
+        # Before the obstacle came it drove: which way tells where its sector should look.
+        wrong_way = motion.goes_the_wrong_way(trial, calls[1].t - 0.5, calls[1].t) if wanted else ""
+        try_ = motion.TRY_DIRECTION if wrong_way else "set the flag from every scan, to True or to False"
+        judge.expect(flag is wanted, f"obstacle_detected = {flag} {moment}{wrong_way}", try_)
     flag = _answer(judge.call(trial, "get_status", _ASIDE))["obstacle_detected"]
     if flag is not False and not _stops_for_what_is_behind(judge):
         seen = f"obstacle_detected = {flag} while driving past a pole 0.4 m away, more than 60 degrees to one side"
-        judge.share(0.5, seen, "use only the beams within 60 degrees of the direction of travel")
+        judge.share(0.5, seen, motion.TRY_SECTOR)
 
 
 def test_status_gives_the_pose_from_odometry(judge: Judge) -> None:
