@@ -7,9 +7,14 @@ from grader.checks.judge import Judge
 from grader.contract.rosdep_keys import is_declared
 from grader.evidence import Manifest
 
-# What tools write where nobody has written anything. Any other address may be somebody's.
-_RESERVED = r"(?:\w+\.)*(?:example\.(?:com|org|net)|example|invalid|test|localhost|local|localdomain|todo)"  # RFC 2606
-_PLACEHOLDER = re.compile(rf"(?:@{_RESERVED}|@\w+|\byour[._-]?(?:name|e-?mail)@[\w.-]+)\s*>?\s*\Z", re.IGNORECASE)
+# What tools and templates write where nobody has written anything: user@todo.todo, root@root, x@localhost,
+# your.name@..., you@example.com. Any other address may be somebody's.
+_PLACEHOLDER = re.compile(
+    r"[^@]+@(?:[\w-]+|(?:[\w-]+\.)*(?:todo|invalid|localhost|localdomain))"
+    r"|your[\w.+-]*@.+|(?:you|me|name|user|root|todo|e?mail|maintainer|author|someone)@(?:mail\.|email\.)?example\.\w+",
+    re.IGNORECASE,
+)
+_NOBODY = re.compile(r"\s*(?:todo|your[ _-]?name)\s*(?:<|$)|.*>\s*(?:todo|your[ _-]?name)\s*$", re.IGNORECASE)
 _ADDRESS = re.compile(r"[\w.+-]+@[\w.-]+")
 
 
@@ -62,9 +67,11 @@ def test_every_package_used_is_declared(judge: Judge) -> None:
 
 
 def _is_placeholder(person: str) -> bool:
-    """Return whether nobody can be reached there: no address, or one that a tool has filled in."""
+    """Return whether nobody can be reached there: no name, no address, or one that a tool has filled in."""
+    if _NOBODY.match(person):
+        return True
     addresses = _ADDRESS.findall(person)
-    return not any(not _PLACEHOLDER.search(address) for address in addresses)
+    return not any(not _PLACEHOLDER.fullmatch(address) for address in addresses)
 
 
 def _runs(places: list[str]) -> list[str]:
