@@ -113,7 +113,8 @@ def _slow_fusion(judge: Judge) -> list[str]:
     # From the first message on: F13 judges when they begin.
     start, end = max([usual.marks["scans"] + 0.4, *fused[:1]]), usual.marks["end"]
     before = sum(start < t <= end for t in fused) / max(end - start, 0.1)
-    after = sum(1.0 < m.t <= 2.5 for m in trial.messages) / 1.5
+    start = max([1.0, *(m.t for m in trial.messages[:1])])
+    after = sum(start < m.t <= 2.5 for m in trial.messages) / max(2.5 - start, 0.1)
     if not before:
         raise NotReached("no fused data came with the default fusion_frequency (F13)")
     if 0.4 * before <= after <= 0.6 * before:

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from grader.checks import motion
-from grader.checks.judge import Judge
+from grader.checks.judge import Judge, NotReached
 from grader.evidence import Call, Trial
 
 _MOMENTS = ("standing", "driving", "before an obstacle 0.45 m ahead", "when the obstacle is gone")
@@ -17,6 +17,8 @@ def test_status_gives_the_speed_in_force(judge: Judge) -> None:
     """`get_status` reports the speed in force."""
     trial, calls = _calls(judge)
     judge.call(trial, "set_speed", 0)
+    if abs(motion.odometry_speed(trial.samples, calls[1].t - 0.4, calls[1].t)) < 0.02:
+        raise NotReached("the robot stood still after set_speed, so no speed was in force (F2)")
     for moment, call, wanted in zip(_MOMENTS, calls, (0.0, trial.choices["speed"]), strict=False):
         speed = float(_answer(call)["speed"])
         seen = f"speed {speed:g} while {moment}, after set_speed {wanted:g}"

@@ -90,9 +90,18 @@ def has_succeeded(goal: Goal) -> bool:
     return goal.success is True or goal.status == "succeeded"
 
 
-def distance_to(goal: Goal, samples: Sequence[Sample]) -> float:
-    """Return the distance from the robot to the goal at the end of the trial, by ground truth, in metres."""
-    return math.hypot(goal.x - samples[-1].x, goal.y - samples[-1].y)
+def distance_at_end(goal: Goal, samples: Sequence[Sample]) -> float:
+    """Return how far the robot was from the target when the goal ended, by ground truth; inf if it has not ended."""
+    if not math.isfinite(goal.ended_t):
+        return math.inf
+    sample = at(samples, goal.ended_t)
+    return math.hypot(goal.x - sample.x, goal.y - sample.y)
+
+
+def reach(samples: Sequence[Sample], start: float, end: float) -> float:
+    """Return how far the robot came from its place at `start`, by ground truth, until `end` (NaN: ever), in metres."""
+    first = at(samples, start)
+    return max((math.hypot(s.x - first.x, s.y - first.y) for s in samples if start <= s.t and not s.t > end), default=0)
 
 
 def in_the_way(trial: Trial) -> list[tuple[float, float]]:

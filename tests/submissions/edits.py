@@ -721,9 +721,11 @@ _EDITS = (
     _edit(
         "hard_codes_the_emergency_distance",
         "Q4",
-        "The emergency stop goes by 0.2 m, whatever the parameter says, which is read for its name only.",
+        "The emergency stop goes by 0.2 m, whatever the parameter says.",
         (_MOTION, "    if near.anywhere < limits.emergency_stop_distance:\n        return STOP\n",
          "    if near.anywhere < 0.2:\n        return STOP\n"),
+        (_MOTION, "    if near.anywhere < limits.emergency_stop_distance:\n        return True\n",
+         "    if near.anywhere < 0.2:\n        return True\n"),
         says=("with emergency_stop_distance = 0.4, the robot drove on",),
     ),
     _edit(
