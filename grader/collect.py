@@ -77,7 +77,7 @@ def _build(submission: Submission, settings: Settings) -> tuple[Built, Built]:
         built.facts,
         contract_hashes=contract.facts.type_hashes,
         contract_texts=contract.facts.interface_texts,
-        named_in=build.places(submission.package, name) if name != spec.PACKAGE else [],
+        named_in=build.places_of_name(submission.package, name) if name != spec.PACKAGE else [],
     )
     return replace(built, facts=facts), contract
 

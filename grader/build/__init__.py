@@ -3,7 +3,7 @@
 from grader.build.cache import cache_folder
 from grader.build.colcon import INSTALL, Built, build, build_contract, contract_is_built
 from grader.build.install_tree import interface_text
-from grader.build.package_name import places
+from grader.build.package_name import places as places_of_name
 
 __all__ = [
     "INSTALL",
@@ -13,5 +13,5 @@ __all__ = [
     "cache_folder",
     "contract_is_built",
     "interface_text",
-    "places",
+    "places_of_name",
 ]

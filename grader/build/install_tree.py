@@ -22,6 +22,8 @@ from grader.sanitize import printable
 
 _HARMLESS_GROUPS = ("console_scripts", "gui_scripts")
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,99}")
+# A package's name is also that of a target, and CMake keeps these for itself.
+_RESERVED = ("all", "clean", "help", "install", "package", "package_source", "test", "edit_cache", "rebuild_cache")
 _MAX_FLAGS = 20
 _MAX_BYTES = 1_000_000
 
@@ -142,8 +144,7 @@ def interfaces_package(install: Path, package: str) -> str:
     """
     share = install / "share"
     names = [path.name for path in share.iterdir()] if share.is_dir() else []
-    usable = [name for name in sorted(names) if _NAME.fullmatch(name) and not _is_of_ros(name)]
-    counts = {name: count for name in usable if (count := _hashed_interfaces(install, name))}
+    counts = {name: count for name in sorted(names) if _is_free(name) and (count := _hashed_interfaces(install, name))}
     return package if package in counts else max(counts, key=lambda name: counts[name], default=PACKAGE)
 
 
@@ -151,9 +152,10 @@ def _hashed_interfaces(install: Path, package: str) -> int:
     return sum(bool(installed_hash(install / "share", package, name)) for name in INTERFACES)
 
 
-def _is_of_ros(package: str) -> bool:
-    """Return whether a package would hide one of ROS: an observer with it in its path would not see ROS's own."""
-    return _shadows(package) or (ros_env.PREFIX / "share" / package).exists()
+def _is_free(package: str) -> bool:
+    """Return whether a package may have this name: one of ROS's own would hide that from the observer."""
+    taken = package in _RESERVED or _shadows(package) or (ros_env.PREFIX / "share" / package).exists()
+    return _NAME.fullmatch(package) is not None and not taken
 
 
 def installed_hash(share: Path, package: str, interface: str) -> str:

@@ -17,25 +17,25 @@ _PLACES = (
 )
 _IN_SETUP_PY = r"|^\s*(?:name|NAME)\s*=\s*['\"]{name}['\"]"
 _TEXTS = (".xml", ".txt", ".py", ".cfg", ".toml", "")
+_RESULTS = "test_results.xml"
 _FIRST = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg")
 _MAX_BYTES = 200_000
 _MAX_PLACES = 100
 
 
 def places(package: Path, name: str) -> list[str]:
-    """Return the files of a package that give it its name, as "setup.py:6" with the line; "setup.py" for their path."""
-    found = []
-    for path in sorted(regular_files(package), key=lambda path: _order(path.relative_to(package).as_posix())):
+    """Return where a package's files give it its name, as "setup.py:6", and as "name/" for a folder named like it."""
+    found = [f"{name}/"] if (package / name).is_dir() else []
+    for path in sorted(regular_files(package)):
         file = path.relative_to(package).as_posix()
-        if name in Path(file).parts:
-            found.append(printable(file))
-        elif path.suffix in _TEXTS:
+        if path.suffix in _TEXTS and path.name != _RESULTS:
             pattern = _PLACES + (_IN_SETUP_PY if path.name == "setup.py" else "")
             named = re.compile(pattern.replace("{name}", re.escape(name)))
             lines = (untrusted.read_text(path, _MAX_BYTES, errors="replace") or "").splitlines()
             found += [f"{printable(file)}:{n}" for n, line in enumerate(lines, 1) if named.search(line[:500])]
-    return found[:_MAX_PLACES]
+    return sorted(found, key=lambda place: _rank(place.partition(":")[0]))[:_MAX_PLACES]
 
 
-def _order(file: str) -> tuple[int, str]:
-    return (_FIRST.index(file) if file in _FIRST else len(_FIRST)), file
+def _rank(file: str) -> int:
+    """Return a file's place in the list: first what ROS reads, then folders, then code."""
+    return _FIRST.index(file) if file in _FIRST else len(_FIRST) + (not file.endswith("/"))

@@ -110,7 +110,10 @@ def _fused(judge: Judge) -> tuple[Trial, list[Message]]:
 
 
 def _fused_without_readings(judge: Judge) -> tuple[Trial, list[Message]]:
-    """Return the trial whose scans have no valid reading; fail if it published nothing meanwhile."""
+    """Return the trial whose scans have no valid reading; fail if it published nothing meanwhile.
+
+    Before the first message of all nothing is missed: F13 judges when the stream begins.
+    """
     trial = judge.trial("nothing_to_fuse", complete=False)
     if trial.ended and not trial.marks:
         raise NotReached(trial.ended + last_output(trial))
@@ -122,6 +125,8 @@ def _fused_without_readings(judge: Judge) -> tuple[Trial, list[Message]]:
         over = index + 1 < len(marks)
         seen = f"scans with {kind}: {trial.ended}{last_output(trial)}"
         judge.expect(over, seen, "min() of nothing raises: min(readings, default=math.inf)")
+        if not any(m.t <= start + 1e-9 for m in fused):
+            continue
         came = any(start + _LATE_S[trial.pace] < m.t <= marks[index + 1][1] + 1e-9 for m in fused)
         judge.expect(came, f"scans with {kind}: no fused data came", "that nothing is near is data, too: publish inf")
     return trial, fused

@@ -8,6 +8,7 @@ from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Goal, Trial
 
 _DRIFT_M = 0.05  # beyond the tolerance, by ground truth; F8 judges how exact an arrival is
+_ON_THE_WAY_M = 0.3  # from here on a distance that stays the same is wrong by more than 0.15 m
 _SILENT_S = 2.0  # four times the gap at 2 Hz
 
 
@@ -91,11 +92,13 @@ def test_stands_still_after_a_cancel(judge: Judge) -> None:
 
 def test_a_blocked_goal_never_ends_in_a_collision(judge: Judge) -> None:
     """A goal whose way is blocked never ends in a collision."""
-    trial, _ = _blocked(judge)
+    trial, goal = _blocked(judge)
     if trial.touches:
         touch = trial.touches[0]
         seen = f"touched the {touch.obstacle} at {touch.t:.2f} s, moving at {touch.speed:.2f} m/s"
         raise Failed(seen, "stop for obstacles during navigation, too")
+    if motion.has_succeeded(goal) and goal.ended_t < trial.marks["free"] and not _was_reached(trial, goal):
+        raise NotReached("the goal was called reached before the robot was there, so its way was not blocked any more")
 
 
 def test_a_blocked_goal_is_completed_once_the_way_is_free(judge: Judge) -> None:
@@ -104,8 +107,13 @@ def test_a_blocked_goal_is_completed_once_the_way_is_free(judge: Judge) -> None:
     seen = f"the goal ended as {goal.status} with success = {goal.success}"
     if math.isfinite(goal.ended_t):
         seen += f" at {goal.ended_t:.1f} s; the way was blocked from {trial.marks['blocked']:.1f} s"
-    done = motion.has_succeeded(goal) and motion.distance_to(goal, trial.samples) <= goal.tolerance + _DRIFT_M
+        seen += f", {motion.distance_at_end(goal, trial.samples):.2f} m off (tolerance {goal.tolerance:g} m)"
+    done = motion.has_succeeded(goal) and _was_reached(trial, goal)
     judge.expect(done, seen, "wait before the obstacle and then go on; do not give up the goal")
+
+
+def _was_reached(trial: Trial, goal: Goal) -> bool:
+    return motion.distance_at_end(goal, trial.samples) <= goal.tolerance + _DRIFT_M
 
 
 def _has_moved(trial: Trial, until: float) -> bool:
@@ -116,7 +124,10 @@ def _has_moved(trial: Trial, until: float) -> bool:
 
 def _accepted(judge: Judge) -> list[tuple[Trial, Goal]]:
     trials = [judge.trial(name) for name in motion.ROUTES]
-    return [(trial, judge.goal(trial)) for trial in trials]
+    pairs = [(trial, judge.goal(trial)) for trial in trials]
+    if not any(motion.reach(trial.samples, goal.t, goal.ended_t) >= _ON_THE_WAY_M for trial, goal in pairs):
+        raise NotReached("the robot never moved towards a target, so there was no way to report on (F8)")
+    return pairs
 
 
 def _blocked(judge: Judge) -> tuple[Trial, Goal]:

@@ -15,6 +15,7 @@ from grader.checks.package_text import (
     unread_share,
     weighed,
 )
+from grader.checks.settings_effect import without_effect
 from grader.evidence import Finding
 
 
@@ -44,6 +45,10 @@ def test_contract_numbers_are_parameters(judge: Judge) -> None:
         if use.literals:
             where = some([place(finding) for finding in use.literals])
             bad[-1] += f" ({where} has the number {use.literals[0].text} instead)"
+    named = " ".join(bad)
+    trial = judge.evidence.trials.get("other_settings")  # which the package's text alone is judged without
+    if trial is not None and trial.ready and not trial.script_error:
+        bad += [f"robot_controller: {seen}" for name, seen in without_effect(trial).items() if name not in named]
     if bad:
         try_ = "self.declare_parameter('name', default), then self.get_parameter('name').value where it counts"
         judge.share(1 - len(bad) / len(uses), "\n".join(bad), try_)

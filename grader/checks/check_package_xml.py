@@ -7,7 +7,15 @@ from grader.checks.judge import Judge
 from grader.contract.rosdep_keys import is_declared
 from grader.evidence import Manifest
 
-_PLACEHOLDER = re.compile(r"\b(todo|root|user|your[ _-]?(name|email))\b", re.IGNORECASE)
+# What tools and templates write where nobody has written anything: user@todo.todo, root@root, x@localhost,
+# your.name@..., you@example.com. Any other address may be somebody's.
+_PLACEHOLDER = re.compile(
+    r"[^@]+@(?:[\w-]+|(?:[\w-]+\.)*(?:todo|invalid|localhost|localdomain))"
+    r"|your[\w.+-]*@.+|(?:you|me|name|user|root|todo|e?mail|maintainer|author|someone)@(?:mail\.|email\.)?example\.\w+",
+    re.IGNORECASE,
+)
+_NOBODY = re.compile(r"\s*(?:todo|your[ _-]?name)\s*(?:<|$)|.*>\s*(?:todo|your[ _-]?name)\s*$", re.IGNORECASE)
+_ADDRESS = re.compile(r"[\w.+-]+@[\w.-]+")
 
 
 def test_package_xml_is_valid_format_3(judge: Judge) -> None:
@@ -16,7 +24,7 @@ def test_package_xml_is_valid_format_3(judge: Judge) -> None:
     wrong = list(manifest.problems)
     if manifest.format != "3":
         wrong.append(f'it is format "{manifest.format}"' if manifest.format else "it has no format")
-    placeholders = [person for person in manifest.maintainers if _PLACEHOLDER.search(person)]
+    placeholders = [person for person in manifest.maintainers if _is_placeholder(person)]
     if placeholders:
         wrong.append(f"the maintainer is a placeholder: {some(placeholders, 3)}")
     if wrong:
@@ -37,9 +45,10 @@ def test_build_type_matches_the_package(judge: Judge) -> None:
     """The build type is the one that the package really has."""
     manifest = _manifest(judge)
     real = "ament_cmake" if manifest.has_cmake else "ament_python"
-    declared = manifest.build_type or "none"
     because = "there is a CMakeLists.txt" if manifest.has_cmake else "there is no CMakeLists.txt"
-    judge.expect(declared == real, f"<build_type> is {declared}, but {because}", f"<build_type>{real}</build_type>")
+    said = f"<build_type> is {manifest.build_type}" if manifest.build_type else "package.xml names no build type"
+    try_ = f"<export><build_type>{real}</build_type></export>, as the last element of <package>"
+    judge.expect(manifest.build_type == real, f"{said}, and {because}", try_)
 
 
 def test_every_package_used_is_declared(judge: Judge) -> None:
@@ -55,6 +64,14 @@ def test_every_package_used_is_declared(judge: Judge) -> None:
         seen = "not declared:\n" + "\n".join(missing)
         try_ = "<depend>name</depend>; a pip module is python3-name (see rosdep's keys)"
         judge.share(1 - len(missing) / 5, seen, try_)
+
+
+def _is_placeholder(person: str) -> bool:
+    """Return whether nobody can be reached there: no name, no address, or one that a tool has filled in."""
+    if _NOBODY.match(person):
+        return True
+    addresses = _ADDRESS.findall(person)
+    return not any(not _PLACEHOLDER.fullmatch(address) for address in addresses)
 
 
 def _runs(places: list[str]) -> list[str]:

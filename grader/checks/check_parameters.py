@@ -3,8 +3,11 @@
 from typing import Any
 
 from grader.checks import motion
+from grader.checks.first_cause import sentence
 from grader.checks.judge import Judge, NotReached
+from grader.contract.spec import PARAMETERS
 
+_FILES = {"robot_controller": "config/robot_params.yaml", "sensor_processor": "config/sensor_params.yaml"}
 _TRY_CALLBACK = "register add_on_set_parameters_callback before you declare the parameters"
 
 
@@ -14,11 +17,15 @@ def test_parameter_files_load_on_both_nodes(judge: Judge) -> None:
     missing = [
         f"{trial.node}: {answer.name}" for trial in trials for answer in trial.parameters if answer.value is None
     ]
-    judge.expect(not missing, f"not declared: {', '.join(missing)}", "declare every parameter of the contract")
+    first = next((answer.name for trial in trials for answer in trial.parameters if answer.value is None), "")
+    judge.expect(not missing, f"not declared: {', '.join(missing)}", _try_declare(first))
     for trial in trials:
         for answer in trial.parameters:
             set_to = trial.choices.get(answer.name, answer.value)
             seen = f"{answer.name} was {set_to} in the file and {answer.value} in {trial.node}"
+            faults = [fault for fault in judge.faults("parameters") if fault.path == _FILES[trial.node]]
+            if faults:
+                judge.expect(answer.value == set_to, f"{sentence(faults[0])}\n{seen}", faults[0].cure)
             judge.expect(answer.value == set_to, seen, "is the file's key the node's name, or /**?")
 
 
@@ -49,7 +56,9 @@ def test_invalid_values_are_refused_at_run_time(judge: Judge) -> None:
                 accepted.append(f"{answer.name} := {answer.wanted}")
         good = trial.parameters[-1]
         seen = f"{good.name} := {good.wanted}, which makes sense, was refused: {good.reason}"
-        judge.expect(good.accepted is True, seen, "refuse only values that make no sense")
+        undeclared = "undeclared" in good.reason or "not declared" in good.reason
+        try_ = _try_declare(good.name) if undeclared else "refuse only values that make no sense"
+        judge.expect(good.accepted is True, seen, try_)
     if accepted:
         try_ = "let the callback refuse, for every parameter, the values that make no sense"
         judge.share(1 - len(accepted) / asked, f"accepted: {', '.join(accepted)}", try_)
@@ -68,8 +77,13 @@ def test_invalid_values_are_refused_at_start(judge: Judge) -> None:
             if now is None and trial.process is not None and trial.process.by == "itself":
                 continue  # it was on the graph for a moment and ended: that is a refusal
             if now is None:
-                raise NotReached(f"the node did not answer when asked for {parameter}")
+                raise NotReached(f"the node has no value of {parameter} to show: does it declare it?")
             judge.expect(now != value, f"the node started with {parameter} = {now}", _TRY_CALLBACK)
+
+
+def _try_declare(name: str) -> str:
+    defaults = {"robot_name": "'turtlebot4'"} | {n: f"{v:.1f}" for node in PARAMETERS.values() for n, v in node.items()}
+    return f"self.declare_parameter('{name}', {defaults.get(name, 'its default')}), and so every one of the contract"
 
 
 def _slow_robot(judge: Judge) -> list[str]:
@@ -99,7 +113,8 @@ def _slow_fusion(judge: Judge) -> list[str]:
     # From the first message on: F13 judges when they begin.
     start, end = max([usual.marks["scans"] + 0.4, *fused[:1]]), usual.marks["end"]
     before = sum(start < t <= end for t in fused) / max(end - start, 0.1)
-    after = sum(1.0 < m.t <= 2.5 for m in trial.messages) / 1.5
+    start = max([1.0, *(m.t for m in trial.messages[:1])])
+    after = sum(start < m.t <= 2.5 for m in trial.messages) / max(2.5 - start, 0.1)
     if not before:
         raise NotReached("no fused data came with the default fusion_frequency (F13)")
     if 0.4 * before <= after <= 0.6 * before:

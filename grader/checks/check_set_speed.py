@@ -5,8 +5,11 @@ import re
 from collections.abc import Callable
 
 from grader.checks import motion
-from grader.checks.judge import Judge
+from grader.checks.judge import Judge, NotReached
 from grader.evidence import Call, Trial
+
+_MOVED_M = 0.1
+_MOVING_MPS = 0.02  # half of the lowest speed that the trials ask for would be 0.06
 
 
 def test_accepts_a_speed_within_the_limit(judge: Judge) -> None:
@@ -20,6 +23,9 @@ def test_accepts_a_speed_within_the_limit(judge: Judge) -> None:
             try_ = "compare abs(speed) with the limit; the limit itself is allowed"
             judge.expect(response["success"] is True, seen, try_)
             judge.expect(bool(str(response["message"]).strip()), seen, "fill response.message too")
+    trials = [judge.trial(name) for name in ("drive_forward", "drive_backward")]
+    seen = "success = True was answered to every speed, and the robot never moved"
+    judge.expect(any(_moved(trial) for trial in trials), seen, "put the accepted speed into cmd_vel")
 
 
 def test_drives_at_the_set_speed(judge: Judge) -> None:
@@ -45,10 +51,20 @@ def test_drives_backwards_at_a_negative_speed(judge: Judge) -> None:
 def test_refuses_a_speed_above_the_limit(judge: Judge) -> None:
     """`set_speed` above the limit, forwards or backwards, answers success = false."""
     _expect_refused(judge, lambda speed: math.isfinite(speed) and abs(speed) > 0.5, "compare abs(speed) with the limit")
+    wrong = []
     call = motion.on_the_way(judge.trial("navigate_again", complete=False), "set_speed")
     if call is not None and call.response is not None and call.response["success"] is not False:
-        seen = f"speed {_asked(call):g} answered success = {call.response['success']} on the way to a goal"
-        judge.share(0.5, seen, "the limit also holds during a goal")
+        wrong.append(f"speed {_asked(call):g} answered success = {call.response['success']} on the way to a goal")
+    changed = judge.trial("changed_limits", complete=False)
+    lowered = any(p.name == "max_linear_speed" and p.accepted is True for p in changed.parameters)
+    call = next((c for c in changed.calls if c.request.get("speed") == 0.375), None)
+    if lowered and call is not None and call.response is not None and call.response["success"] is not False:
+        wrong.append(
+            f"speed 0.375 answered success = {call.response['success']} after max_linear_speed was set to 0.25"
+        )
+    if wrong:
+        try_ = "the limit is the parameter's value at the time of the call, during a goal, too"
+        judge.share(1 - 0.5 * len(wrong), "; ".join(wrong), try_)
 
 
 def test_refuses_a_speed_that_is_not_finite(judge: Judge) -> None:
@@ -86,6 +102,8 @@ def test_a_refusal_leaves_the_speed_in_force(judge: Judge) -> None:
     before = motion.odometry_speed(trial.samples, start - 0.4, start)
     after = motion.odometry_speed(trial.samples, end - 0.5, end)
     seen = f"{before:.3f} m/s before the refusals, {after:.3f} m/s after them"
+    if abs(before) < _MOVING_MPS:
+        raise NotReached("the robot did not drive at the speed that was set before the refusals (F2)")
     holds = abs(after - before) <= 0.05 * max(abs(before), 0.1)
     judge.expect(holds, seen, "change the speed in force only after every test of the request has passed")
 
@@ -121,10 +139,20 @@ def _expect_refused(judge: Judge, which: Callable[[float], bool], try_: str) -> 
 
 
 def _refusals(judge: Judge) -> list[Call]:
-    """Return the calls with invalid speeds, all answered; the first call of the trial is the valid one."""
+    """Return the calls with invalid speeds, all answered; the first call of the trial is the valid one.
+
+    A node that refuses every speed has not shown that it tells them apart.
+    """
     trial = judge.trial("refuse_speed")
+    first = judge.call(trial, "set_speed", 0)
+    if (first.response or {})["success"] is False:
+        raise NotReached(f"speed {_asked(first):g}, within the limit, was refused as well (F2)")
     count = sum(call.service == "set_speed" for call in trial.calls)
     return [judge.call(trial, "set_speed", index) for index in range(1, count)]
+
+
+def _moved(trial: Trial) -> bool:
+    return motion.reach(trial.samples, 0.0, math.inf) >= _MOVED_M
 
 
 def _asked(call: Call) -> float:

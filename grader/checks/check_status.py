@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from grader.checks import motion
-from grader.checks.judge import Judge
+from grader.checks.judge import Judge, NotReached
 from grader.evidence import Call, Trial
 
 _MOMENTS = ("standing", "driving", "before an obstacle 0.45 m ahead", "when the obstacle is gone")
@@ -17,6 +17,8 @@ def test_status_gives_the_speed_in_force(judge: Judge) -> None:
     """`get_status` reports the speed in force."""
     trial, calls = _calls(judge)
     judge.call(trial, "set_speed", 0)
+    if abs(motion.odometry_speed(trial.samples, calls[1].t - 0.4, calls[1].t)) < 0.02:
+        raise NotReached("the robot stood still after set_speed, so no speed was in force (F2)")
     for moment, call, wanted in zip(_MOMENTS, calls, (0.0, trial.choices["speed"]), strict=False):
         speed = float(_answer(call)["speed"])
         seen = f"speed {speed:g} while {moment}, after set_speed {wanted:g}"
@@ -36,12 +38,14 @@ def test_status_reports_an_obstacle(judge: Judge) -> None:
     trial, calls = _calls(judge)
     for moment, call, wanted in zip(_MOMENTS, calls, _OBSTACLES, strict=True):
         flag = _answer(call)["obstacle_detected"]
-        try_ = "set the flag from every scan, to True or to False"
-        judge.expect(flag is wanted, f"obstacle_detected = {flag} {moment}", try_)
+        # Before the obstacle came it drove: which way tells where its sector should look.
+        wrong_way = motion.goes_the_wrong_way(trial, calls[1].t - 0.5, calls[1].t) if wanted else ""
+        try_ = motion.TRY_DIRECTION if wrong_way else "set the flag from every scan, to True or to False"
+        judge.expect(flag is wanted, f"obstacle_detected = {flag} {moment}{wrong_way}", try_)
     flag = _answer(judge.call(trial, "get_status", _ASIDE))["obstacle_detected"]
     if flag is not False and not _stops_for_what_is_behind(judge):
         seen = f"obstacle_detected = {flag} while driving past a pole 0.4 m away, more than 60 degrees to one side"
-        judge.share(0.5, seen, "use only the beams within 60 degrees of the direction of travel")
+        judge.share(0.5, seen, motion.TRY_SECTOR)
 
 
 def test_status_gives_the_pose_from_odometry(judge: Judge) -> None:

@@ -3,15 +3,14 @@
 from grader.checks.findings import MOST_SHOWN, listing, place, some
 from grader.checks.judge import Judge
 from grader.checks.package_text import weighed, weights
-from grader.evidence import Quality, reading_limits
+from grader.evidence import Quality, SourceFile, reading_limits
 
 
 def test_ament_flake8_finds_nothing(judge: Judge) -> None:
     """ament_flake8 finds nothing: full marks for no finding, none for 1 per 10 lines of code or more."""
     quality = weighed(judge)
     broken = [file for file in quality.files if file.problem]
-    # A file that the linter cannot read is no better than code with a finding on every tenth line.
-    count = quality.style_count + sum(max(1.0, file.lines / 10) for file in broken)
+    count = quality.style_count + sum(map(_findings_hidden_in, broken))
     lines = reading_limits.counted_lines(quality.files)
     suppressed = _suppressed(quality)
     if not count:
@@ -30,6 +29,15 @@ def test_ament_flake8_finds_nothing(judge: Judge) -> None:
     judge.share(
         1 - 10 * max(density, of_nodes), seen, "run `ament_flake8` in the package's folder; it reports the same"
     )
+
+
+def _findings_hidden_in(file: SourceFile) -> float:
+    """Return for how many findings a file counts that the linter cannot read.
+
+    One that is broken is no better than code with a finding on every tenth line. Where Python runs what the linter is
+    kept from reading, it may be the worst code: one on every line, so that nobody gains by making a bad module larger.
+    """
+    return max(1.0, file.lines if reading_limits.runs_unread(file) else file.lines / 10)
 
 
 def _of_the_nodes(judge: Judge) -> tuple[float, str]:

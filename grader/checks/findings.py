@@ -45,17 +45,28 @@ WHY = {
 }
 
 
+_CRASHES = ("E9", "F821", "F822", "F823", "F7", "F50")
+
+
 def why(rule: str) -> str:
     """Return the reason for a rule, "" if none is known."""
     return next((WHY[rule[:end]] for end in range(len(rule), 0, -1) if rule[:end] in WHY), "")
 
 
+def crashes(rule: str) -> bool:
+    """Return whether code with a finding of this rule does not run: an undefined name, or no Python at all."""
+    return rule.startswith(_CRASHES)
+
+
 def listing(findings: Sequence[Finding]) -> str:
-    """Return the findings as lines: each rule with its reason and some of its places, the most frequent rule first."""
+    """Return the findings as lines: each rule with its reason and some of its places.
+
+    What would crash comes first, then the most frequent rule.
+    """
     counts = Counter(finding.rule for finding in findings)
     lines: list[str] = []
     shown = 0
-    for rule, count in sorted(counts.items(), key=lambda item: (-item[1], item[0])):
+    for rule, count in sorted(counts.items(), key=lambda item: (not crashes(item[0]), -item[1], item[0])):
         if shown >= MOST_SHOWN:
             break
         some = [finding for finding in findings if finding.rule == rule][: min(_PLACES, MOST_SHOWN - shown)]

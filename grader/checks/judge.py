@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from grader.checks.findings import some
+from grader.checks.findings import place, some
 from grader.checks.first_cause import besides, sentence, shown_by
 from grader.evidence import Call, Evidence, Fault, Goal, Graph, Quality, StudentTests, Trial
 
@@ -16,6 +16,7 @@ OFFERED = {
 """The contract's services and action with their types. None of them is a near miss of another."""
 # What a trial is about, by how its name begins: see Fault.stops.
 _ABOUT = {"launch": "launch", "file": "parameters"}
+_HOLDS_ON = ("loop-in-callback", "sleep-in-callback")
 _OF_EVERY_NODE = {"rosout", "parameter_events"}
 
 
@@ -97,8 +98,20 @@ class Judge:
         if not trial.ready:
             raise NotReached(self._why_not_up(trial))
         if complete and trial.ended:
-            raise NotReached(trial.ended + last_output(trial))
+            raise NotReached(trial.ended + last_output(trial) + self._holding_on(trial))
         return trial
+
+    def _holding_on(self, trial: Trial) -> str:
+        """Return where the package's text shows why a node that still ran did not answer, "" where it does not."""
+        if self.evidence.quality is None or (trial.process is not None and trial.process.by == "itself"):
+            return ""
+        habits = self.evidence.quality.habits
+        # A loop that never ends says more than a pause.
+        found = sorted((habit for habit in habits if habit.rule in _HOLDS_ON), key=lambda habit: habit.rule)
+        if not found:
+            return ""
+        places = ", ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
+        return f"; while a callback runs the node answers nothing: {places}"
 
     def _why_not_up(self, trial: Trial) -> str:
         """Return why a trial's node did not come up: first what the package's text shows, if the output agrees."""
@@ -129,7 +142,8 @@ class Judge:
         if index >= len(calls):
             raise Unjudged(f"the trial {trial.name} has no call {index} of {service}")
         if calls[index].response is None:
-            raise NotReached(calls[index].problem + near_miss(trial.graph, service) + last_output(trial))
+            why = self._holding_on(trial) if calls[index].problem.startswith("no answer") else ""
+            raise NotReached(calls[index].problem + near_miss(trial.graph, service) + last_output(trial) + why)
         return calls[index]
 
     def goal(self, trial: Trial, index: int = 0) -> Goal:

@@ -12,6 +12,11 @@ ROUTES = ("navigate_ahead", "navigate_beside", "navigate_behind")
 """The trials that drive to a target in the open."""
 
 ZERO = 1e-6  # m/s and rad/s: a command below is a zero
+TRY_SECTOR = (
+    "use only the beams within 60 degrees of the direction of travel: ahead for a positive speed, behind for a "
+    "negative one; is that direction used at all?"
+)
+TRY_DIRECTION = "a positive set_speed drives forwards (F2): is the sign of cmd_vel's linear.x that of the speed?"
 THRESHOLD_M = PARAMETERS["robot_controller"]["obstacle_detection_threshold"]
 
 
@@ -40,6 +45,18 @@ def odometry_speed(samples: Sequence[Sample], start: float, end: float) -> float
     a, b = at(samples, start), at(samples, end)
     dx, dy = b.odom_x - a.odom_x, b.odom_y - a.odom_y
     return (dx * math.cos(a.odom_yaw) + dy * math.sin(a.odom_yaw)) / (b.t - a.t)
+
+
+def goes_the_wrong_way(trial: Trial, start: float, end: float) -> str:
+    """Return words about a robot that drove against the sign of the trial's set speed, "" if it did not.
+
+    For such a robot an obstacle ahead is behind, and the other way round: its sector may be right.
+    """
+    wanted = next((call.request.get("speed", 0.0) for call in trial.calls if call.service == "set_speed"), 0.0)
+    speed = odometry_speed(trial.samples, start, end) if trial.samples else 0.0
+    if speed * float(wanted) >= 0.0 or abs(speed) < 0.02:
+        return ""
+    return f"; after set_speed {wanted:g} the robot drove at {speed:.2f} m/s: what is behind it is in its way"
 
 
 def stays_still(samples: Sequence[Sample], start: float, distance_m: float = 0.03, turn_rad: float = 0.05) -> bool:
@@ -73,9 +90,18 @@ def has_succeeded(goal: Goal) -> bool:
     return goal.success is True or goal.status == "succeeded"
 
 
-def distance_to(goal: Goal, samples: Sequence[Sample]) -> float:
-    """Return the distance from the robot to the goal at the end of the trial, by ground truth, in metres."""
-    return math.hypot(goal.x - samples[-1].x, goal.y - samples[-1].y)
+def distance_at_end(goal: Goal, samples: Sequence[Sample]) -> float:
+    """Return how far the robot was from the target when the goal ended, by ground truth; inf if it has not ended."""
+    if not math.isfinite(goal.ended_t):
+        return math.inf
+    sample = at(samples, goal.ended_t)
+    return math.hypot(goal.x - sample.x, goal.y - sample.y)
+
+
+def reach(samples: Sequence[Sample], start: float, end: float) -> float:
+    """Return how far the robot came from its place at `start`, by ground truth, until `end` (NaN: ever), in metres."""
+    first = at(samples, start)
+    return max((math.hypot(s.x - first.x, s.y - first.y) for s in samples if start <= s.t and not s.t > end), default=0)
 
 
 def in_the_way(trial: Trial) -> list[tuple[float, float]]:

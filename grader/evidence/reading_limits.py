@@ -1,7 +1,8 @@
 """How much of a package is read, and the words for files beyond that.
 
-A student's module has a few hundred lines and a package a few thousand. Code beyond a limit is not read, and as it
-might be anything, a package that exceeds one gets no points for its code.
+A student's module has a few hundred lines and a package a few thousand. Code beyond a limit is not read. A single file
+that is too large counts like one that cannot be read: against its package, by its lines. Where a package as a whole is
+too large nobody knows what else there is, so it gets no points for its code.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ MAX_FILES = 200
 MAX_BYTES = 256 * 1024
 MAX_TOTAL_BYTES = 1024 * 1024
 MAX_DEFINITIONS = 2000
+MAX_DEPTH = 100  # of brackets
 
 # The density of findings is per line of code. Without these limits, lines that are cheap to make would dilute it.
 MAX_CONSTANT_LINES = 200  # of a whole package: the lines that only give names to constants
@@ -22,10 +24,17 @@ MAX_LINES = 5000  # the reference has 1700, tests included
 
 _BEYOND = "exceeds the reading limit of"
 
-TOO_LARGE = f"{_BEYOND} {MAX_BYTES // 1024} KB in one file: put data into a file of another kind"
+TOO_LARGE = f"is larger than {MAX_BYTES // 1024} KB, so it is not read: put data into a file of another kind"
+TOO_DEEP = f"nests brackets more than {MAX_DEPTH} deep"
+TOO_HARD = "made the tools run out of time or memory"
 TOO_MANY = f"{_BEYOND} {MAX_FILES} Python files in the package"
 TOO_MUCH = f"{_BEYOND} {MAX_TOTAL_BYTES // 1024} KB of Python in the package"
 TOO_PUBLIC = f"{_BEYOND} {MAX_DEFINITIONS} public definitions in the package"
+
+
+def runs_unread(file: SourceFile) -> bool:
+    """Return whether Python may well run a file that is not read; one with a syntax error it cannot run either."""
+    return file.problem in (TOO_LARGE, TOO_DEEP, TOO_HARD)
 
 
 def beyond(files: Sequence[SourceFile]) -> list[str]:

@@ -95,9 +95,18 @@ def find_named(tree: Tree, path: str) -> Candidate | None:
 
 
 def interfaces_beside(tree: Tree, package: Candidate) -> Candidate | None:
-    """Return the package of the interfaces if the submission has split them off; the nearest if there are several."""
-    found = [c for c in tree.candidates if c.xml is not None and c.xml.name == spec.INTERFACES_PACKAGE and c != package]
-    return min(found, key=lambda c: (_parent(c.path) != _parent(package.path), _rank(c)), default=None)
+    """Return the package of the interfaces if the submission has split them off; the nearest if there are several.
+
+    It may have any name if it has interfaces of the contract that the package itself has not, and no nodes.
+    """
+    names = (spec.INTERFACES_PACKAGE, f"{package.name}_interfaces")
+    found = [c for c in tree.candidates if c.xml is not None and c != package]
+    split = [
+        c for c in found if c.name in names or (c.interfaces - package.interfaces and not c.modules and not c.nodes)
+    ]
+    return min(
+        split, key=lambda c: (c.name not in names, _parent(c.path) != _parent(package.path), _rank(c)), default=None
+    )
 
 
 def _rank(candidate: Candidate) -> tuple[Any, ...]:

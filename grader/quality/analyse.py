@@ -46,7 +46,7 @@ def analyse_package(package: Path, interfaces: Path | None = None, *, lint: bool
     """
     with tempfile.TemporaryDirectory(prefix="quality-") as name:
         scratch = Path(name)
-        every = source_files.copy(source_files.find(package), scratch)
+        every = source_files.copy(source_files.find_in_both(package, interfaces), scratch)
         good = [source for source in every if not source.problem]
         found, unreadable = _facts(package, interfaces, good, scratch)
         # Linters see only what can be parsed: anything else would merely probe their weak spots.
@@ -174,7 +174,7 @@ def _files(found: Quality, every: Sequence[PythonFile], too_much: set[str]) -> l
         known = files.get(source.path)
         problem = source.problem or (known.problem if known else "")
         if not problem and source.path in too_much:
-            problem = "made the tools run out of time or memory"
+            problem = reading_limits.TOO_HARD
         lines = known.lines if known and not problem else source.rough_lines
         files[source.path] = SourceFile(printable(source.path), lines, problem)
     return [files[path] for path in sorted(files)]

@@ -14,8 +14,6 @@ from grader.contract.spec import PACKAGE
 from grader.evidence import reading_limits
 from grader.intake.names import tool_folder
 
-MAX_BRACKET_DEPTH = 100
-
 # The build leaves these out wherever they are, so nothing in them can run.
 _NOT_BUILT = {"__pycache__", "build", "install", "log"}
 # Made by tools, beside the student's own folders. They are read only if the build installs something from them.
@@ -76,6 +74,16 @@ def find(package: Path) -> list[PythonFile]:
         total += len(data)
         found.append(PythonFile(path, data, problem=_problem(data)))
     return sorted(found, key=lambda source: source.path)
+
+
+def find_in_both(package: Path, interfaces: Path | None) -> list[PythonFile]:
+    """Return the Python files of a package and of its package of interfaces, which may have modules of its own."""
+    found = {source.path: source for source in find(package)}
+    if interfaces is not None:
+        for source in find(interfaces):
+            path = source.path if source.path not in found else f"{interfaces.name}/{source.path}"
+            found[path] = replace(source, path=path)
+    return [found[path] for path in sorted(found)]
 
 
 def _python(package: Path) -> list[str]:
@@ -174,8 +182,8 @@ def _problem(data: bytes) -> str:
         data.decode(encoding)
     except (SyntaxError, UnicodeDecodeError, LookupError):
         return "is not text in UTF-8 or in the encoding that it declares"
-    if _depth(data) > MAX_BRACKET_DEPTH:
-        return f"nests brackets more than {MAX_BRACKET_DEPTH} deep"
+    if _depth(data) > reading_limits.MAX_DEPTH:
+        return reading_limits.TOO_DEEP
     return ""
 
 

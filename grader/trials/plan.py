@@ -27,7 +27,7 @@ class TrialPlan:
         launch: the launch file (the package's, or OWN_LAUNCH) to run instead of the node alone, with changed parameter
             files (parameter_files.py).
         awaits: the nodes that must be up before a trial with `launch` begins.
-        use_sim_time: the launch file's argument of that name.
+        use_sim_time: the launch file's argument of that name; None to give it no argument.
     """
 
     name: str
@@ -43,4 +43,4 @@ class TrialPlan:
     real_time: bool = False
     launch: str = ""
     awaits: tuple[str, ...] = ()
-    use_sim_time: bool = True
+    use_sim_time: bool | None = True

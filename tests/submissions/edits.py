@@ -153,7 +153,7 @@ _EDITS = (
         renames=((_NAME, _OTHER_NAME),),
         says=(
             "It builds, as robot_controller; the assignment asks for ros2_robot_controller. Rename it in package.xml (line 4), "
-            "CMakeLists.txt (line 2), setup.py (line 6)",
+            "CMakeLists.txt (line 2), setup.py (line 6), robot_controller/, launch/robot_controller_launch.py (lines 12, 22, 29)",
             "expected set_speed (SetSpeed)",
         ),
         why="the package's name is also that of its types (I3)",
@@ -233,6 +233,25 @@ _EDITS = (
         (_SPEED_SERVER, "self._speed = clamp(request.speed, -limit, limit)", "self._speed = request.speed"),
         says=("success = True", "compare abs(speed) with the limit"),
         why="overriding max_linear_speed has no effect either (I6)",
+    ),
+    _edit(
+        "keeps_its_first_limits",
+        "F3 F11",
+        "The parameters are read once; what they are set to later is accepted, and has no effect.",
+        (_DRIVER, "        return self.get_parameter(parameter).value\n",
+         "        first = self.__dict__.setdefault('_first_values', {})\n"
+         "        return first.setdefault(parameter, self.get_parameter(parameter).value)\n"),
+        says=("after max_linear_speed was set to 0.25", "after a change of the parameters"),
+        why="both requirements ask for the limit in force",
+    ),
+    _edit(
+        "refuses_every_speed",
+        "F2 F3 F4 F5 F6 F7 F11 I6",
+        "set_speed refuses every speed.",
+        (_SPEED_SERVER, "response.success = not refusal\n",
+         "refusal = refusal or f'not now, the limit is {limit}'\n        response.success = not refusal\n"),
+        says=("was refused as well",),
+        why="a robot that nobody can drive shows little else",
     ),
     _edit(
         "accepts_nan_as_a_speed",
@@ -545,6 +564,21 @@ _EDITS = (
         says=("final_pose (0.00, 0.00)",),
     ),
     _edit(
+        "copies_the_target_as_final_pose",
+        "F8",
+        "The result's final_pose is the target, wherever the robot is.",
+        (_NAVIGATOR, "final_pose=self._pose)", "final_pose=handle.request.target_pose)"),
+        says=("fill result.final_pose from the latest odometry, not from the target",),
+    ),
+    _edit(
+        "claims_its_arrival",
+        "F8 F9 F10 F11",
+        "Every goal succeeds at once, and the robot stays where it is.",
+        (_STEERING, "    if blocked:\n        return distance <= tolerance\n", "    return True\n"),
+        says=("so there is no arrival to judge", "the robot never moved towards a target"),
+        why="what happens on the way cannot be seen of a robot that never goes",
+    ),
+    _edit(
         "rolls_on_after_arrival",
         "F8 F10",
         "After a goal the robot goes on slowly.",
@@ -683,6 +717,16 @@ _EDITS = (
         "A low battery is logged at every message.",
         (_PROCESSOR, "        if low and not self._battery_low:\n", "        if low:\n"),
         says=("warnings while the battery fell",),
+    ),
+    _edit(
+        "hard_codes_the_emergency_distance",
+        "Q4",
+        "The emergency stop goes by 0.2 m, whatever the parameter says.",
+        (_MOTION, "    if near.anywhere < limits.emergency_stop_distance:\n        return STOP\n",
+         "    if near.anywhere < 0.2:\n        return STOP\n"),
+        (_MOTION, "    if near.anywhere < limits.emergency_stop_distance:\n        return True\n",
+         "    if near.anywhere < 0.2:\n        return True\n"),
+        says=("with emergency_stop_distance = 0.4, the robot drove on",),
     ),
     _edit(
         "hard_codes_the_battery_threshold",
@@ -858,6 +902,13 @@ _EDITS = (
         "The second launch file does not start without an argument.",
         ("launch/sensor_processor_launch.py", "'raw_scan', default_value='raw_scan',", "'raw_scan',"),
         says=("missing required argument 'raw_scan'",),
+    ),
+    _edit(
+        "needs_its_only_argument",
+        "I5",
+        "The first launch file declares use_sim_time without a default.",
+        (_LAUNCH, "DeclareLaunchArgument('use_sim_time', default_value='false',", "DeclareLaunchArgument('use_sim_time',"),
+        says=("without any argument, robot_controller_launch.py started",),
     ),
     _edit(
         "always_simulated_time",

@@ -37,7 +37,7 @@ FAILS_ON = {
     "check_navigation::test_reaches_a_target_ahead": "stops_short",
     "check_navigation::test_reaches_a_target_beside": "goals_are_relative",
     "check_navigation::test_reaches_a_target_behind": "forgets_to_say_success",
-    "check_navigation::test_final_pose_agrees_with_odometry": "leaves_final_pose_empty",
+    "check_navigation::test_final_pose_agrees_with_odometry": "copies_the_target_as_final_pose",
     "check_navigation::test_stands_still_after_arrival": "rolls_on_after_arrival",
     # F9: Feedback on the way
     "check_goals::test_feedback_comes_at_two_hertz": "feedback_too_rarely",
@@ -72,7 +72,7 @@ FAILS_ON = {
     # Q4: Safe habits
     "check_habits::test_no_bare_except_print_or_mutable_default": "prints_its_answers",
     "check_habits::test_callbacks_do_not_sleep": "sleeps_in_a_callback",
-    "check_habits::test_contract_numbers_are_parameters": "hard_codes_the_battery_threshold",
+    "check_habits::test_contract_numbers_are_parameters": "hard_codes_the_emergency_distance",
     "check_habits::test_public_functions_are_annotated": "leaves_the_types_out",
     # Q5: README
     "check_readme::test_readme_says_what_and_how": "does_not_say_how_to_test_it",

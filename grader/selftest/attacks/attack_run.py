@@ -47,8 +47,9 @@ def run(
     reference: Path,
     settings: pipeline.Settings,
     done: Callable[[AttackResult], None] = lambda _result: None,
+    begin: Callable[[Attack], None] = lambda _attack: None,
 ) -> list[AttackResult]:
-    """Run the attacks one after the other and return their results; call `done` with each as it ends.
+    """Run the attacks one after the other and return their results; call `begin` and `done` with each.
 
     Raises:
         GraderError: the package without any attack cannot be graded.
@@ -57,6 +58,7 @@ def run(
     baseline = _Baseline(reference, settings, attacks)
     results = []
     for each in attacks:
+        begin(each)
         started = time.monotonic()
         result = AttackResult(each) if each.not_applicable else _run_one(each, reference, settings, baseline)
         results.append(replace(result, seconds=time.monotonic() - started))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from grader.contract.spec import PACKAGE
 from grader.errors import EXIT_USAGE, GraderError
 
 if TYPE_CHECKING:
+    from grader.selftest.attacks.attack import Attack
     from grader.selftest.attacks.attack_run import AttackResult
 
 _WIDTH = 78
@@ -31,6 +32,7 @@ def add(verbs: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--only", nargs="+", metavar="NAME", help="run only these attacks")
+    parser.add_argument("--from", dest="first", metavar="NAME", help="leave out those before this one: to continue")
     parser.add_argument("--list", action="store_true", help="list the attacks and run none")
     parser.add_argument("--reference", type=Path, help="the package to build attacks into (default: the reference)")
     parser.add_argument("--cache", type=Path, help="the folder for builds (default: in the user's cache folder)")
@@ -44,11 +46,11 @@ def main(options: argparse.Namespace) -> int:
     from grader.selftest.attacks import attack_run
     from grader.selftest.attacks.catalogue import ATTACKS
 
-    unknown = [name for name in options.only or [] if name not in ATTACKS]
+    unknown = [name for name in [*(options.only or []), options.first] if name and name not in ATTACKS]
     if unknown:
         print(f"grader: unknown attack {', '.join(unknown)}; --list shows all names.", file=sys.stderr)
         return EXIT_USAGE
-    chosen = [ATTACKS[name] for name in options.only] if options.only else list(ATTACKS.values())
+    chosen = _chosen(ATTACKS, options.only or list(ATTACKS), options.first)
     width = max(len(each.name) for each in chosen)
     if options.list:
         for each in chosen:
@@ -59,9 +61,22 @@ def main(options: argparse.Namespace) -> int:
         raise GraderError(f"There is no package in {reference}. Name the reference package with --reference.")
     settings = pipeline.Settings(rubric=rubric.load(rubric.RUBRIC), cache=options.cache or build.cache_folder())
     print("\n".join(_defences()))
-    results = attack_run.run(chosen, reference, settings, done=lambda one: print(f"\n{row(one, width)}", flush=True))
+    names = [each.name for each in chosen]
+    results = attack_run.run(
+        chosen,
+        reference,
+        settings,
+        done=lambda one: print(f"\n{row(one, width)}", flush=True),
+        begin=lambda one: print(f"[{names.index(one.name) + 1} of {len(names)}] {one.name}", file=sys.stderr),
+    )
     print(f"\n{summary(results)}")
     return 0 if all(each.contained for each in results) else 1
+
+
+def _chosen(attacks: Mapping[str, Attack], names: Sequence[str], first: str | None) -> list[Attack]:
+    """Return the attacks of these names, in this order; with `first` only that one and those after it."""
+    start = names.index(first) if first in names else 0
+    return [attacks[name] for name in names[start:]]
 
 
 def _defences() -> list[str]:

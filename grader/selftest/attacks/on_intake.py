@@ -72,6 +72,23 @@ def _bomb_in_a_zip(package: Path, folder: Path) -> Path:
     return target
 
 
+def _two_zips(package: Path, folder: Path) -> Path:
+    """Submit a file with a zip of documents and, behind it, a zip of the package."""
+    target = _zipped()(package, folder)
+    shown = io.BytesIO()
+    with zipfile.ZipFile(shown, "w") as archive:
+        archive.writestr("shown/README.md", "an innocent text")
+    target.write_bytes(shown.getvalue() + target.read_bytes())
+    return target
+
+
+def _two_tars(package: Path, folder: Path) -> Path:
+    """Submit a file with two compressed tars of the package, the second one behind the first one's end."""
+    target = _tarred()(package, folder)
+    target.write_bytes(target.read_bytes() * 2)
+    return target
+
+
 def _notebooks(_package: Path, folder: Path) -> Path:
     """Submit only a notebook with shell magics and stored results."""
     submission = folder / "submission"
@@ -114,10 +131,26 @@ ATTACKS: tuple[Attack, ...] = (
     ),
     attack(
         "collides_and_confuses", "A zip has names that differ only in letter case, duplicates, newlines and control characters.",
-        number=20, needs="F14",
+        number=20, needs="F14", flag="collision",
         pack=_zipped((f"{PACKAGE}/README.MD", b"x"), (f"{PACKAGE}/readme.md", b"y"), (f"{PACKAGE}/new\nline\x1b[2J.txt", b"z"),
                      (f"{PACKAGE}/CON", b"x"), (f"{PACKAGE}/{'n' * 300}.txt", b"x")),
-        stopped="the first of such names is kept, and unprintable characters are written as codes",
+        stopped="all such names are kept and flagged, and unprintable characters are written as codes",
+    ),
+    attack(
+        "hides_the_package", "A zip has a folder that differs from the package's only in letter case, and a file of its name.",
+        needs="F14 I1", flag="collision",
+        pack=_zipped((f"{PACKAGE.upper()}/package.xml", b"x"), (PACKAGE, b"x")),
+        stopped="both spellings are kept, a folder comes before a file of its name, and the pair is flagged",
+    ),
+    attack(
+        "two_zips_in_one_file", "Behind the zip of the package stands another zip, which some programs show instead.",
+        needs="F14", refused="more than one archive", pack=_two_zips,
+        stopped="a zip with entries that its directory does not list is refused",
+    ),
+    attack(
+        "two_tars_in_one_file", "Behind the end of the tar stands another tar, which `tar` does not show.",
+        needs="F14", refused="more than one archive", pack=_two_tars,
+        stopped="a tar that is followed by something else is refused",
     ),
     attack(
         "devices", "A tar has devices and pipes.",

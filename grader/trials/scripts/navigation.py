@@ -48,6 +48,20 @@ def navigate_behind(stage: Stage) -> None:
     _go(stage, side * stage.between("bearing", 2.7, 3.1), stage.between("distance", 0.8, 1.6), 0.1)
 
 
+@trial(serves=["F8"])
+def navigate_short(stage: Stage) -> None:
+    """Navigate to a target with a large tolerance and an obstacle behind it, so that the robot ends beside the target.
+
+    Elsewhere a robot ends so near to its target that a final_pose copied from the target agrees with odometry.
+    """
+    stage.run(0.5)
+    distance = stage.between("distance", 1.5, 2.0)
+    goal = stage.navigate(*_target(stage, 0.0, distance), 0.6)
+    stage.add_obstacle(distance + 0.3, radius=0.4)
+    stage.run_until(lambda: goal.ended, 10.0)
+    stage.run(0.5)
+
+
 @trial(serves=["F3", "F7", "F8"])
 def navigate_again(stage: Stage) -> None:
     """Send a goal where the robot is, one that is cancelled after service calls, and a third."""

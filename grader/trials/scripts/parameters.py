@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from grader.contract.spec import PARAMETERS
@@ -9,6 +10,16 @@ from grader.trials.catalog import trial
 
 if TYPE_CHECKING:
     from grader.trials.stage import Stage
+
+OTHER_SETTINGS = {
+    "laser_processing_rate": 20.0,
+    "linear_acceleration": 0.5,
+    "angular_acceleration": 1.0,
+    "max_angular_speed": 0.5,
+    "emergency_stop_distance": 0.4,
+    "safety_margin": 1.0,
+}
+"""Values other than the defaults, each of which shows in what the robot does."""
 
 
 @trial(serves=["I6"], params_file="robot_params.yaml")
@@ -76,3 +87,58 @@ def senseless_start(stage: Stage) -> None:
 def senseless_start_processor(stage: Stage) -> None:
     """Start the sensor processor with a rate of zero."""
     stage.get_parameter("fusion_frequency")
+
+
+@trial(serves=["Q4"], parameters=OTHER_SETTINGS)
+def other_settings(stage: Stage) -> None:
+    """Start the controller with other settings; drive towards an obstacle, past another, and to a goal."""
+    stage.choices |= OTHER_SETTINGS
+    stage.run(0.5)
+    stage.mark("idle")
+    stage.run(1.0)
+    stage.mark("start")
+    stage.call("set_speed", speed=0.4375)
+    stage.run(1.2)
+    ahead = stage.add_obstacle(1.0, radius=0.3)
+    stage.mark("ahead")
+    stage.run(0.4)
+    stage.mark("slowed")
+    stage.remove_obstacle(ahead)
+    stage.call("set_speed", speed=0.125)
+    stage.run(0.8)
+    side = stage.choose("side", [-1.0, 1.0])
+    # More than 60 degrees to one side, and nearer than the emergency distance, though farther than its default.
+    beside = stage.add_obstacle(0.3, bearing=side * 1.9, radius=0.1)
+    stage.mark("beside")
+    stage.run(0.7)
+    stage.remove_obstacle(beside)
+    stage.mark("gone")
+    stage.run(0.3)
+    pose = stage.simulator.odometry().pose
+    angle = pose.yaw + side * 1.6
+    stage.navigate(pose.x + math.cos(angle), pose.y + math.sin(angle), 0.2)
+    stage.mark("goal")
+    stage.run(2.0)
+    stage.mark("end")
+
+
+@trial(serves=["F3", "F11"])
+def changed_limits(stage: Stage) -> None:
+    """Lower the running controller's limits at full speed; then drive backwards and to a goal."""
+    stage.run(0.3)
+    stage.call("set_speed", speed=0.5)
+    stage.run(1.0)
+    stage.set_parameter("max_linear_speed", 0.25)
+    stage.run(1.0)
+    stage.call("set_speed", speed=0.375)
+    stage.run(0.3)
+    for name, value in (("linear_acceleration", 0.5), ("angular_acceleration", 1.0), ("max_angular_speed", 0.5)):
+        stage.set_parameter(name, value)
+    stage.call("set_speed", speed=0.0)
+    stage.run(0.5)
+    stage.call("set_speed", speed=-0.1875)
+    stage.run(0.8)
+    pose = stage.simulator.odometry().pose
+    angle = pose.yaw + stage.choose("side", [-1.0, 1.0]) * 1.6
+    stage.navigate(pose.x + math.cos(angle), pose.y + math.sin(angle), 0.2)
+    stage.run(4.0)

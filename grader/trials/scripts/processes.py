@@ -64,6 +64,19 @@ def launch_by_wall(stage: Stage) -> None:
         stage.get_parameter("use_sim_time", node)
 
 
+@trial(serves=["I5"], launch="robot_controller_launch.py", use_sim_time=None, awaits=NODES)
+def launch_plain(stage: Stage) -> None:
+    """Run robot_controller_launch.py without any argument."""
+
+
+@trial(
+    serves=["I5"], node="sensor_processor", launch="sensor_processor_launch.py", use_sim_time=None,
+    awaits=("sensor_processor",),
+)  # fmt: skip
+def launch_processor_plain(stage: Stage) -> None:
+    """Run sensor_processor_launch.py without any argument."""
+
+
 @trial(serves=["I5"], launch=OWN_LAUNCH, awaits=NODES)
 def launch_remapped(stage: Stage) -> None:
     """Run the grader's own launch file, which remaps topics of both nodes."""

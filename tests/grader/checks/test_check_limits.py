@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from grader.checks import check_limits as checks
-from grader.evidence import Command
+from grader.evidence import Command, ParameterAnswer, Trial
 
 TICK = 0.05
+LIMIT = lambda _start, _end: 1.0  # noqa: E731 - m/s², at all times
 
 
 def ramp(acceleration: float, top: float, seconds: float = 2.0) -> list[Command]:
@@ -19,13 +22,13 @@ def ramp(acceleration: float, top: float, seconds: float = 2.0) -> list[Command]
 @pytest.mark.parametrize("top", [0.5, -0.5])
 def test_a_gentle_rise_is_allowed_in_both_directions(top: float):
     commands = [Command(c.t, c.v if top > 0 else -c.v, 0.0, 0.0) for c in ramp(1.0, 0.5)]
-    assert checks._steepest(commands, "v", 1.0, TICK) is None
+    assert checks.steepest(commands, "v", LIMIT, TICK) is None
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_jump_is_found_in_both_directions(sign: float):
     commands = [Command(n * TICK, sign * (0.375 if n > 10 else 0.0), 0.0, 0.0) for n in range(40)]
-    assert checks._steepest(commands, "v", 1.0, TICK) is not None
+    assert checks.steepest(commands, "v", LIMIT, TICK) is not None
 
 
 def test_a_jump_among_ten_thousand_commands_at_a_time_is_found(monkeypatch: pytest.MonkeyPatch):
@@ -40,6 +43,28 @@ def test_a_jump_among_ten_thousand_commands_at_a_time_is_found(monkeypatch: pyte
 
     monkeypatch.setattr(checks, "_base", counted)
     clumps = [Command(t, v, 0.0, 0.0) for t, v in ((0.0, 0.0), (0.3, 0.2), (0.6, 0.2)) for _ in range(10_000)]
-    assert checks._steepest(clumps, "v", 1.0, TICK) is None
-    assert checks._steepest([*clumps, Command(0.6, 0.9, 0.0, 0.0)], "v", 1.0, TICK) is not None
+    assert checks.steepest(clumps, "v", LIMIT, TICK) is None
+    assert checks.steepest([*clumps, Command(0.6, 0.9, 0.0, 0.0)], "v", LIMIT, TICK) is not None
     assert compared < 100
+
+
+def changed(accepted: bool, *speeds: tuple[float, float]) -> Trial:
+    """Return a trial whose node was told at 1 s that 0.25 m/s is the limit, and its commands."""
+    answer = ParameterAnswer(1.0, "max_linear_speed", 0.25, accepted, 0.25 if accepted else 0.5)
+    facts = Trial("changed_limits", "robot_controller", "lone_post", 0, True, "lockstep", "")
+    return replace(facts, parameters=[answer], commands=[Command(t, v, 0.0, 0.0) for t, v in speeds])
+
+
+@pytest.mark.parametrize(
+    ("accepted", "t", "v", "within"),
+    [
+        (True, 0.9, 0.5, True),
+        (True, 1.1, 0.5, True),  # the cycle that had begun
+        (True, 1.5, 0.5, False),
+        (True, 1.5, -0.3, False),
+        (True, 1.5, -0.25, True),
+        (False, 1.5, 0.5, True),  # I6 judges whether a node may refuse
+    ],
+)
+def test_a_limit_that_was_lowered_holds_from_the_next_cycle_on(accepted: bool, t: float, v: float, within: bool):
+    assert (checks._excess(changed(accepted, (t, v))) is None) is within

@@ -161,7 +161,7 @@ def outcome(files: dict[str, str | bytes]) -> Submission | str:
 
 
 @given(TREES, st.randoms(use_true_random=False))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_the_choice_does_not_depend_on_the_order_of_the_files(trees: dict[str, tuple], rng):
     files = {
         f"{place}/{path}": text
@@ -178,18 +178,15 @@ def test_the_choice_does_not_depend_on_the_order_of_the_files(trees: dict[str, t
 
 
 @given(TREES)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_a_package_of_the_right_name_with_its_modules_is_never_passed_over(trees: dict[str, tuple]):
-    """It is graded, or several are named; only a package around it, or one more like it, comes first."""
+    """A package of that name is graded, or several are named between which nothing decides."""
     files = {
         f"{place}/{path}": text
         for place, (name, more) in trees.items()
         for path, text in {"package.xml": XML.format(name), **more}.items()
     }
-    mine = "b/src" if "b/src" in trees else "a"
-    files = {
-        name: text for name, text in files.items() if not name.startswith((f"{mine}/", "b/package", "b/n", "b/msg"))
-    }
+    mine = "mine/ctl"
     found = outcome({**files, **below(f"{mine}/")})
     if isinstance(found, str):
         assert "ros2_robot_controller 2 times" in found or " 3 times" in found or "several people" in found

@@ -189,10 +189,17 @@ def test_many_files_packed_small_are_refused(tmp_path: Path, into: Path):
     assert "like a decompression bomb" in refusal(source, into)
 
 
-def test_a_submission_that_is_too_large_names_its_largest_files(into: Path, handed_in: Path):
-    write(handed_in, PACKAGE)
-    for megabytes in (3, 9, 8, 2):
-        (handed_in / f"bag_{megabytes}.mcap").write_bytes(os.urandom(megabytes * 1024**2))
+@pytest.mark.parametrize("form", ["folder", "zip", "tar"])
+def test_a_submission_that_is_too_large_names_its_largest_files(tmp_path: Path, into: Path, handed_in: Path, form: str):
+    bags = {f"bag_{megabytes}.mcap": os.urandom(megabytes * 1024**2) for megabytes in (3, 9, 8, 2)}
+    if form == "folder":
+        write(handed_in, PACKAGE)
+        for name, data in bags.items():
+            (handed_in / name).write_bytes(data)
+    elif form == "zip":
+        zipped(handed_in, {**PACKAGE, **bags})
+    else:
+        tarred(handed_in, [(member(name), data) for name, data in bags.items()], "w")
     with pytest.raises(SubmissionError) as refused:
         open_submission(handed_in, into, SizeLimits(total_bytes=10 * 1024**2))
     largest = "bag_9.mcap (9 MB), bag_8.mcap (8 MB), bag_3.mcap (3 MB)"
@@ -206,7 +213,8 @@ def test_a_packed_tar_bomb_is_refused_before_it_is_unpacked(tmp_path: Path, into
         file.write(header.tobuf())
         for _ in range(300):
             file.write(bytes(1024**2))
-    assert "unpacks to more than 250 MB" in refusal(tmp_path / "a.tgz", into)
+    message = refusal(tmp_path / "a.tgz", into)
+    assert "unpacks to more than 250 MB. The largest of its first files are zeros (8192 MB)." in message
 
 
 @pytest.mark.parametrize(

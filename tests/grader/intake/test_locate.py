@@ -34,6 +34,14 @@ def test_of_two_copies_the_shallower_is_graded_and_the_other_named(handed_in: Pa
     assert any("occurs more than once" in note and "backup/old/pkg" in note for note in opened.intake.notes)
 
 
+@pytest.mark.parametrize("name", ["team_interfaces", "robot_msgs"])
+def test_a_package_of_the_interfaces_may_have_another_name(handed_in: Path, into: Path, name: str):
+    write(handed_in, below("src/ctl/"))
+    write(handed_in, {f"src/{name}/package.xml": XML.format(name), f"src/{name}/srv/GetRobotStatus.srv": "---"})
+    write(handed_in, {"src/other_msgs/package.xml": XML.format("other_msgs"), "src/other_msgs/srv/Other.srv": "---"})
+    assert open_submission(handed_in, into).intake.interfaces_package == f"src/{name}"
+
+
 def test_a_package_of_the_interfaces_beside_it_is_found(handed_in: Path, into: Path):
     name = "ros2_robot_controller_interfaces"
     write(handed_in, below("src/ctl/"))

@@ -71,7 +71,26 @@ def test_a_damaged_zip_alone_is_the_reason_of_the_refusal(handed_in: Path, into:
 def test_a_zip_beside_a_package_stays_closed(handed_in: Path, into: Path):
     write(handed_in, PACKAGE)
     zipped(handed_in / "old.zip", below("old/"))
-    assert open_submission(handed_in, into).intake.others == []
+    intake = open_submission(handed_in, into).intake
+    assert intake.others == []
+    assert intake.notes == ["old.zip was not opened: there is a package outside of it."]
+
+
+def test_an_archive_of_a_closed_kind_beside_a_package_is_noted(handed_in: Path, into: Path):
+    write(handed_in, {**PACKAGE, "more.rar": "Rar!", "more.7z": "7z"})
+    assert open_submission(handed_in, into).intake.notes == [
+        "more.7z was not opened: the grader opens zip and tar only.",
+        "more.rar was not opened: the grader opens zip and tar only.",
+    ]
+
+
+def test_of_many_archives_side_by_side_those_that_stay_closed_are_noted(handed_in: Path, into: Path):
+    handed_in.mkdir()
+    for number in range(6):
+        zipped(handed_in / f"{number}.zip", PACKAGE if number == 0 else {"README.md": ""})
+    notes = open_submission(handed_in, into).intake.notes
+    assert notes[:5] == [f"Opened {number}.zip inside." for number in range(5)]
+    assert notes[5:] == ["5.zip was not opened: there is a package outside of it."]
 
 
 def test_the_same_content_has_the_same_hash_however_it_is_packed(tmp_path: Path, handed_in: Path, into: Path):

@@ -150,7 +150,30 @@ def test_every_way_to_call_sleep_is_found(sleep: str):
 @pytest.mark.parametrize("way", ["self.helper()", "x = [self.helper() for _ in y]", "return super().rest()"])
 def test_functions_called_by_a_callback_belong_to_it(way: str):
     helper = "while True: time.sleep(0.1)" if "helper" in way else "pass"
-    assert rules(NODE.format(register=REGISTER, body=way, helper=helper)) == ["sleep-in-callback"]
+    found = rules(NODE.format(register=REGISTER, body=way, helper=helper))
+    assert found == ["loop-in-callback", "sleep-in-callback"][helper == "pass" :]
+
+
+@pytest.mark.parametrize(
+    ("loop", "found"),
+    [
+        ("while True: pass", True),
+        ("while rclpy.ok(): self.publish()", True),
+        ("while not self.arrived: rclpy.spin_once(self)", True),
+        ("while True: break", False),
+        ("while self.waiting: self.waiting.pop()", False),
+        ("while self.count < 3: self.count += 1", False),
+        ("while x < 3: x += 1", False),
+    ],
+)
+def test_a_loop_that_waits_for_another_callback_is_found_in_a_callback(loop: str, found: bool):
+    """The node is deaf for as long as it runs; a loop that counts or empties a list ends by itself."""
+    text = NODE.format(register=REGISTER, body=loop, helper="pass")
+    assert (rules(text) == ["loop-in-callback"]) is found
+
+
+def test_a_loop_outside_of_callbacks_may_wait():
+    assert rules("def main():\n    while True:\n        pass\n") == []
 
 
 @pytest.mark.parametrize(

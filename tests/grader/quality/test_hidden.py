@@ -250,10 +250,9 @@ def test_the_contracts_files_are_read_before_padding(tmp_path: Path):
     [
         ({f"ros2_robot_controller/a{n}.py": BULK for n in range(8)}, "1024 KB of Python in the package"),
         ({f"a/a{n}.py": "X = 1\n" for n in range(200)}, "200 Python files in the package"),
-        ({"a.py": "X = 1\n" * 50_000}, "a.py exceeds the reading limit of 256 KB in one file"),
         ({"a.py": "def f():\n    '''F.'''\n" * 2001}, "2000 public definitions"),
     ],
-    ids=["bytes", "files", "one file", "definitions"],
+    ids=["bytes", "files", "definitions"],
 )
 def test_a_package_beyond_a_reading_limit_gets_nothing(tmp_path: Path, files: dict[str, str | bytes | None], said: str):
     package = reference(tmp_path, files=files)
@@ -264,6 +263,20 @@ def test_a_package_beyond_a_reading_limit_gets_nothing(tmp_path: Path, files: di
         result: Judged = judged(check, quality)
         assert result.share == 0.0, check.__name__
         assert said in result.seen
+
+
+@pytest.mark.parametrize("line", ["x=f( 1)\n", "x=f( 1);" * 100 + "\n"], ids=["lines", "long lines"])
+def test_a_module_too_large_to_be_read_costs_more_than_its_start(tmp_path: Path, line: str):
+    """Nobody gains by making a bad module larger: a file cut to the limit is judged by its findings."""
+    times = reading_limits.MAX_BYTES // len(line)
+    name = "ros2_robot_controller/large.py"
+    small = with_flake8(reference(tmp_path / "small", files={name: line * (times // 50)}))
+    large = with_flake8(reference(tmp_path / "large", files={name: line * (times + 1)}))
+    for check in (STYLE, DOCSTRINGS, COMPLEXITY, COPIES, HABITS, SLEEPING):
+        result = judged(check, large)
+        assert result.share <= judged(check, small).share, check.__name__
+        assert result.share < 0.2
+        assert f"{name} is larger than 256 KB" in result.seen
 
 
 def facts_of(quality: Quality, unread: list[SourceFile]) -> Quality:

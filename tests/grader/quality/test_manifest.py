@@ -71,8 +71,33 @@ def test_an_old_format_or_a_placeholder_costs_half(tmp_path: Path, old: str, new
     assert with_xml(tmp_path, xml, checks.test_package_xml_is_valid_format_3).share == 0.5
 
 
-def test_a_maintainer_named_root_is_a_person():
-    assert not checks._PLACEHOLDER.search("Elihu Rootham <e.rootham@example.org>")
+@pytest.mark.parametrize(
+    "address",
+    [
+        "e.rootham@example.org",
+        "a.b@gmail.com",
+        "user@gmail.com",
+        "root@my-robot.org",
+        "max.todo@uni-stuttgart.de",
+        "12345+name@users.noreply.github.com",
+        "todor@stud.fh-x.de",
+    ],
+)
+def test_an_address_that_can_be_written_to_is_no_placeholder(tmp_path: Path, address: str):
+    xml = XML.replace("course@example.com", address)
+    assert with_xml(tmp_path, xml, checks.test_package_xml_is_valid_format_3).share == 1.0
+
+
+@pytest.mark.parametrize(
+    "address",
+    ["user@todo.todo", "todo@todo", "root@root", "max@localhost", "you@example.com", "your_email@example.com"],
+)
+def test_an_address_that_a_tool_has_filled_in_is_a_placeholder(tmp_path: Path, address: str):
+    xml = XML.replace("course@example.com", address)
+    result = with_xml(tmp_path, xml, checks.test_package_xml_is_valid_format_3)
+    assert result.share <= 0.5
+    assert "the maintainer is a placeholder: " in result.seen
+    assert address in result.seen
 
 
 # -- licence ----------------------------------------------------------------------------------------------------------

@@ -1,0 +1,78 @@
+"""Q4: which parameters the robot does not go by. Pure functions over the trial that starts it with other settings."""
+
+from __future__ import annotations
+
+import itertools
+
+from grader.checks import motion
+from grader.checks.check_limits import ACCELERATIONS, LATE_S, steepest
+from grader.contract.spec import PARAMETERS
+from grader.evidence import Trial
+
+_DEFAULTS = PARAMETERS["robot_controller"]
+
+
+def without_effect(trial: Trial) -> dict[str, str]:
+    """Return by name the parameters whose other value changed nothing, with what was seen.
+
+    A number in the code shows in that the robot does what the default asks for; a robot that does neither is judged by
+    other requirements. A trial that did not come so far shows nothing.
+    """
+    seen = {
+        "laser_processing_rate": _rate(trial),
+        **{name: _rise(trial, letter, name) for letter, _, name in ACCELERATIONS},
+        "max_angular_speed": _turning(trial),
+        "safety_margin": _slowing_down(trial),
+        "emergency_stop_distance": _emergency(trial),
+    }
+    return {name: f"with {name} = {trial.choices[name]:g}, {words}" for name, words in seen.items() if words}
+
+
+def _rate(trial: Trial) -> str:
+    if "start" not in trial.marks:
+        return ""
+    hertz = motion.rate(trial.commands, trial.marks["idle"], trial.marks["start"])
+    usual = _DEFAULTS["laser_processing_rate"]
+    return f"cmd_vel still came at {hertz:.1f} Hz" if abs(hertz - usual) <= 0.2 * usual else ""
+
+
+def _rise(trial: Trial, letter: str, name: str) -> str:
+    late, limit, usual = LATE_S[trial.pace], trial.choices[name], _DEFAULTS[name]
+    jump = steepest(trial.commands, letter, lambda _a, _b: limit, late)
+    # One step shows a jump, which over a longer time the limit of the speed itself may hide.
+    steps = itertools.pairwise(abs(getattr(command, letter)) for command in trial.commands)
+    period = 1.0 / max(trial.choices["laser_processing_rate"], 1.0)
+    jumps = any(b - a > usual * (1.1 * period + late) for a, b in steps)
+    if jump is None or jumps or steepest(trial.commands, letter, lambda _a, _b: usual, late) is not None:
+        return ""
+    return f"{letter} still rose as fast as with {usual:g}, at {jump[0].t:.2f} s"
+
+
+def _turning(trial: Trial) -> str:
+    fastest = max((abs(command.omega) for command in trial.commands), default=0.0)
+    name = "max_angular_speed"
+    if not trial.choices[name] + 1e-3 < fastest <= _DEFAULTS[name] + 1e-3:
+        return ""
+    return f"the robot still turned at {fastest:.2f} rad/s"
+
+
+def _slowing_down(trial: Trial) -> str:
+    speed = _speed_before(trial, "ahead")
+    if "slowed" not in trial.marks or speed < 0.4:
+        return ""
+    after = motion.between(trial.commands, trial.marks["ahead"] + 0.1, trial.marks["slowed"])
+    slowest = min((command.v for command in after), default=0.0)
+    return f"the robot drove on at {slowest:.2f} m/s with an obstacle 1 m ahead" if slowest >= 0.95 * speed else ""
+
+
+def _emergency(trial: Trial) -> str:
+    if "gone" not in trial.marks or _speed_before(trial, "beside") < 0.1:
+        return ""
+    stopped = any(map(motion.is_zero, motion.between(trial.commands, trial.marks["beside"], trial.marks["gone"])))
+    return "" if stopped else "the robot drove on with an obstacle 0.3 m away, to one side"
+
+
+def _speed_before(trial: Trial, mark: str) -> float:
+    """Return the last commanded speed before a mark, in m/s; 0 if there is none."""
+    before = [command.v for command in trial.commands if command.t <= trial.marks.get(mark, 0.0)]
+    return before[-1] if before else 0.0

@@ -1,0 +1,163 @@
+"""What an install tree may hold: text that was handed in, and what ROS's tools make of it."""
+
+from __future__ import annotations
+
+import importlib.util
+import py_compile
+from pathlib import Path
+
+import pytest
+
+from grader.build import installed_code, type_hashes
+from grader.build.type_hashes import Generated
+from grader.host import ros_env
+
+CODE = 'def answer():\n    """Return the answer."""\n    return 42\n'
+OTHER = "import os\n\nos.getpid()\n"
+SITE = str(ros_env.SITE_IN_PREFIX)
+
+
+@pytest.fixture
+def tree(tmp_path: Path) -> Path:
+    """A folder with the sources of a package and its install tree: `written` puts files into both."""
+    for folder in ("src/p", f"install/{SITE}", "install/lib/p", "install/bin", "install/share/p/launch"):
+        (tmp_path / folder).mkdir(parents=True)
+    return tmp_path
+
+
+def written(root: Path, **files: str) -> None:
+    for name, text in files.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+
+
+def unknown(tree: Path, generated: dict[str, Generated] | None = None) -> list[str]:
+    return installed_code.not_handed_in(tree / "install", tree / "src", generated or {})
+
+
+def test_a_module_that_was_handed_in_is_known_wherever_it_was(tree: Path):
+    written(tree, **{"src/p/p/mod.py": CODE, f"install/{SITE}/q/renamed.py": CODE, "install/lib/p/tool.py": CODE})
+    assert unknown(tree) == []
+
+
+@pytest.mark.parametrize(
+    "place", [f"{SITE}/p/mod.py", f"{SITE}/mod.py", "lib/p/helper.py", "share/p/launch/all_launch.py", "share/p/x.py"]
+)
+def test_a_module_that_the_build_makes_is_not(tree: Path, place: str):
+    written(tree, **{"src/p/p/mod.py": CODE, f"install/{place}": OTHER})
+    assert unknown(tree) == [place]
+
+
+def test_a_module_from_a_data_file_is_not_known_because_nobody_reads_that_as_python(tree: Path):
+    written(tree, **{"src/p/data/table.txt": OTHER, "src/p/mod.py.in": OTHER, f"install/{SITE}/p/mod.py": OTHER})
+    assert unknown(tree) == [f"{SITE}/p/mod.py"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", '"""The package."""\n', "__version__ = '1.2.3'\nVERSION: tuple[int, int] = (1, 2)\nSHARE = 'share/p'\n"],
+)
+def test_a_module_with_nothing_but_constants_is_no_code(tree: Path, text: str):
+    """CMake writes such a file with the package's version."""
+    written(tree, **{f"install/{SITE}/p/version.py": text})
+    assert unknown(tree) == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["X = open('x').read()\n", "import os\n", "CODE = '" + "x" * 300 + "'\n", "X = 1\n" * 500, "X = lambda: 1\n"],
+)
+def test_constants_are_short_and_call_nothing(tree: Path, text: str):
+    written(tree, **{f"install/{SITE}/p/version.py": text})
+    assert unknown(tree) == [f"{SITE}/p/version.py"]
+
+
+def test_what_rosidl_generates_is_known_by_its_text(tree: Path):
+    made = Generated(
+        modules={"srv/_set_speed.py": installed_code._digests(CODE.encode()).pop()},
+        exports={"srv/__init__.py": "from p.srv._set_speed import SetSpeed\nfrom p.srv._other import Other\n"},
+    )
+    init = "from p.srv._set_speed import SetSpeed\n"
+    written(tree / "install" / SITE, **{"p/__init__.py": "", "p/srv/__init__.py": init, "p/srv/_set_speed.py": CODE})
+    assert unknown(tree, {"p": made}) == []
+    written(tree / "install" / SITE, **{"p/srv/__init__.py": init + "import os\n", "p/srv/_set_speed.py": OTHER})
+    assert unknown(tree, {"p": made}) == [f"{SITE}/p/srv/__init__.py", f"{SITE}/p/srv/_set_speed.py"]
+
+
+def test_nothing_else_may_be_in_a_folder_of_types_whoever_handed_it_in(tree: Path):
+    """Nobody lints, measures or mutates it there."""
+    written(tree, **{"src/p/helpers.py": CODE, f"install/{SITE}/p/msg/helpers.py": CODE})
+    assert unknown(tree) == [f"{SITE}/p/msg/helpers.py"]
+
+
+@pytest.mark.sandbox
+def test_ros_own_tools_make_the_modules_once_more(tmp_path: Path):
+    made = type_hashes.compute({"srv/SetSpeed.srv": "float32 speed\n---\nbool success\n"}, "p", tmp_path)
+    assert set(made.modules) == {"srv/_set_speed.py"}
+    assert "from p.srv._set_speed import SetSpeed " in made.exports["srv/__init__.py"]
+
+
+def test_programs_are_known_apart_from_their_first_line(tree: Path):
+    """Setuptools writes the path of its Python there."""
+    written(tree, **{"src/p/scripts/node": "#!/usr/bin/env python3\n" + CODE})
+    written(
+        tree, **{"install/lib/p/node": "#!/ws/bin/python3\n" + CODE, "install/bin/node": "#!/usr/bin/python3\n" + CODE}
+    )
+    assert unknown(tree) == []
+    written(tree, **{"install/lib/p/node": "#!/usr/bin/env python3\n" + OTHER})
+    assert unknown(tree) == ["lib/p/node"]
+
+
+def test_a_node_in_another_language_is_not_what_was_handed_in(tree: Path):
+    written(tree, **{"install/lib/p/robot_controller": "\x7fELF", "install/lib/p/helper": "\x7fELF"})
+    assert unknown(tree) == ["lib/p/robot_controller"]
+
+
+def test_the_scripts_that_setuptools_writes_are_known_letter_by_letter(tree: Path):
+    template = Path(importlib.util.find_spec("setuptools").origin).parent / "command" / "easy_install.py"
+    _, _, rest = template.read_text().partition("        # EASY-INSTALL-ENTRY-SCRIPT")
+    body, _, _ = rest.partition('        """\n')
+    text = "        # EASY-INSTALL-ENTRY-SCRIPT" + body
+    text = "\n".join(line.removeprefix("        ") for line in text.splitlines()) + "\n"
+    names = {"spec": "robot-controller==1.0.0", "group": "console_scripts", "name": "robot_controller"}
+    script = "#!/ws/bin/python3\n" + text % names
+    written(tree, **{"install/lib/p/robot_controller": script})
+    assert unknown(tree) == []
+    written(tree, **{"install/lib/p/robot_controller": script.replace("import sys", "import sys, os")})
+    assert unknown(tree) == ["lib/p/robot_controller"]
+
+
+def test_a_link_among_the_modules_is_not_followed_by_those_who_count_them(tree: Path):
+    written(tree, **{"src/p/mod.py": CODE, "install/share/p/mod.py": CODE})
+    (tree / "install" / SITE / "mod.py").symlink_to("../../../share/p/mod.py")
+    (tree / "install" / SITE / "pkg").symlink_to("../../../share/p")
+    assert unknown(tree) == [f"{SITE}/mod.py", f"{SITE}/pkg"]
+
+
+def test_what_colcon_and_rosidl_install_beside_the_modules_is_known(tree: Path):
+    names = ("_local_setup_util_sh.py", f"{SITE}/p/p_s__rosidl_typesupport_c.so", "share/p/cmake/pConfig.cmake")
+    written(tree / "install", **dict.fromkeys(names, OTHER))
+    assert unknown(tree) == []
+    written(tree / "install", **{f"{SITE}/p/fast.so": "\x7fELF"})
+    assert unknown(tree) == [f"{SITE}/p/fast.so"]
+
+
+def test_no_byte_code_survives_a_build(tree: Path):
+    module = tree / "install" / SITE / "mod.py"
+    module.write_text(CODE)
+    py_compile.compile(str(module))
+    assert installed_code.remove_byte_code(tree / "install") == []
+    assert list((tree / "install").rglob("*.pyc")) == []
+    assert module.read_text() == CODE
+
+
+def test_byte_code_that_hides_other_code_is_flagged(tree: Path):
+    module = tree / "install" / SITE / "mod.py"
+    module.write_text(OTHER)
+    py_compile.compile(str(module), invalidation_mode=py_compile.PycInvalidationMode.UNCHECKED_HASH)
+    module.write_text(CODE)
+    py_compile.compile(str(module), str(module.with_name("alone.pyc")))
+    flags = installed_code.remove_byte_code(tree / "install")
+    assert [flag.kind for flag in flags] == ["byte code", "byte code"]
+    assert list((tree / "install").rglob("*.pyc")) == []

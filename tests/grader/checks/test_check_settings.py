@@ -1,0 +1,77 @@
+"""Q4: a number in the code shows in a trial with other settings; a robot that does neither is not charged here."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from grader.checks.settings_effect import without_effect
+from grader.evidence import Command, Trial
+from grader.trials.scripts.parameters import OTHER_SETTINGS
+
+MARKS = {"idle": 0.5, "start": 1.5, "ahead": 3.0, "slowed": 3.4, "beside": 4.0, "gone": 4.7, "goal": 5.0, "end": 7.0}
+
+
+def trial(
+    *, hertz: float = 20.0, acceleration: float = 0.5, slow: float = 0.25, stops: bool = True, omega: float = 0.5,
+    turning_up: float = 1.0,
+) -> Trial:  # fmt: skip
+    """Return what a robot does in the trial that obeys the settings but for the arguments given."""
+    commands = []
+    for n in range(1, round(7.0 * hertz)):
+        t = n / hertz
+        v = min(0.4375, acceleration * max(0.0, t - MARKS["start"]))
+        if MARKS["ahead"] < t <= MARKS["slowed"]:
+            v = slow
+        if MARKS["slowed"] < t:
+            v = 0.0 if stops and t > MARKS["beside"] else 0.125
+        turn = min(omega, turning_up * max(0.0, t - MARKS["goal"]))
+        commands.append(Command(t, v if t <= MARKS["goal"] else 0.0, turn, 0.0))
+    facts = Trial("other_settings", "robot_controller", "lone_post", 0, True, "lockstep", "")
+    return replace(facts, commands=commands, marks=MARKS, choices=dict(OTHER_SETTINGS))
+
+
+def test_a_robot_that_obeys_its_settings_has_none_without_effect():
+    assert without_effect(trial()) == {}
+
+
+@pytest.mark.parametrize(
+    ("robot", "name", "said"),
+    [
+        (trial(hertz=10.0), "laser_processing_rate", "with laser_processing_rate = 20, cmd_vel still came at 10.0 Hz"),
+        (trial(acceleration=1.0), "linear_acceleration", "v still rose as fast as with 1"),
+        (trial(turning_up=2.0), "angular_acceleration", "omega still rose as fast as with 2"),
+        (trial(omega=1.0), "max_angular_speed", "the robot still turned at 1.00 rad/s"),
+        (trial(slow=0.4375), "safety_margin", "drove on at 0.44 m/s with an obstacle 1 m ahead"),
+        (trial(stops=False), "emergency_stop_distance", "the robot drove on with an obstacle 0.3 m away"),
+    ],
+)
+def test_a_number_in_the_code_is_found(robot: Trial, name: str, said: str):
+    found = without_effect(robot)
+    assert list(found) == [name]
+    assert said in found[name]
+
+
+@pytest.mark.parametrize(
+    "robot",
+    [trial(acceleration=20.0), trial(turning_up=40.0), trial(omega=3.0, turning_up=1.0), trial(hertz=40.0)],
+    ids=["no acceleration", "no angular acceleration", "no limit of turning", "a rate of its own"],
+)
+def test_what_another_requirement_judges_is_not_charged_twice(robot: Trial):
+    assert without_effect(robot) == {}
+
+
+@pytest.mark.parametrize("mark", ["start", "ahead", "beside", "goal"])
+def test_a_trial_that_ended_early_shows_nothing_of_the_rest(mark: str):
+    until = MARKS[mark]
+    whole = trial(stops=False, slow=0.4375)
+    kept = {name: t for name, t in MARKS.items() if t < until}
+    short = replace(whole, marks=kept, commands=[c for c in whole.commands if c.t < until])
+    shown = {
+        "start": [],
+        "ahead": [],
+        "beside": ["safety_margin"],
+        "goal": ["safety_margin", "emergency_stop_distance"],
+    }
+    assert list(without_effect(short)) == shown[mark]

@@ -1,0 +1,235 @@
+"""What the text of a package shows without a build: the reference with one slip each, and the first fault found."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from submissions.edits import EDITS, REFERENCE, apply
+from variants import VARIANTS, make
+
+from grader.evidence import Fault, SourceFile
+from grader.quality import cmake_text, source_files
+from grader.quality.faults import find_faults
+from grader.quality.faults_of_build import build_faults
+from grader.quality.package_sources import read_sources
+from grader.quality.parsed_module import Module, parse
+
+CMAKE, XML, SETUP = "CMakeLists.txt", "package.xml", "setup.py"
+NODE = "ros2_robot_controller/robot_controller.py"
+LAUNCH = "launch/robot_controller_launch.py"
+PROGRAMS = "install(PROGRAMS scripts/robot_controller scripts/sensor_processor"
+INTERFACES = "ros2_robot_controller_interfaces"
+
+
+def faults(package: Path, interfaces: Path | None = None) -> list[Fault]:
+    modules: list[Module] = []
+    unreadable: list[SourceFile] = []
+    for source in source_files.find(package):
+        try:
+            modules.append(parse(source.path, source.data))
+        except ValueError as error:
+            unreadable.append(SourceFile(source.path, 0, f"is not valid Python: {error}"))
+    return find_faults(package, interfaces, modules, unreadable)
+
+
+def reference(folder: Path, file: str = "", old: str = "", new: str = "") -> Path:
+    """Return a copy of the reference in which `old` is `new` in a file; a `file` without `old` is written."""
+    package = apply(None, folder)
+    if not file:
+        return package
+    path = package / file
+    if not old:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(new)
+        return package
+    text = path.read_text()
+    assert old in text, f"{old} is not in {file}"
+    path.write_bytes(text.replace(old, new).encode())
+    return package
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "place", "words", "cure"),
+    [
+        (CMAKE, "  DEPENDENCIES geometry_msgs std_msgs\n)", "  DEPENDENCIES geometry_msgs std_msgs\n",
+         "CMakeLists.txt:10", "`rosidl_generate_interfaces(` is never closed", "closing parenthesis"),
+        (CMAKE, "find_package(rosidl_default_generators REQUIRED)\n", "",
+         "CMakeLists.txt:9", "`rosidl_generate_interfaces` is not known", "find_package(rosidl_default_generators"),
+        (CMAKE, "  DEPENDENCIES geometry_msgs std_msgs\n", "",
+         "CMakeLists.txt:10", "uses `geometry_msgs`", "DEPENDENCIES geometry_msgs std_msgs"),
+        (CMAKE, '"srv/SetSpeed.srv"', '"srv/SetSped.srv"',
+         "CMakeLists.txt:10", "it names `srv/SetSped.srv`, which is not there", "the file is called srv/SetSpeed.srv"),
+        (CMAKE, "scripts/robot_controller scripts", "scripts/robot_controler scripts",
+         "CMakeLists.txt:26", "`scripts/robot_controler`, which is not there", "is scripts/robot_controller meant?"),
+        (CMAKE, "ament_package()\n", "", "CMakeLists.txt", "does not end with `ament_package()`", "last line"),
+        (CMAKE, "project(ros2_robot_controller)\n", "", "CMakeLists.txt", "no `project(...)`", "project("),
+        (CMAKE, "find_package(std_msgs", "find_package(rclcpp REQUIRED)\nfind_package(std_msgs",
+         "CMakeLists.txt:7", "`rclcpp`, which is for C++; this kit is for Python only",
+         "remove find_package(rclcpp ...) from CMakeLists.txt and rclcpp from package.xml"),
+        (CMAKE, "find_package(std_msgs", f"find_package({INTERFACES} REQUIRED)\nfind_package(std_msgs",
+         "CMakeLists.txt:7", "neither installed here nor in the submission", "hand it in with the package"),
+        (CMAKE, PROGRAMS, "install(FILES scripts/robot_controller scripts/sensor_processor",
+         "CMakeLists.txt:26", "makes `robot_controller` no program", "install(PROGRAMS ...)"),
+        (CMAKE, PROGRAMS, f"install(PROGRAMS {NODE} ros2_robot_controller/sensor_processor.py",
+         "CMakeLists.txt:26", "installs `robot_controller.py`, and `ros2 run` looks for", "RENAME robot_controller"),
+        (CMAKE, "install(DIRECTORY launch config", "install(DIRECTORY launch",
+         "CMakeLists.txt", "nothing installs `config/robot_params.yaml`", "install(DIRECTORY launch config"),
+        (XML, "<depend>std_msgs</depend>", "<depend>std_msgs</depnd>",
+         "package.xml:14", "it is not XML: mismatched tag: line 14, column 20", "each <tag> needs its </tag>"),
+        (XML, "<version>1.0.0</version>", "", "package.xml", "it has no <version>", "every package.xml"),
+        (XML, "<member_of_group>rosidl_interface_packages</member_of_group>", "",
+         "package.xml", "must be in `rosidl_interface_packages`", "<member_of_group>"),
+        (XML, "<build_type>ament_cmake<", "<build_type>ament_python<",
+         "package.xml:32", "colcon ignores CMakeLists.txt", "<build_type>ament_cmake</build_type>"),
+        ("srv/SetSpeed.srv", "float32 speed", "flot32 speed",
+         "srv/SetSpeed.srv:2", "`flot32 speed` is no type; is `float32` meant?", "a type and a name"),
+        ("srv/SetSpeed.srv", "float32 speed", "float32 speed;",
+         "srv/SetSpeed.srv:2", "`speed;` in `float32 speed;` is no name", "a type and a name"),
+        ("srv/SetSpeed.srv", "---\n", "", "srv/SetSpeed.srv", "has 0 of the lines `---` between its parts", ""),
+        ("srv/SetSpeed.srv", "float32 speed", "float64 speed",
+         "srv/SetSpeed.srv:2", "`float64 speed` should be `float32 speed`", "compare it with the contract"),
+        (NODE, "def main(", "de f main(",
+         f"{NODE}:43", "it is not valid Python: line 43", "look at that line"),
+        (NODE, "from ros2_robot_controller.utils", "from ros2_robot_controller.util",
+         f"{NODE}:", "it imports `ros2_robot_controller.util", "meant?"),
+        ("ros2_robot_controller/speed_server.py", "import GetRobotStatus, SetSpeed", "import GetRobotStatus, SetSped",
+         "ros2_robot_controller/speed_server.py:7", "it imports `SetSped` from ros2_robot_controller.srv",
+         "is SetSpeed meant?"),
+        ("scripts/robot_controller", "import main", "import run_it",
+         "scripts/robot_controller:5", "`run_it` from ros2_robot_controller.robot_controller", "define run_it"),
+        ("scripts/robot_controller", "#!/usr/bin/env python3\n", "",
+         "scripts/robot_controller:1", "does not say which program runs it", "#!/usr/bin/env python3"),
+        ("scripts/robot_controller", "\n", "\r\n", "scripts/robot_controller:1", "as on Windows", "sed -i"),
+        (CMAKE, PROGRAMS, f"install(PROGRAMS scripts/queue.py {PROGRAMS.removeprefix('install(PROGRAMS ')}",
+         "CMakeLists.txt:26", "`scripts/queue.py`, which is not there", ""),
+        (LAUNCH, "executable='sensor_processor'", "executable='sensor_procesor'",
+         f"{LAUNCH}:28", "there is no executable `sensor_procesor`", "executable='sensor_processor'"),
+        (LAUNCH, "package='ros2_robot_controller'", "package='robot_controller'",
+         f"{LAUNCH}:21", "it starts a node of `robot_controller`", "package='ros2_robot_controller'"),
+        ("config/robot_params.yaml", "/**/robot_controller:", "robot_control:",
+         "config/robot_params.yaml:3", "its key is `robot_control`", "robot_controller: or /**:"),
+        ("config/robot_params.yaml", "  ros__parameters:\n", "  params:\n",
+         "config/robot_params.yaml:3", "no `ros__parameters:`", "below it ros__parameters:"),
+        ("config/robot_params.yaml", "    max_linear", "\tmax_linear",
+         "config/robot_params.yaml:6", "it is not YAML: a tab", "spaces only"),
+        ("config/robot_params.yaml", "max_linear_speed", "max_linear_sped",
+         "config/robot_params.yaml:6", "the parameter is called `max_linear_speed`", "max_linear_speed:"),
+    ],
+)  # fmt: skip
+def test_a_slip_is_found_in_the_text(tmp_path: Path, file: str, old: str, new: str, place: str, words: str, cure: str):
+    """Each with its file, its line where it has one, and what to do; nothing is built."""
+    first = faults(reference(tmp_path, file, old, new))[0]
+    assert f"{first.path}:{first.line}".startswith(place)
+    assert words in first.text
+    assert cure in first.cure
+
+
+def test_the_reference_has_no_fault():
+    assert faults(REFERENCE) == []
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_an_honest_package_of_another_shape_has_no_fault(tmp_path: Path, variant: str):
+    submission = make(VARIANTS[variant], tmp_path)
+    interfaces = submission / INTERFACES
+    assert faults(submission / REFERENCE.name, interfaces if interfaces.is_dir() else None) == []
+
+
+def test_a_package_that_builds_has_no_fault_that_would_stop_the_build(tmp_path: Path):
+    """Of all edits, these keep colcon from building."""
+    wrong = set()
+    for name, edit in EDITS.items():
+        package = apply(edit, tmp_path / name)
+        if any(fault.stops == "build" for fault in build_faults(read_sources(package, None))):
+            wrong.add(name)
+        shutil.rmtree(package)
+    assert wrong == {"does_not_compile"}
+
+
+def test_a_package_of_interfaces_that_was_not_handed_in_is_named(tmp_path: Path):
+    package = reference(tmp_path)
+    for path in (path for path in package.rglob("*.py") if path.is_file()):
+        path.write_text(path.read_text().replace("ros2_robot_controller.srv", f"{INTERFACES}.srv"))
+    found = [fault for fault in faults(package) if fault.stops == "start"]
+    assert f"it imports `{INTERFACES}`" in found[0].text
+    assert "hand it in with the package" in found[0].cure
+
+
+def test_a_module_beside_the_executables_hides_that_of_python(tmp_path: Path):
+    package = reference(tmp_path, CMAKE, PROGRAMS, PROGRAMS.replace("PROGRAMS ", "PROGRAMS scripts/queue.py "))
+    (package / "scripts" / "queue.py").write_text('"""A queue of my own."""\n')
+    first = faults(package)[0]
+    assert (first.path, first.stops) == ("scripts/queue.py", "start")
+    assert "hides the module `queue`" in first.text
+
+
+@pytest.mark.parametrize("name", ["types.py", "launch.py", "queue.py"])
+def test_a_module_inside_the_package_hides_nothing(tmp_path: Path, name: str):
+    """Imports are absolute: ros2_robot_controller.types is another module than types."""
+    assert faults(reference(tmp_path, f"ros2_robot_controller/{name}", new='"""Mine."""\n')) == []
+
+
+def test_a_module_with_the_name_of_the_generated_one_is_hidden(tmp_path: Path):
+    first = faults(reference(tmp_path, "ros2_robot_controller/msg.py", new='"""Mine."""\n'))[0]
+    assert "is hidden by the generated ros2_robot_controller.msg" in first.text
+
+
+def ament_python(folder: Path, old: str, new: str) -> tuple[Path, Path]:
+    """Return the variant of two packages, the first built by setup.py, with a text of its setup.py replaced."""
+    submission = make(VARIANTS["split_interfaces"], folder)
+    path = submission / REFERENCE.name / SETUP
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+    return submission / REFERENCE.name, submission / INTERFACES
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words", "cure"),
+    [
+        ("robot_controller:main", "robot_controler:main", "names no module of the package",
+         "is ros2_robot_controller.robot_controller meant?"),
+        ("robot_controller:main", "robot_controller:go", "calls `go`, which", "def go()"),
+        ("robot_controller:main", "robot_controller.main", "is no entry point", "module:function"),
+        ("'robot_controller = ros2_robot_controller.robot_controller:main',", "",
+         "no entry point makes the executable `robot_controller`",
+         "'robot_controller = ros2_robot_controller.robot_controller:main' in console_scripts"),
+        ("('share/' + NAME + '/config', glob('config/*.yaml')),", "", "do not install `config/`", "data_files"),
+        ("name=NAME", "name='robot_controller'", "its name is `robot_controller`, and package.xml has",
+         "name='ros2_robot_controller'"),
+    ],
+)  # fmt: skip
+def test_a_fault_of_setup_py_is_found_where_it_builds_the_package(tmp_path: Path, old, new, words, cure):
+    """Without a word of CMake: this package has no CMakeLists.txt."""
+    found = [fault for fault in faults(*ament_python(tmp_path, old, new)) if fault.path == SETUP]
+    assert words in found[0].text
+    assert cure in found[0].cure
+    assert not any("CMake" in fault.cure or "install(" in fault.cure for fault in found)
+
+
+def test_the_fields_of_a_package_of_interfaces_are_compared_too(tmp_path: Path):
+    package, interfaces = ament_python(tmp_path, "glob", "glob")
+    path = interfaces / "srv" / "SetSpeed.srv"
+    path.write_text(path.read_text().replace("string message", "string text"))
+    first = faults(package, interfaces)[0]
+    assert first.path == f"{INTERFACES}/srv/SetSpeed.srv"
+    assert first.text == "`string text` should be `string message`"
+
+
+def test_names_by_unknown_variables_are_no_faults(tmp_path: Path):
+    """What CMake computes cannot be read off, so nothing is said of it."""
+    package = reference(tmp_path, CMAKE, PROGRAMS, "file(GLOB SCRIPTS scripts/*)\ninstall(PROGRAMS ${SCRIPTS}")
+    assert faults(package) == []
+
+
+def test_cmake_is_read_with_comments_strings_and_blocks():
+    text = '#[[ a (\n]]\nproject(robot) # (\nset(FILES a b)\nif(X)\n  install(FILES ${FILES} "c (d")\nendif()\n'
+    found = cmake_text.read(text)
+    assert found.unclosed is None
+    assert [(command.name, command.line) for command in found.commands] == [
+        ("project", 3), ("set", 4), ("if", 5), ("install", 6), ("endif", 7),
+    ]  # fmt: skip
+    install = found.named("install")[0]
+    assert install.arguments == ("FILES", "a", "b", "c (d")
+    assert install.in_block
