@@ -27,7 +27,7 @@ _DAMAGED = ("damaged_zip", "not_a_zip", "empty", "hostile")
 
 
 def kinds() -> Iterator[str]:
-    """Return what is handed in, in turn: the reference, the variants, what cannot be graded, then each known-bad one."""
+    """Return what is handed in: the reference, the variants, what cannot be graded, then each known-bad one."""
     variants = sorted(path.parent.name for path in VARIANTS.glob("*/ros2_robot_controller"))
     yield from ("reference", *variants, *_DAMAGED)
     yield from itertools.cycle(EDITS)
