@@ -31,6 +31,7 @@ class Line:
 
     row: Row
     people: str
+    remarks: str
     criteria: tuple[Decimal, ...]
     cells: tuple[tuple[str, int | None], ...]
     level: str
@@ -144,7 +145,7 @@ def _hash(text: str) -> str:
 
 
 def _line(rows: Sequence[Row], book: Gradebook, record: Record | None) -> Line:
-    row = rows[0]
+    row = next((each for each in rows if each.state is not State.EXCUSED), rows[0])
     points = {each.id: each for each in row.requirements}
     criteria = tuple(
         sum((points[r.id].points or NOTHING for r in criterion.requirements if r.id in points), NOTHING)
@@ -156,7 +157,8 @@ def _line(rows: Sequence[Row], book: Gradebook, record: Record | None) -> Line:
     )
     people = ", ".join(one_line(each.person.name or each.person.key) for each in rows)
     reached = level(float(row.total), float(row.max)) if row.total is not None and row.max else ""
-    return Line(row, people, criteria, cells, reached, record.seconds if record else 0.0, record is not None)
+    remarks = "; ".join(dict.fromkeys(each.comment for each in rows if each.comment))
+    return Line(row, people, remarks, criteria, cells, reached, record.seconds if record else 0.0, record is not None)
 
 
 def _share(points: Decimal | None, maximum: Decimal) -> int | None:
