@@ -21,13 +21,7 @@ def page(request: pytest.FixtureRequest) -> Path:
 
 def test_the_files_that_a_page_names_exist(page: Path):
     named = set(PATH.findall(page.read_text(encoding="utf-8")))
-    assert [name for name in sorted(named) if not list(KIT.glob(name.rstrip("/"))) and "NN" not in name] == FUTURE.get(
-        page.name, []
-    )
-
-
-FUTURE = {"architecture.md": ["grader/classroom/"]}
-"""What a page says is not there yet."""
+    assert [name for name in sorted(named) if not list(KIT.glob(name.rstrip("/"))) and "NN" not in name] == []
 
 
 def test_the_links_of_a_page_lead_to_files(page: Path):

@@ -11,7 +11,7 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
-from grader.classroom import batch, class_folder, comparison, gradebook, lateness, rescore, roster
+from grader.classroom import batch, class_folder, comparison, gradebook, lateness, overview, rescore, roster
 from grader.classroom.class_folder import ClassFolder, Record, Status
 from grader.classroom.exports import canvas, github, gradescope, moodle, table
 from grader.errors import EXIT_GRADED, EXIT_OUR_FAULT, GraderError
@@ -145,7 +145,7 @@ def _batch(options: argparse.Namespace) -> int:
         said,
     )
     said.close()
-    table.write(gradebook.read(ClassFolder(options.out)), options.out / class_folder.GRADEBOOK)
+    page = _write_pages(ClassFolder(options.out))
     for note in ClassFolder(options.out).facts().notes:
         print(f"note: {printable(note, 300)}")
     print(
@@ -158,8 +158,15 @@ def _batch(options: argparse.Namespace) -> int:
         left = summary.entries - summary.graded - summary.refused - summary.errors
         print(f"Interrupted; {left} are left. The same command goes on from here.", file=sys.stderr)
         return EXIT_INTERRUPTED
-    print(f"Class: {options.out}")
+    print(f"Class: {page}")
     return EXIT_OUR_FAULT if summary.errors else EXIT_GRADED
+
+
+def _write_pages(folder: ClassFolder) -> Path:
+    """Write the gradebook and the overview anew, and return the overview's path."""
+    book = gradebook.read(folder)
+    table.write(book, folder.path / class_folder.GRADEBOOK)
+    return overview.write(folder, book)
 
 
 def _gradebook(options: argparse.Namespace) -> int:
@@ -209,7 +216,7 @@ def _rescore(options: argparse.Namespace) -> int:
             print(f"\r\x1b[K{done}/{total} judged", end="" if done < total else "\n", file=sys.stderr, flush=True)
 
     done = rescore.rescore(folder, only=options.only, new_rubric=options.rubric, jobs=options.jobs, progress=progress)
-    table.write(gradebook.read(folder), options.folder / class_folder.GRADEBOOK)
+    _write_pages(folder)
     for change in done.changes:
         print(f"{change.submission:<20} {change.requirement:<4} {_points(change.before)} -> {_points(change.after)}")
     changed = len({change.submission for change in done.changes})

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime as dt
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from decimal import ROUND_HALF_UP, Decimal
+from decimal import Decimal
 from enum import Enum
 from typing import Any
 
@@ -17,6 +17,7 @@ from grader.classroom.overrides import Decisions, PointsOverride
 from grader.classroom.roster import Person
 from grader.scoring import rubric
 from grader.scoring.rubric import Rubric
+from grader.scoring.scorecard import hundredths
 
 HUNDREDTH, NOTHING = Decimal("0.01"), Decimal("0.00")
 
@@ -31,6 +32,7 @@ class State(Enum):
     """An error of the grader left something without a verdict."""
     REFUSED = "cannot be graded"
     ERROR = "error of the grader"
+    PENDING = "not graded yet"
     MISSING = "nothing handed in"
     EXCUSED = "excused"
 
@@ -84,7 +86,7 @@ class Row:
 
 def rounded(points: float | Decimal | str) -> Decimal:
     """Return points with two decimals, half up: the one rounding rule of all that the kit writes."""
-    return Decimal(str(points)).quantize(HUNDREDTH, ROUND_HALF_UP)
+    return Decimal(str(hundredths(float(points)))).quantize(HUNDREDTH)
 
 
 @dataclass(frozen=True)
@@ -165,7 +167,7 @@ def _row(
     units = rule.units(submitted, until) if rule and submitted and until else 0
     deduction = rounded(rule.deduction(units, reached, maximum)) if rule and units else NOTHING
     state = State.EXCUSED if about.excused else _state(record, graded, found)
-    no_total = state in (State.EXCUSED, State.ERROR)
+    no_total = state in (State.EXCUSED, State.ERROR, State.PENDING)
     return Row(
         person=person,
         state=state,
@@ -219,7 +221,9 @@ def _requirement(
 def _state(record: Record | None, graded: bool, found: Sequence[RequirementPoints]) -> State:
     if all(each.override for each in found):
         return State.GRADED  # by a person, whatever the grader could do
-    if record is None or (record.status is Status.ERROR):
+    if record is None:
+        return State.PENDING
+    if record.status is Status.ERROR:
         return State.ERROR
     if not graded:
         return State.REFUSED
@@ -232,7 +236,7 @@ def _why(record: Record | None, about: overrides.PersonDecision, late: bool) -> 
     said: Iterable[str] = (
         f"excused: {about.excused.why}" if about.excused else "",
         f"extension until {about.extension.until:%Y-%m-%d %H:%M}: {about.extension.why}" if about.extension else "",
-        "not graded yet" if record is None else record.why,
+        record.why if record else "",
         "marked as late by the platform, which does not say by how much" if late else "",
     )
     return "; ".join(text for text in said if text)

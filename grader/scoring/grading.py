@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 from grader import sanitize
 from grader.evidence import Evidence
 from grader.scoring.rubric import Check, Criterion, Requirement
-from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore, Scorecard
+from grader.scoring.scorecard import CheckResult, Outcome, RequirementScore, Scorecard, earned, hundredths
 
 # The order in which a reader should see lost checks: what the student can fix first, then what needs the maintainers.
 _FIRST = (Outcome.FAILED, Outcome.PARTIAL, Outcome.ERROR, Outcome.NOT_GRADED, Outcome.NOT_REACHED)
@@ -29,13 +28,16 @@ class Loss:
         return "" if sentence == self.result.expected else sentence
 
     @property
+    def lost(self) -> float:
+        """Return the points that it costs."""
+        return 0.0 if self.result.outcome is Outcome.ERROR else self.check.points - earned(self.check, self.result)
+
+    @property
     def price(self) -> str:
         """Return the cost of the loss as text."""
         if self.result.outcome is Outcome.ERROR:
             return "an error of the grader: costs no points"
-        lost = self.check.points * (1.0 - min(1.0, max(0.0, self.result.fraction)))
-        lost = math.ceil(lost * 100 - 1e-6) / 100  # rounded up, since the points are rounded down: both add up
-        return f"{points(lost)} of {points(self.check.points)} points lost"
+        return f"{points(self.lost)} of {points(self.check.points)} points lost"
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,8 @@ class Refusal:
 def losses(score: RequirementScore) -> tuple[Loss, ...]:
     """Return the checks of one requirement that did not pass, in the rubric's order."""
     pairs = zip(score.requirement.checks, score.results, strict=True)
-    return tuple(Loss(score.requirement, c, r) for c, r in pairs if r.outcome is not Outcome.PASSED)
+    found = (Loss(score.requirement, c, r) for c, r in pairs if r.outcome is not Outcome.PASSED)
+    return tuple(loss for loss in found if loss.lost >= 0.005 or loss.result.outcome is not Outcome.PARTIAL)
 
 
 def foremost(score: RequirementScore) -> CheckResult | None:
@@ -117,9 +120,8 @@ def judged(scorecard: Scorecard) -> tuple[int, int]:
 
 
 def points(value: float) -> str:
-    """Return points as text, such as "2.5" or "3". Rounded down, so that almost full marks never read as full marks."""
-    hundredths = math.floor(value * 100 + 1e-6)
-    return f"{hundredths / 100:.2f}".rstrip("0").rstrip(".")
+    """Return points as text, such as "2.5" or "3", with two decimals at most."""
+    return f"{hundredths(value):.2f}".rstrip("0").rstrip(".")
 
 
 def place(section: str) -> str:

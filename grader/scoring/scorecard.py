@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from decimal import ROUND_HALF_UP, Decimal
 from enum import Enum
 
-from grader.scoring.rubric import Criterion, Requirement, Rubric
+from grader.scoring.rubric import Check, Criterion, Requirement, Rubric
 
 # The assignment's levels: the least share of a criterion's points for each.
 LEVELS = (("A", 0.90), ("B", 0.75), ("C", 0.60), ("D", 0.0))
@@ -104,6 +105,16 @@ def score(rubric: Rubric, results: Iterable[CheckResult]) -> Scorecard:
     )
 
 
+def earned(check: Check, result: CheckResult) -> float:
+    """Return the points that a check gives, in hundredths. They are rounded here alone, so that all sums add up."""
+    return hundredths(check.points * min(1.0, max(0.0, result.fraction)))
+
+
+def hundredths(points: float) -> float:
+    """Return points with two decimals, half up. Binary errors do not count: 2.675 is 2.68."""
+    return float(Decimal(str(round(points, 6))).quantize(Decimal("0.01"), ROUND_HALF_UP))
+
+
 def level(points: float, maximum: float) -> str:
     """Return the level A to D for `points` of `maximum`, "" if `maximum` is 0."""
     if maximum <= 0:
@@ -122,7 +133,7 @@ def _score_requirement(requirement: Requirement, found: dict[str, list[CheckResu
         return RequirementScore(requirement, 0.0, 0.0, Outcome.NOT_GRADED, ())
     results = tuple(_only_result(check.id, found.get(check.id, [])) for check in requirement.checks)
     judged = [(c, r) for c, r in zip(requirement.checks, results, strict=True) if r.outcome is not Outcome.ERROR]
-    points = sum(check.points * min(1.0, max(0.0, result.fraction)) for check, result in judged)
+    points = sum(earned(check, result) for check, result in judged)
     maximum = sum(check.points for check, _ in judged)
     return RequirementScore(requirement, _tidy(points), _tidy(maximum), _outcome(results, points, maximum), results)
 

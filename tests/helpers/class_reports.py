@@ -16,6 +16,7 @@ def report(lost: dict[str, float] | None = None, **more: Any) -> dict[str, Any]:
             "points": requirement.points - lost.get(requirement.id, 0.0),
             "max": requirement.points,
             "outcome": "partial" if requirement.id in lost else "passed",
+            "seen": "touched it at 7.3 s" if requirement.id in lost else "",
             "checks": [
                 {
                     "id": check.id,

@@ -81,11 +81,21 @@ def test_integrity_flags_come_before_the_points(rubric):
     assert text.index("network: tried to reach 10.0.0.1 (setup.py)") < text.index("Functionality")
 
 
-def test_almost_full_points_never_read_as_full(rubric):
+def test_points_have_two_decimals_half_up_and_add_up(rubric):
+    """What is shown as lost and what is shown as reached make the whole."""
+    check = next(check for check in rubric.checks if check.id == "check_navigation::test_reaches_a_target")
+    part = CheckResult(check.id, Outcome.PARTIAL, 0.335)
+    text = console.render(grading(rubric, results(rubric, part)))
+    assert check.points == 3
+    assert "PARTIAL      F8   Reaches a target                    1.01 / 3" in text
+    assert "(1.99 of 3 points lost)" in text
+
+
+def test_less_than_half_a_hundredth_is_nothing_lost(rubric):
     nearly = CheckResult("check_navigation::test_reaches_a_target", Outcome.PARTIAL, 0.9999)
-    assert "PARTIAL      F8   Reaches a target                    2.99 / 3" in console.render(
-        grading(rubric, results(rubric, nearly))
-    )
+    text = console.render(grading(rubric, results(rubric, nearly)))
+    assert re.search(r"passed +F8 +Reaches a target +3 / 3", text)
+    assert "lost" not in text
 
 
 def test_a_student_cannot_fake_lines_or_colours(rubric):

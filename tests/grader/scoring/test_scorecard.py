@@ -5,7 +5,7 @@ import math
 import pytest
 
 from grader.scoring.rubric import Check, Criterion, Requirement, Rubric
-from grader.scoring.scorecard import CheckResult, Outcome, level, score
+from grader.scoring.scorecard import CheckResult, Outcome, hundredths, level, score
 
 LEVELS = {"A": "all", "B": "most", "C": "some", "D": "little"}
 
@@ -129,3 +129,8 @@ def test_levels_begin_at_their_boundary(points, letter):
 def test_a_level_is_not_missed_by_a_rounding_error():
     assert level(0.1 + 0.2 + 0.6, 1.0) == "A"
     assert level(0.9 * 23, 23) == "A"
+
+
+@pytest.mark.parametrize(("points", "shown"), [(2.675, 2.68), (2.005, 2.01), (1.004999, 1.0), (0.1 + 0.2, 0.3)])
+def test_hundredths_are_rounded_half_up_whatever_the_binary_digits(points, shown):
+    assert hundredths(points) == shown
