@@ -52,7 +52,8 @@ def package(tmp_path: Path) -> Path:
 def test_only_the_places_where_it_is_the_packages_name_are_listed(package: Path):
     assert places(package, "robot_controller") == [
         "package.xml:2", "CMakeLists.txt:1", "setup.py:1", "setup.py:3", "setup.py:4", "setup.cfg:2",
-        "robot_controller/", "launch/all_launch.py:2", "robot_controller/robot_controller.py:1", "scripts/robot_controller:2",
+        "robot_controller/", "launch/all_launch.py:2", "robot_controller/robot_controller.py:1",
+        "scripts/robot_controller:2",
     ]  # fmt: skip
 
 
