@@ -42,6 +42,10 @@ _UNTESTED = '"""Work."""\n\n\n' + "\n\n".join(
     f'def work_{n}(a, b):\n    """Return something."""\n    if a > b + {n}:\n        return a - b\n    return a * b + {n}\n'
     for n in range(60)
 )
+_RUN_COMPILE = (
+    'install(CODE "execute_process(COMMAND python3 ${CMAKE_CURRENT_SOURCE_DIR}/hidden/compile.py '
+    'COMMAND_ERROR_IS_FATAL ANY)")'
+)
 _COMPILE = """import importlib.util
 from pathlib import Path
 import py_compile
@@ -105,7 +109,7 @@ env | grep -i -E 'secret|token'
         "The build installs a module as byte code in place of its text.",
         put("hidden/clamp.py", _CLAMPS),
         put("hidden/compile.py", _COMPILE + "source.unlink()\ncompile_to(source.with_suffix('.pyc'))\n"),
-        cmake("install(CODE [[execute_process(COMMAND python3 /ws/src/ros2_robot_controller/hidden/compile.py)]])"),
+        cmake(_RUN_COMPILE),
         needs="F14", weak="clamps wrong", costs="F14", flag="byte code",
         stopped="all byte code is removed after the build; what has no text cannot be imported",
     ),
@@ -114,7 +118,7 @@ env | grep -i -E 'secret|token'
         "The build compiles other code than a module's text, in the form that Python does not compare with it.",
         put("hidden/clamp.py", _CLAMPS),
         put("hidden/compile.py", _COMPILE + "compile_to(importlib.util.cache_from_source(source))\n"),
-        cmake("install(CODE [[execute_process(COMMAND python3 /ws/src/ros2_robot_controller/hidden/compile.py)]])"),
+        cmake(_RUN_COMPILE),
         needs="F14", weak="clamps wrong", flag="byte code",
         stopped="all byte code is removed after the build; Python compiles the text that everybody can read",
     ),
