@@ -27,8 +27,8 @@ _DAMAGED = ("damaged_zip", "not_a_zip", "empty", "hostile")
 
 
 def kinds() -> Iterator[str]:
-    """Return what is handed in, in turn: the reference, the variants, what cannot be graded, then each known-bad one."""
-    variants = sorted(path.name for path in VARIANTS.iterdir() if (path / "ros2_robot_controller").is_dir())
+    """Return what is handed in: the reference, the variants, what cannot be graded, then each known-bad one."""
+    variants = sorted(path.parent.name for path in VARIANTS.glob("*/ros2_robot_controller"))
     yield from ("reference", *variants, *_DAMAGED)
     yield from itertools.cycle(EDITS)
 
@@ -44,7 +44,7 @@ def make(folder: Path, count: int) -> None:
         people += [(name, words, f"{name}@uni.example", name, team) for name, words in members]
         hand_in(kind, export / f"submission_{number}")
         submitted = DEADLINE + dt.timedelta(hours=30 if number % 10 == 0 else -number)
-        said = "".join(f"  - :name: {words}\n    :sid: {name}\n    :email: {name}@uni.example\n" for name, words in members)
+        said = "".join(f"  - :name: {who}\n    :sid: {sid}\n    :email: {sid}@uni.example\n" for sid, who in members)
         metadata.append(f"submission_{number}:\n  :submitters:\n{said}  :created_at: {submitted:%Y-%m-%d %H:%M:%S} Z\n")
     (export / "submission_metadata.yml").write_text("".join(metadata))
     people += [(f"s{count + 1}{letter}", f"{letter.upper()}da Absent", "", "", f"team{count + 1}") for letter in "ab"]

@@ -19,7 +19,8 @@ from grader.notebook import checkpoints
 from grader.scoring.rubric import Rubric
 
 WITHHELD = (
-    "solution_pkg/", "tests/", ".git/", ".github/", "grader/authoring", "grader/classroom", "grader/selftest", "notebooks/source", "out/",
+    "solution_pkg/", "tests/", ".git/", ".github/", "grader/authoring", "grader/classroom",
+    "grader/selftest", "notebooks/source", "out/",
 )  # fmt: skip
 
 

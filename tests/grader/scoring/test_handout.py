@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 
+import pytest
+
 from grader import KIT
 from grader.scoring import handout, rubric
 
@@ -40,11 +42,25 @@ def test_the_interfaces_are_the_contracts_own_files():
 @pytest.mark.parametrize(
     "words",
     [
-        "only claimed earns nothing", "0 is a speed", "hold backwards", "more than 60 degrees", "`ACTIVE` on the way to a goal",
-        "reached already when it comes succeeds", "orientation of `final_pose` is not judged", "not their defaults",
-        "costs F13 alone", "graded under that name", "Executables in `bin`", "`test_depend`", "does not depend on itself",
-        "starts without any argument", "nothing but tests calls", "not handed in", "no reader sees", "crashes or hangs",
+        "only claimed earns nothing",
+        "0 is a speed",
+        "hold backwards",
+        "more than 60 degrees",
+        "`ACTIVE` on the way to a goal",
+        "reached already when it comes succeeds",
+        "orientation of `final_pose` is not judged",
+        "not their defaults",
+        "costs F13 alone",
+        "graded under that name",
+        "Executables in `bin`",
+        "`test_depend`",
+        "does not depend on itself",
+        "starts without any argument",
+        "nothing but tests calls",
+        "not handed in",
+        "no reader sees",
+        "crashes or hangs",
     ],
-)  # fmt: skip
+)
 def test_the_readings_of_the_requirements_are_in_the_handout(words):
     assert words in handout.render(rubric.load(ROOT / "rubric.yaml"))

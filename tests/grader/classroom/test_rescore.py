@@ -1,0 +1,100 @@
+"""Judging a class once more from its evidence, and saying what changed."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from helpers import recordings
+
+from grader import evidence, pipeline, report
+from grader.classroom import comparison, gradebook
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
+from grader.classroom.discovery import Entry
+from grader.classroom.rescore import Change, rescore
+from grader.classroom.roster import Person
+from grader.errors import GraderError
+from grader.scoring import rubric
+from grader.settings import Settings
+
+
+@pytest.fixture(scope="module")
+def graded(tmp_path_factory) -> Path:
+    """Return a class with the reference's recording as its only submission."""
+    folder = ClassFolder(tmp_path_factory.mktemp("class"))
+    settings = Settings(rubric=rubric.load(rubric.RUBRIC), cache=folder.path)
+    (folder.path / RUBRIC).write_text(rubric.RUBRIC.read_text())
+    entry = Entry("team07", "team07", Path("team07.zip"), "a" * 64, (Person("s1"),))
+    folder.write_facts(ClassFacts("Robots", "x", "plain", settings.rubric.sha256, "k", "0", "", 0, (entry,)))
+    made = folder.working("team07")
+    evidence.save(recordings.load("reference"), made / pipeline.EVIDENCE)
+    report.write(pipeline.judge(made / pipeline.EVIDENCE, settings), made, pictures=False)
+    folder.keep(made, Record("team07", Status.GRADED, rubric=settings.rubric.sha256))
+    return folder.path
+
+
+@pytest.fixture
+def again(graded: Path, tmp_path: Path) -> ClassFolder:
+    shutil.copytree(graded, tmp_path / "class")
+    return ClassFolder(tmp_path / "class")
+
+
+def test_the_same_rubric_and_checks_give_the_same_points(again: ClassFolder, graded: Path):
+    done = rescore(again, jobs=1)
+    assert (done.judged, done.changes) == (1, ())
+    assert comparison.compare(graded, again.path) == ([], [])
+    assert (again.submission("team07") / pipeline.EVIDENCE / "build.json").exists()
+
+
+def test_a_single_requirement_is_judged_again_and_the_others_keep_their_results(again: ClassFolder, graded: Path):
+    place = again.submission("team07")
+    answers = json.loads((place / pipeline.EVIDENCE / "conversions.json").read_text())
+    wrong = [each | {"answer": [9.0 for _ in each["answer"]]} for each in answers]
+    (place / pipeline.EVIDENCE / "conversions.json").write_text(json.dumps(wrong))
+    said = json.loads((place / "report.json").read_text())
+    next(r for r in said["requirements"] if r["id"] == "F2")["checks"][0]["seen"] = "kept from before"
+    (place / "report.json").write_text(json.dumps(said))
+    done = rescore(again, only=["F14"], jobs=1)
+    assert [(c.submission, c.requirement, c.after) for c in done.changes] == [("team07", "F14", 0)]
+    assert isinstance(done.changes[0], Change)
+    assert "kept from before" in (place / "report.json").read_text()
+    (difference,), alone = comparison.compare(graded, again.path)
+    assert (difference.requirement, difference.before, difference.after) == ("F14", "1.00", "0.00")
+    assert difference.why == ("the evidence",)
+    assert alone == []
+
+
+def test_a_new_rubric_counts_and_is_kept_with_the_class(again: ClassFolder, graded: Path, tmp_path: Path):
+    text = rubric.RUBRIC.read_text()
+    old = '{id: "check_idle::test_publishes_zero_without_a_command", points: 1.5,'
+    other = '{id: "check_idle::test_publishes_at_the_control_rate", points: 1.5,'
+    assert text.count(old) == text.count(other) == 1
+    text = text.replace(old, old.replace("1.5", "2")).replace(other, other.replace("1.5", "1"))
+    (tmp_path / "new.yaml").write_text(text)
+    rescore(again, new_rubric=tmp_path / "new.yaml", jobs=1)
+    assert (again.path / RUBRIC).read_text() == text
+    record = again.record("team07")
+    assert record is not None
+    assert record.rubric == again.facts().rubric == rubric.load(tmp_path / "new.yaml").sha256
+    assert gradebook.read(again).rows[0].total == gradebook.read(ClassFolder(graded)).rows[0].total
+
+
+def test_evidence_that_was_not_collected_is_named_with_the_command_that_collects_it(again: ClassFolder):
+    for path in (again.submission("team07") / pipeline.EVIDENCE / "trials").glob("idle*.json"):
+        path.unlink()
+    with pytest.raises(
+        GraderError, match=r"team07 lacks evidence of the trial idle.* `grader batch SOURCE --out CLASS`"
+    ):
+        rescore(again, jobs=1)
+
+
+def test_an_unknown_requirement_is_a_sentence(again: ClassFolder):
+    with pytest.raises(GraderError, match="no requirement F99"):
+        rescore(again, only=["F99"], jobs=1)
+
+
+def test_what_is_neither_a_class_nor_a_grading_is_a_sentence(graded: Path, tmp_path: Path):
+    with pytest.raises(GraderError, match="neither a class nor a grading"):
+        comparison.compare(graded, tmp_path)
