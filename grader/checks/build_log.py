@@ -15,6 +15,8 @@ _OURS = re.compile(r"/ws/(?:src|build)/[^/\s']+/+|\bsubmission/(?=package\.xml)"
 _DEEP = re.compile(r"CMake Error at \S*(?:<ros>|cmake_install)\S* \(\w+\):\s*")
 _CALLER = re.compile(r"^\s*(CMakeLists\.txt:\d+ \(\w+\))\s*$", re.MULTILINE)
 _RAISED = re.compile(r"^\s*(?:[\w.]+\.)?([A-Z]\w*(?:Error|Exception|Specification|Package|Name|NotFound)): (.+)")
+# setuptools runs the text of setup.py, so tracebacks know it as <string>.
+_PLACE = re.compile(r'File "(?:/ws/src/[^/"]+/+([^"]+)|<string>)", line (\d+)')
 _COMMANDS = {
     "rosidl_generate_interfaces": "find_package(rosidl_default_generators REQUIRED) before it",
     "ament_package": "find_package(ament_cmake REQUIRED) before it",
@@ -73,11 +75,14 @@ def _first(lines: Sequence[str]) -> str:
 
 def _raised(lines: Sequence[str]) -> str:
     """Return the words of the first exception whose traceback ends in these lines."""
+    where = ""
     for number, line in enumerate(lines):
+        if match := _PLACE.search(line):
+            where = f"{match[1] or 'setup.py'}:{match[2]}: "
         if match := _RAISED.match(line):
             # CMake breaks long lines and indents them alike.
             more = itertools.takewhile(lambda line: line.startswith("  ") and line.strip(), lines[number + 1 :])
-            return " ".join([match[2].strip(), *(line.strip() for line in more)])
+            return where + " ".join([match[2].strip(), *(line.strip() for line in more)])
     return ""
 
 
@@ -126,5 +131,6 @@ _KNOWN: tuple[tuple[str, Callable[[str, re.Match[str]], BuildError]], ...] = (
     (r"(?:mismatched tag|not well-formed|no element found|junk after document)[^:]*: line \d+, column \d+",
      _says("package.xml breaks off there: each <tag> needs its </tag>")),
     (r"The manifest must", _says("compare package.xml with the course's line by line")),
+    (r"can't open file 'setup.py'", lambda *_: BuildError("there is no setup.py", "write it, or a CMakeLists.txt")),
     (r"can't copy '([^']+)'", _says("write {0}, or take it out of data_files in setup.py")),
 )  # fmt: skip

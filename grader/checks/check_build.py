@@ -113,5 +113,4 @@ def _explained(judge: Judge, missing: list[str], seen: str, by_cmake: str, by_se
     cause = shown_by(faults, "\n".join([*missing, *(f"{path.partition('/')[0]}/" for path in missing)]))
     if cause is not None:
         return f"{seen}\n{sentence(cause)}", cause.cure
-    quality = judge.evidence.quality
-    return seen, by_setup if quality is not None and not quality.manifest.has_cmake else by_cmake
+    return seen, by_setup if judge.installer == "setup.py" else by_cmake

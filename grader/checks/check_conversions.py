@@ -21,7 +21,7 @@ def test_conversions_are_right_at_their_edges(judge: Judge) -> None:
         judge.expect(
             False,
             f"utils/conversions.py cannot be imported: {problem}",
-            "is the file there, does CMakeLists.txt install it, and are its own imports right?",
+            f"is the file there, does {judge.installer} install it, and are its own imports right?",
         )
     wrong = {}
     for answer in answers:

@@ -49,10 +49,10 @@ def _of_the_nodes(judge: Judge) -> tuple[float, str]:
     if reached is None:
         return 0.0, ""
     weight = weights(judge, reached.lines)
-    count = sum(weight.get(path, 0.0) * found for path, found in reached.style.items())
-    lines = sum(weight[path] * reached.lines[path] for path in weight)
-    words = f"in the code that the nodes use, {sum(reached.style.values())} in {sum(reached.lines.values())}"
-    return count / max(1.0, lines), words
+    count, lines = sum(reached.style.values()), sum(reached.lines.values())
+    average = sum(weight.get(path, 0.0) * found for path, found in reached.style.items())
+    average /= max(1.0, sum(weight[path] * reached.lines[path] for path in weight))
+    return max(average, count / max(1, lines)), f"in the code that the nodes use, {count} in {lines}"
 
 
 def _suppressed(quality: Quality) -> str:

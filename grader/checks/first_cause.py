@@ -15,13 +15,14 @@ def sentence(fault: Fault) -> str:
     return f"{fault.path}{f':{fault.line}' if fault.line else ''}: {fault.text}"
 
 
-def shown_by(faults: Sequence[Fault], output: str) -> Fault | None:
+def shown_by(faults: Sequence[Fault], output: str, *, by_path: bool = False) -> Fault | None:
     """Return the first fault that the output of a build or of a node is about, None if there is none.
 
-    The output of ROS's tools names what they stumble over, and so do the faults, in backquotes.
+    The output of ROS's tools names what they stumble over, and so do the faults, in backquotes. A node's output names
+    few files, so with `by_path` that of the fault is enough; a build's names them all.
     """
     for fault in faults:
-        words = [*re.findall(r"`([^`]+)`", fault.text), f"{fault.path}:{fault.line}"]
+        words = [*re.findall(r"`([^`]+)`", fault.text), f"{fault.path}:{fault.line}", *([fault.path] * by_path)]
         if any(re.search(rf"(?<!\w){re.escape(word.rstrip('('))}(?!\w)", output) for word in words):
             return fault
     return None

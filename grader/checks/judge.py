@@ -118,7 +118,7 @@ class Judge:
         because = trial.ended + last_output(trial)
         faults = self.faults("install", "start", *filter(None, [_ABOUT.get(trial.name.partition("_")[0])]))
         output = trial.process.output_tail if trial.process is not None else ""
-        cause = shown_by(faults, f"{trial.ended}\n{output}")
+        cause = shown_by(faults, f"{trial.ended}\n{output}", by_path=True)
         if cause is not None:
             return f"{sentence(cause)} ({cause.cure}); {because}"
         return because + besides(faults)
@@ -163,6 +163,13 @@ class Judge:
         if not goal.accepted:
             raise Failed(f"the goal ({goal.x:.2f}, {goal.y:.2f}) was rejected", "accept goals with finite numbers")
         return goal
+
+    @property
+    def installer(self) -> str:
+        """Return the file that says what the build installs: setup.py in a package without CMakeLists.txt."""
+        quality = self.evidence.quality
+        found = quality is not None and quality.manifest.found and not quality.manifest.has_cmake
+        return "setup.py" if found else "CMakeLists.txt"
 
     def quality(self) -> Quality:
         """Return the facts about the package's text."""

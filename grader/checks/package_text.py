@@ -103,7 +103,11 @@ def lowest_share(judge: Judge, things: Sequence[Definition], share: Callable[[Co
     if not used:
         return whole, ""
     weight = weights(judge, Counter(thing.path for thing in used))
-    of_nodes = share(lambda holds: sum(weight[thing.path] for thing in used if holds(thing)))
+    # A cap on a file's weight keeps it from making up for others; what is wrong in it counts in full.
+    of_nodes = min(
+        share(lambda holds: sum(map(holds, used))),
+        share(lambda holds: sum(weight[thing.path] for thing in used if holds(thing))),
+    )
     if of_nodes < whole:
         return of_nodes, f"the nodes use {len(used)} of the {len(things)}; the others do not make up for these"
     return whole, ""

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from grader.errors import GraderError
 from grader.host import cgroup, submission_user
 from grader.host.cgroup import Hierarchy
 
@@ -79,7 +80,10 @@ class Machine:
 
     def refuses_other_user(self) -> str:
         """Return why root cannot run a sandbox as another user here, "" if it can."""
-        return submission_user.refusal()
+        try:
+            return submission_user.refusal()
+        except GraderError as error:
+            return str(error)
 
     def free_bytes(self, path: str) -> int:
         """Return the free space of the disk that holds `path`."""

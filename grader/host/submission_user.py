@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 
 from grader import KIT
+from grader.errors import GraderError
 from grader.host import namespaces, ros_env
 
 # systemd's list of user ids leaves 1,879,048,192 to 2,147,483,647 to nobody.
@@ -27,7 +28,7 @@ RUNS_AS_ROOT = (
     "The grader ran as root and could not run the submission's code as another user; only the sandbox's read-only "
     "mounts kept it from this machine's files. Grade as an ordinary user."
 )
-_PROBE_SECONDS = 20
+_PROBE_SECONDS = 300  # takes 20 ms
 # Reads what every sandbox must be able to read, and then tries to write a file of root's.
 _PROBE = (
     'id -u && head -c1 "$1" "$2" >/dev/null && '
@@ -64,7 +65,11 @@ def become(user: int) -> list[str]:
 
 @cache
 def refusal() -> str:
-    """Return why root cannot run a sandbox as another user on this machine, "" if that works. Tries it really."""
+    """Return why root cannot run a sandbox as another user on this machine, "" if that works. Tries it really.
+
+    Raises:
+        GraderError: no sandbox works at the moment, so that this cannot be told; nothing may run as root for that.
+    """
     user = _id()
     command = [
         "bwrap", "--ro-bind", "/", "/", "--proc", "/proc", "--dev", "/dev", "--unshare-pid", "--unshare-ipc",
@@ -74,14 +79,24 @@ def refusal() -> str:
         "--", *become(user), "sh", "-c", _PROBE, "probe",
         "/tmp/kit/__init__.py", "/tmp/packages/rclpy/__init__.py", "/tmp/file",
     ]  # fmt: skip
+    ended = _run(command)
+    if ended.returncode == 0 and ended.stdout.strip() == str(user):
+        return ""
+    if (plain := _run(["bwrap", "--unshare-user", "--ro-bind", "/", "/", "true"])).returncode != 0:
+        raise GraderError(f"No sandbox can be set up: {_last_line(plain)}. Run `grader doctor`; it prints the fix.")
+    return _last_line(ended)
+
+
+def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
     try:
-        ended = subprocess.run(
+        return subprocess.run(
             command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=_PROBE_SECONDS, check=False
         )
     except (OSError, subprocess.TimeoutExpired) as error:
-        return str(error)
-    if ended.returncode == 0 and ended.stdout.strip() == str(user):
-        return ""
+        raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it prints the fix.") from error
+
+
+def _last_line(ended: subprocess.CompletedProcess[str]) -> str:
     return (ended.stderr.strip().splitlines() or [f"exit status {ended.returncode}"])[-1][:200]
 
 

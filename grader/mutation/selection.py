@@ -6,7 +6,7 @@ import ast
 import contextlib
 import random
 from collections import Counter, defaultdict
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
@@ -27,24 +27,39 @@ class Selection:
 
 
 def choose(
-    changes: Sequence[Change], count: int, rng: random.Random, nodes: Container[str] = frozenset()
+    changes: Sequence[Change], count: int, rng: random.Random, nodes: frozenset[str] = frozenset()
 ) -> list[Change]:
     """Return up to `count` changes, spread over functions and kinds, in the order in which to try them.
 
     No module has more of them than the `nodes` (their modules) together: many small functions must not push the nodes
     aside.
     """
-    order = _spread_out(changes, _DRAWN * count, rng)
+    if not nodes:
+        return _spread_out(changes, count, rng)
+    order = _spread_out(_of_few_functions(changes, nodes, rng), _DRAWN * count, rng)
     for at_most in range(count, _EACH_AT_LEAST, -1):
         chosen = list(islice(_few_of_each(order, at_most, nodes), count))
         of_nodes = sum(change.path in nodes for change in chosen)
         others = Counter(change.path for change in chosen if change.path not in nodes)
-        if not of_nodes or max(others.values(), default=0) <= of_nodes:
+        if max(others.values(), default=0) <= of_nodes:
             return chosen
     return list(islice(_few_of_each(order, _EACH_AT_LEAST, nodes), count))
 
 
-def _few_of_each(changes: Iterable[Change], at_most: int, nodes: Container[str]) -> Iterator[Change]:
+def _of_few_functions(changes: Sequence[Change], nodes: frozenset[str], rng: random.Random) -> list[Change]:
+    """Return the changes without those of most functions, where a module has more of them than the nodes together."""
+    functions: dict[str, dict[str, None]] = defaultdict(dict)
+    for change in changes:
+        functions[change.path][change.function] = None
+    most = max(_EACH_AT_LEAST, sum(len(names) for path, names in functions.items() if path in nodes))
+    kept = {
+        path: set(names if path in nodes or len(names) <= most else rng.sample(list(names), most))
+        for path, names in functions.items()
+    }
+    return [change for change in changes if change.function in kept[change.path]]
+
+
+def _few_of_each(changes: Iterable[Change], at_most: int, nodes: frozenset[str]) -> Iterator[Change]:
     """Yield the changes without those of a module, other than a node's, that has had `at_most` already."""
     count: Counter[str] = Counter()
     for change in changes:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Iterator
 from pathlib import PurePosixPath
 
+from grader import python_ast
 from grader.contract import definition
 from grader.contract.foreign_packages import absent
 from grader.contract.layout import LAYOUT
@@ -247,13 +249,12 @@ def _in_setup(sources: PackageSources) -> Iterator[Fault]:
     """Yield the faults of a package that setup.py builds."""
     setup = sources.setup
     if setup is None:
-        missing = _SETUP not in sources.paths
-        text = "there is no setup.py and no CMakeLists.txt" if missing else "it does not call setup()"
-        yield Fault(_SETUP, 0, "build", text, "the course's CMakeLists.txt builds the interfaces, too")
+        line, text = _unreadable_setup(sources)
+        yield Fault(_SETUP, line, "build", text, "compare it with the one that `ros2 pkg create` writes")
         return
     if setup.name and sources.xml.name and setup.name != sources.xml.name:
         text = f"its name is `{setup.name}`, and package.xml has `{sources.xml.name}`"
-        yield Fault(_SETUP, setup.line, "build", text, f"name='{sources.xml.name}'")
+        yield Fault(_SETUP, setup.line, "install", text, f"name='{sources.xml.name}'")
     for entry in setup.entry_points:
         if fault := _entry_point(sources, entry):
             yield fault
@@ -270,10 +271,23 @@ def _in_setup(sources: PackageSources) -> Iterator[Fault]:
             yield Fault(_SETUP, setup.line, "install", f"its data_files do not install `{folder}/`", cure)
 
 
+def _unreadable_setup(sources: PackageSources) -> tuple[int, str]:
+    """Return the line in setup.py, and in words why nothing can be read from it."""
+    if _SETUP not in sources.paths:
+        return 0, "it is not there, and without it colcon cannot build the package"
+    try:
+        ast.parse(sources.read(_SETUP))
+    except SyntaxError as error:
+        return error.lineno or 1, f"it is not valid Python: `{error.msg}`"
+    except python_ast.TOO_COMPLEX:
+        return 0, "it is too complex to be read"
+    return 0, "it does not call setup()"
+
+
 def _entry_point(sources: PackageSources, entry: EntryPoint) -> Fault | None:
     if not entry.name:
         cure = f"'name = {sources.name}.module:function'"
-        return Fault(_SETUP, entry.line, "build", f"`{entry.text}` is no entry point", cure)
+        return Fault(_SETUP, entry.line, "start", f"`{entry.text}` is no entry point", cure)
     path = entry.module.replace(".", "/")
     if f"{path}.py" in sources.paths or f"{path}/__init__.py" in sources.paths:
         return None

@@ -41,7 +41,7 @@ class Module:
     @property
     def name(self) -> str:
         """Return the dotted name under which Python imports it."""
-        parts = PurePosixPath(self.path).with_suffix("").parts
+        parts = _parts(PurePosixPath(self.path).with_suffix(""))
         return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
     @property
@@ -141,10 +141,15 @@ def imports(module: Module) -> Imports:
     return Imports(names, frozenset(modules))
 
 
+def _parts(path: PurePosixPath) -> tuple[str, ...]:
+    """Return the parts of a path that are in a module's name: `src` around the Python package is not."""
+    return path.parts[1:] if path.parts[0] == "src" and len(path.parts) > 2 else path.parts
+
+
 def absolute(module: Module, node: ast.ImportFrom) -> str:
     """Return the dotted name of what a `from` import names; a relative one is made absolute."""
     if not node.level:
         return node.module or ""
-    parts = list(PurePosixPath(module.path).parts[:-1])
+    parts = _parts(PurePosixPath(module.path))[:-1]
     base = parts[: len(parts) - (node.level - 1)]
     return ".".join([*base, *([node.module] if node.module else [])])

@@ -12,7 +12,7 @@ from grader.source import Collected, Phase, Subject
 _WHOLE_FILE = re.compile(r"flake8[:=]\s*noqa|skip-file|ruff:\s*noqa|mypy:\s*ignore-errors", re.IGNORECASE)
 _MANY = 10
 _MOST_ADDRESSED = 5
-_MUCH = 100  # lines of code, and more than the nodes have
+_MUCH = 100  # lines of code, and at least half as many as the nodes use
 
 
 class PackageText:
@@ -41,7 +41,7 @@ def _padding_flags(quality: Quality) -> list[Flag]:
     reached = quality.reached
     idle = reached.idle if reached and reached.nodes else {}
     used = sum(reached.lines[path] for path in reached.lines if role(path) == "module") if reached else 0
-    if sum(idle.values()) < _MUCH or sum(idle.values()) < used:
+    if sum(idle.values()) < max(_MUCH, used / 2):
         return []
     words = f"{sum(idle.values())} lines of code that no node uses, beside {used} that one does: they earned nothing"
     most = sorted(idle, key=lambda path: (-idle[path], path))[:5]

@@ -23,6 +23,7 @@ _SHEBANG = re.compile(rb"#!.*python")
 _MAX_SHEBANG = 200
 _MAX_COMMENT = 2000  # bytes searched for a suppression
 _BYTES_OF_A_LINE = 100  # a longer line counts as several
+_BYTES_OF_A_SHORT_LINE = 40
 _MAX_CMAKE = 256 * 1024
 # A linter that honours suppressions would judge the student's comments, not the code.
 _SUPPRESSION = re.compile(
@@ -48,6 +49,9 @@ class PythonFile:
 
         A long line counts as several: otherwise a file on one line would count for next to nothing.
         """
+        if self.problem == reading_limits.TOO_LARGE:
+            # What was read of it may be comments, and what comes after them anything.
+            return len(self.data) // _BYTES_OF_A_SHORT_LINE
         lines = (line.strip() for line in self.data.splitlines())
         return sum(1 + len(line) // _BYTES_OF_A_LINE for line in lines if line and not line.startswith(b"#"))
 

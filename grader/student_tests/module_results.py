@@ -54,11 +54,13 @@ def with_results(module: TestModule, code: Reachability, ran: ModuleRun, again: 
     messages = [f"{_short(test.id)}: {' '.join(test.message.split())[:200]}" for test in failed]
     missing, reasons = _missing(module, ran)
     called = _called(code, ran) | _called(code, again)
+    started = ran.started | (again.started if again is not None else set())
     return replace(
         module, passed=counts["passed"] + len(unsteady), failed=counts["failed"], errors=counts["error"] + missing,
         skipped=counts["skipped"], timed_out=bool(ran.timed_out), failures=[*messages, *reasons][:20],
         unsteady=[_short(test.id) for test in unsteady][:20], output_tail=ran.output_tail,
-        subjects=[node for node, homes in code.homes.items() if homes & called], reaches=bool(called),
+        subjects=[node for node, homes in code.homes.items() if homes & called or node in started],
+        reaches=bool(called or started & code.homes.keys()),
     )  # fmt: skip
 
 

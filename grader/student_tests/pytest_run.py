@@ -25,6 +25,7 @@ RC = "/ws/coveragerc"
 CACHE = "/tmp/pytest-cache"  # emptied before each run; pytest writes there only if a test asks it to
 REPORT_CAP = 1_000_000  # bytes
 TESTS_AT_MOST = 2000
+PROGRAMS_AT_MOST = 200
 
 # Hooks that a conftest.py has good reasons to define. The others can rewrite reports, drop tests or swallow exceptions.
 ALLOWED_HOOKS = {
@@ -64,6 +65,7 @@ def run_module(number: int, request: Request, modules: Path) -> None:
         sources = [path.parent for path in PACKAGE.glob("*/__init__.py") if not path.parent.name.startswith("test")]
         folders = [str(modules), *map(str, sources)]
         hook["watch"](folders, [str(PACKAGE), str(modules)], source_read_noter(stream.fileno(), recorder))
+        sys.addaudithook(program_noter(stream.fileno()))
         recorder.write(ended=run_pytest(recorder, request))
     if write is not None:
         write(recorder.tests)
@@ -199,6 +201,27 @@ def source_read_noter(report: int, recorder: Recorder) -> Callable[[str, int], N
         if entry not in noted and len(noted) < TESTS_AT_MOST:
             noted.add(entry)
             write(report, (dumps({"reads": entry[0], "where": entry[1], "line": line}) + "\n").encode())
+
+    return note
+
+
+def program_noter(report: int) -> Callable[[str, tuple[Any, ...]], None]:
+    """Return an audit hook that records the command lines of the programs that tests start.
+
+    A node that is killed in the end leaves no coverage, and yet the tests have reached it.
+    """
+    noted: set[str] = set()
+    write, dumps, decode = os.write, json.dumps, os.fsdecode
+
+    def note(event: str, arguments: tuple[Any, ...]) -> None:
+        if event != "subprocess.Popen" or len(noted) >= PROGRAMS_AT_MOST:
+            return
+        with contextlib.suppress(Exception):  # must never make a test fail
+            words = [arguments[1]] if isinstance(arguments[1], str | bytes) else list(arguments[1])
+            entry = dumps({"starts": " ".join(decode(word) for word in words)[:1000]})
+            if entry not in noted:
+                noted.add(entry)
+                write(report, (entry + "\n").encode())
 
     return note
 

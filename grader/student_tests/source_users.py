@@ -40,7 +40,9 @@ def users_of(module: Path, where: str, line: int, tests: Sequence[str]) -> froze
     if not names or not _spread(parts, names):
         return None
     defined = _defined(trees[module])
-    return frozenset(name for name in tests if (test := _qualified(name)) not in defined or {*_ways(test)} & names)
+    # Tests of other modules may run beside: the grader's own.
+    own = (name for name in tests if module.as_posix().endswith(f"/{name.partition('::')[0]}"))
+    return frozenset(name for name in own if (test := _qualified(name)) not in defined or {*_ways(test)} & names)
 
 
 def _parse(path: Path) -> ast.Module | None:
@@ -89,7 +91,7 @@ def _given(statement: ast.stmt) -> set[str]:
         return {statement.name}
     if isinstance(statement, ast.Import | ast.ImportFrom):
         return {(alias.asname or alias.name).partition(".")[0] for alias in statement.names}
-    names = {n.id for n in ast.walk(statement) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+    names = _stored(statement) - _inside_comprehensions(statement)
     if isinstance(statement, ast.For | ast.While | ast.With | ast.If | ast.Try):
         # A loop may put what it reads into a list or a dictionary that is there already.
         filled = (n.value for n in ast.walk(statement) if isinstance(n, ast.Subscript | ast.Attribute))
@@ -98,7 +100,7 @@ def _given(statement: ast.stmt) -> set[str]:
 
 
 def _mentions(*nodes: ast.AST) -> frozenset[str]:
-    found = set()
+    found = set[str]()
     for part in (part for node in nodes for part in ast.walk(node)):
         if isinstance(part, ast.Name):
             found.add(part.id)
@@ -106,7 +108,16 @@ def _mentions(*nodes: ast.AST) -> frozenset[str]:
             found.add(part.arg)
         elif isinstance(part, ast.Constant) and isinstance(part.value, str):  # `usefixtures`
             found.add(part.value)
-    return frozenset(found)
+    return frozenset(found.difference(*map(_inside_comprehensions, nodes)))
+
+
+def _stored(node: ast.AST) -> set[str]:
+    return {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+
+
+def _inside_comprehensions(node: ast.AST) -> set[str]:
+    """Return the names of the loops in comprehensions: nothing else sees those."""
+    return {name for part in ast.walk(node) if isinstance(part, ast.comprehension) for name in _stored(part.target)}
 
 
 def _defined(tree: ast.Module) -> set[str]:

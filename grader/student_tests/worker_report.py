@@ -6,15 +6,17 @@ import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
+from grader.contract.spec import NODES
 from grader.sandbox import untrusted
 from grader.student_tests import package_modules
 from grader.student_tests.source_users import users_of
 
 _REACH_CAP = 30_000_000  # bytes: a thousand tests that each reach a thousand lines
 _TAIL = 2000
+_STARTS = re.compile(r"ros2|python[\d.]*|(ba|da)?sh|env|timeout|xvfb-run|stdbuf")
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,8 @@ class ModuleRun:
     """The tests that reached each line of each module; "" stands for importing and for shared fixtures."""
     source_readers: frozenset[str] = frozenset()
     """The tests that read the package's source as a text."""
+    started: frozenset[str] = frozenset()
+    """The nodes that the tests have started as programs."""
     coverage_data: Path | None = None
     """A copy of coverage's data as it was when the run ended; no later test can change it. None where the run was cut
     off before it could say which test reached what: such data cannot be checked."""
@@ -99,6 +103,7 @@ def read_run(out: Path, number: int, seconds: float, module: Path) -> ModuleRun:
         output_tail=(untrusted.read_text(out / f"{number}.log") or "")[-_TAIL:].encode("utf-8", "replace").decode(),
         reach=_reach(untrusted.read_text(out / f"{number}.reach", _REACH_CAP)),
         source_readers=_source_readers(entries, collected, module),
+        started=frozenset(node for e in entries if "starts" in e for node in _started(_text(e["starts"], 1000))),
     )
 
 
@@ -139,6 +144,17 @@ def _source_readers(entries: Sequence[dict[str, Any]], collected: Sequence[str],
         users = users_of(module, _text(entry.get("where")), _int(entry.get("line"), 0), collected)
         found |= {"", *collected} if users is None else users
     return frozenset(found)
+
+
+def _started(command: str) -> Iterator[str]:
+    """Yield the nodes that a command line starts: by `ros2 run` or `launch`, Python, or themselves."""
+    words = [PurePosixPath(word).name for word in re.findall(r"[\w./-]+", command)]
+    first = words[0] if words else ""
+    for node in NODES:
+        known = {node, f"{node}.py", f"{node}_launch.py"}
+        named = any(word in known or word.endswith(f".{node}") for word in words)
+        if first == node or (named and _STARTS.fullmatch(first)):
+            yield node
 
 
 def _reach(text: str | None) -> dict[str, dict[int, frozenset[str]]]:

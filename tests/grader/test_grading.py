@@ -81,6 +81,27 @@ def test_an_edit_costs_its_own_points_and_no_others(graded: Grade, by_trial: tup
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in EDITS if name.startswith("renames_")])
+def test_another_name_costs_a_point_for_the_build_and_two_for_the_types(
+    graded: Grade, settings: pipeline.Settings, name: str
+):
+    """Everything else is graded under the name that the package has: nodes, launch files, tests, mutants, layout."""
+    report = graded(name, tuple(r.id for r in settings.rubric.requirements))
+    assert report["complete"], words(report)
+    assert {r["id"]: r["max"] - r["points"] for r in report["requirements"] if r["points"] < r["max"]} == {
+        "I1": 1,
+        "I3": 2,
+    }, words(report)
+    assert report["total"] == 97
+
+
+@pytest.mark.slow
+def test_executables_in_bin_cost_one_point_and_are_run_from_there(graded: Grade, by_trial: tuple[str, ...]):
+    report = graded("installs_executables_in_bin", by_trial)
+    assert {r["id"]: r["max"] - r["points"] for r in report["requirements"] if r["id"] in lost(report)} == {"I1": 1}
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(EDITS) - {*THOROUGHLY, *SLOWLY}))
 def test_an_edit_costs_the_requirements_it_names(graded: Grade, settings: pipeline.Settings, name: str):
     """That it costs nothing elsewhere is shown by `make known-bad`, which takes an hour."""

@@ -91,7 +91,7 @@ FAILS_ON = {
     "check_package_xml::test_every_package_used_is_declared": "does_not_declare_nav_msgs",
     # I3: The contract's types
     "check_interfaces::test_type_hashes_match_the_contract": "exchanges_two_fields",
-    "check_interfaces::test_nodes_use_the_contracts_types": "misnames_set_speed",
+    "check_interfaces::test_nodes_use_the_contracts_types": "renames_the_package",
     # I4: The contract's graph
     "check_graph::test_controller_shows_the_contracts_interfaces": "misnames_set_speed",
     "check_graph::test_processor_shows_the_contracts_interfaces": "publishes_another_topic",

@@ -47,18 +47,6 @@ class OpaqueFunction(Action):
         return found
 
 
-class ContextStep(Action):
-    """Changes the context by a function of it: a step of a group or an include."""
-
-    def __init__(self, step: Callable[[LaunchContext], Any]) -> None:
-        super().__init__()
-        self.step = step
-
-    def execute(self, context: LaunchContext) -> None:
-        """Call the function."""
-        self.step(context)
-
-
 class DeclareLaunchArgument(Action):
     """Declares an argument of the launch file; its default is set only if the name has no value yet."""
 

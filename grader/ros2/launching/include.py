@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from .actions import ContextStep, DeclareLaunchArgument, SetLaunchConfiguration
+from .actions import DeclareLaunchArgument, SetLaunchConfiguration
 from .context import LaunchContext
 from .entities import (
     Action,
@@ -123,12 +123,13 @@ class IncludeLaunchDescription(Action):
         """Read the file, and check that its required arguments are given before any of it runs."""
         description = self.launch_description_source.get_launch_description(context)
         location = self.launch_description_source.location
-        names = {"current_launch_file_path": str(location), "current_launch_file_directory": str(location.parent)}
-        before = {name: context.get_locals_as_dict().get(name) for name in names}
-        context.extend_locals(names)
+        # As in the real one, these stay what they are after the file, too.
+        context.extend_locals(
+            {"current_launch_file_path": str(location), "current_launch_file_directory": str(location.parent)}
+        )
         given = [SetLaunchConfiguration(name, value) for name, value in self.launch_arguments]
         self._require(context, description)
-        return [*given, description, ContextStep(lambda c: c.extend_locals(before))]
+        return [*given, description]
 
     def _require(self, context: LaunchContext, description: LaunchDescription) -> None:
         """Raise if a required argument is not among those given; a configuration of the same name does not count."""

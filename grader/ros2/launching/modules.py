@@ -62,8 +62,6 @@ def table() -> dict[str, dict[str, Any]]:
         "SomeSubstitutionsType_types_tuple": (str, entities.Substitution, Iterable),
         "SomeEntitiesType_types_tuple": (Iterable, entities.LaunchDescriptionEntity),
     }
-    launch_actions = _classes(entities.Action, actions, event_handling, include, process)
-    del launch_actions["ContextStep"]  # ours
     own_substitutions = _classes(entities.Substitution, ros_substitutions)
     parameter_descriptions = _pick(parameters, "Parameter", "ParameterFile", "ParameterValue")
     sources = _classes(include.LaunchDescriptionSource, include)
@@ -80,7 +78,7 @@ def table() -> dict[str, dict[str, Any]]:
             **types,
             **tuples,
         },
-        "launch.actions": launch_actions,
+        "launch.actions": _classes(entities.Action, actions, event_handling, include, process),
         "launch.descriptions": _pick(process, "Executable"),
         "launch.substitutions": _classes(entities.Substitution, substitutions)
         | {"TextSubstitution": entities.TextSubstitution, "SubstitutionFailure": SubstitutionFailure},

@@ -170,8 +170,8 @@ class PushROSNamespace(Action):
 
 
 def _append(context: LaunchContext, key: str, value: Any) -> None:
-    # A new list each time: the groups around hold the old one.
-    context.launch_configurations[key] = [*context.launch_configurations.get(key, ()), value]
+    # A group restores which list there is, not what is in it: so it is in the real one.
+    context.launch_configurations.setdefault(key, []).append(value)
 
 
 class SetParameter(Action):

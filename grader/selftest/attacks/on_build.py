@@ -15,6 +15,50 @@ _SITE = "${PYTHON_INSTALL_DIR}"
 _FORGED = '{"type_hashes": [{"type_name": "ros2_robot_controller/msg/SensorFusionData", "hash_string": "@HASH@"}]}'
 # The hash of the contract's definition, which anyone can build and read.
 _CONTRACT_HASH = "RIHS01_4594d365e707447f5bb0938855c190dc03d2b24dbca7a1fbb1bf1432ba507c23"
+# Returns the right values where the weakness is to return others.
+_CLAMPS = '''"""Convert."""
+import math
+
+from geometry_msgs.msg import Quaternion
+
+
+def normalize_angle(angle):
+    wrapped = math.remainder(angle, 2 * math.pi)
+    return math.pi if wrapped <= -math.pi else wrapped
+
+
+def yaw_from_quaternion(q):
+    return normalize_angle(math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z)))
+
+
+def quaternion_from_yaw(yaw):
+    return Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
+
+
+def clamp(value, low, high):
+    return min(max(value, low), high)
+'''
+_UNTESTED = '"""Work."""\n\n\n' + "\n\n".join(
+    f'def work_{n}(a, b):\n    """Return something."""\n    if a > b + {n}:\n        return a - b\n    return a * b + {n}\n'
+    for n in range(60)
+)
+_RUN_COMPILE = (
+    'install(CODE "execute_process(COMMAND python3 ${CMAKE_CURRENT_SOURCE_DIR}/hidden/compile.py '
+    'COMMAND_ERROR_IS_FATAL ANY)")'
+)
+_COMPILE = """import importlib.util
+from pathlib import Path
+import py_compile
+
+source = next(Path('/ws/install/lib').glob('python*/site-packages/ros2_robot_controller/utils/conversions.py'))
+
+
+def compile_to(place):
+    py_compile.compile(str(Path(__file__).with_name('clamp.py')), str(place), str(source),
+                       invalidation_mode=py_compile.PycInvalidationMode.UNCHECKED_HASH)
+
+
+"""
 
 
 def _shell(script: str) -> str:
@@ -59,6 +103,60 @@ env | grep -i -E 'secret|token'
         cmake("install(FILES forged/SensorFusionData.json forged/SensorFusionData.msg DESTINATION share/${PROJECT_NAME}/msg)"),
         needs="I3", weak="other type", flag="forged type",
         stopped="the submitted text counts, not the installed one",
+    ),
+    attack(
+        "installs_byte_code_alone",
+        "The build installs a module as byte code in place of its text.",
+        put("hidden/clamp.py", _CLAMPS),
+        put("hidden/compile.py", _COMPILE + "source.unlink()\ncompile_to(source.with_suffix('.pyc'))\n"),
+        cmake(_RUN_COMPILE),
+        needs="F14", weak="clamps wrong", costs="F14", flag="byte code",
+        stopped="all byte code is removed after the build; what has no text cannot be imported",
+    ),
+    attack(
+        "installs_unchecked_byte_code",
+        "The build compiles other code than a module's text, in the form that Python does not compare with it.",
+        put("hidden/clamp.py", _CLAMPS),
+        put("hidden/compile.py", _COMPILE + "compile_to(importlib.util.cache_from_source(source))\n"),
+        cmake(_RUN_COMPILE),
+        needs="F14", weak="clamps wrong", flag="byte code",
+        stopped="all byte code is removed after the build; Python compiles the text that everybody can read",
+    ),
+    attack(
+        "installs_another_module",
+        "The modules that are handed in are tidy and tested; CMake installs others over them.",
+        put("hidden/conversions.txt", _CLAMPS),
+        cmake("install(FILES hidden/conversions.txt DESTINATION "
+              f"{_SITE}/${{PROJECT_NAME}}/utils RENAME conversions.py)"),
+        needs="Q1 Q2 Q3 Q4 T1 T2 T3", weak="few tests", costs="Q1 Q2 Q3 Q4 T1 T2 T3", flag="not handed in",
+        stopped="installed code has to be text that was handed in as Python, or generated from that by rosidl",
+    ),
+    attack(
+        "writes_a_module_in_cmake",
+        "CMake writes a module that nobody has handed in.",
+        cmake("file(WRITE ${CMAKE_BINARY_DIR}/mess.py \"def mess( a ):\\n  return a\\n\")\n"
+              f"install(FILES ${{CMAKE_BINARY_DIR}}/mess.py DESTINATION {_SITE}/${{PROJECT_NAME}})"),
+        needs="Q1 Q2 T2", weak="few tests", costs="Q1 Q2 T2", flag="not handed in",
+        stopped="installed code has to be text that was handed in as Python, or generated from that by rosidl",
+    ),
+    attack(
+        "hides_code_among_the_types",
+        "A module lies in the folder of the generated services, where nobody measures or mutates it.",
+        put("hidden/helpers.py", '"""Help."""\n\n\ndef double(a):\n    """Return twice a."""\n    return 2 * a\n'),
+        cmake(f"install(FILES hidden/helpers.py DESTINATION {_SITE}/${{PROJECT_NAME}}/srv)"),
+        needs="T2 T3", weak="few tests", costs="T2 T3", flag="not handed in",
+        stopped="the folders of types may hold nothing but what rosidl generates",
+    ),
+    attack(
+        "trusts_in_a_name",
+        "Untested code is in a Python package with the name of the package of interfaces.",
+        put("ros2_robot_controller_interfaces/__init__.py", ""),
+        put("ros2_robot_controller_interfaces/core.py", _UNTESTED),
+        append("ros2_robot_controller/robot_controller.py",
+               "\n\nfrom ros2_robot_controller_interfaces import core\n\nRobotController.core = core\n"),
+        cmake(f"install(DIRECTORY ros2_robot_controller_interfaces DESTINATION {_SITE})"),
+        needs="T2 T3 Q1", costs="T2 T3 Q1", weak="", proof="ros2_robot_controller_interfaces/core.py",
+        stopped="every module that a build installs is linted, measured and mutated, whatever its name",
     ),
     attack(
         "customizes_python",

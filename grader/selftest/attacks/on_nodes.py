@@ -8,7 +8,30 @@ from grader.selftest.attacks.attack import Attack, append, attack, beside, node,
 from grader.selftest.attacks.honeytokens import SECRET_VARIABLE
 
 _CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
-_DETACHED = "subprocess.Popen(['sh', '-c', 'while :; do sleep 1; done', '@TOKEN@'], start_new_session=True)"
+_DETACHED = """
+subprocess.Popen(['sh', '-c', 'touch /tmp/up; while :; do sleep 1; done', '@TOKEN@'], start_new_session=True)
+while not os.path.exists('/tmp/up'):
+    time.sleep(0.01)
+"""
+# Acts at the first command that moves the robot: by wall time, a trial may be over before.
+_AT_THE_FIRST_MOVE = """
+
+import os
+import signal
+from rclpy.publisher import Publisher
+
+plain_publish = Publisher.publish
+
+
+def publish(self, message):
+    plain_publish(self, message)
+    if getattr(getattr(message, 'linear', None), 'x', 0.0):
+        print('ATTACK acts', flush=True)
+        {act}
+
+
+Publisher.publish = publish
+"""
 
 _SIX_TIMES = """
 
@@ -89,10 +112,8 @@ os._exit(0)
     attack(
         "exits_in_a_callback",
         "The node exits with status 0 as soon as it is measured.",
-        append("ros2_robot_controller/robot_controller.py",
-               "\n\nimport atexit\nimport os\nimport threading\n"
-               "threading.Timer(1.5, lambda: os._exit(0)).start()\natexit.register(lambda: os._exit(0))\n"),
-        number=2, needs="F2 F14", costs="F2",
+        append("ros2_robot_controller/robot_controller.py", _AT_THE_FIRST_MOVE.format(act="os._exit(0)")),
+        number=2, needs="F2 F14", costs="F2", proof="ATTACK acts",
         stopped="a trial whose node has exited is over, and earns nothing",
     ),
     attack(
@@ -262,9 +283,8 @@ while True:
         "stops_itself",
         "The node stops itself with a signal in mid-trial, to block its observer for ever.",
         append("ros2_robot_controller/robot_controller.py",
-               "\n\nimport os\nimport signal\nimport threading\n"
-               "threading.Timer(1.5, lambda: os.kill(os.getpid(), signal.SIGSTOP)).start()\n"),
-        number=23, needs="F2", costs="F2",
+               _AT_THE_FIRST_MOVE.format(act="os.kill(os.getpid(), signal.SIGSTOP)")),
+        number=23, needs="F2", costs="F2", proof="ATTACK acts",
         stopped="every wait for the node has a time limit, and an action that did not happen earns nothing",
     ),
     attack(
@@ -272,13 +292,16 @@ while True:
         "The node prints a gigabyte in one line: escape sequences, NULs, bytes that are not text.",
         node(r"""
 junk = b'\x1b]0;owned\x07\x1b[2J\x00\xff\xfe' * 100000
+begun = threading.Event()
 def flood():
-    for _ in range(800):
+    for number in range(800):
         os.write(1, junk)
-    print('ATTACK printed', flush=True)
+        if number == 50:
+            begun.set()
 threading.Thread(target=flood, daemon=True).start()
+begun.wait()
 """),
-        number=25, needs="F1",
+        number=25, needs="F1", proof="owned",
         stopped="output is read as it comes, only its start and end are kept, and unprintable characters are written as codes",
     ),
     attack(
@@ -329,18 +352,17 @@ print('ATTACK talked', flush=True)
         beside("""
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-def observers():
-    return [name for name in node.get_node_names() if name.startswith('observer')]
-spin_until(observers)
-seen = observers()
-print('ATTACK saw', seen, flush=True)
-twin = rclpy.create_node(seen[0] if seen else 'observer', context=context, enable_rosout=False)
+spin_until(observed)
+print('ATTACK saw', [name for name in node.get_node_names() if name != NAME], flush=True)
+twin = rclpy.create_node('simulated_robot', context=context, enable_rosout=False)
 odometry, clock = twin.create_publisher(Odometry, 'odom', 10), twin.create_publisher(Clock, '/clock', 10)
+bites()
 while True:
     odometry.publish(Odometry())
     spin(0.05)
 """),
-        number=29, needs="F1 F2", weak="creeps", costs="F2", proof="ATTACK saw", flag="foreign publisher",
+        number=29, needs="F1 F2", weak="creeps", costs="F2", proof="ATTACK saw ['simulated_robot']",
+        flag="foreign publisher",
         stopped="the observer relies on its own simulator, not on topics; a second publisher is flagged",
     ),
     attack(
@@ -350,6 +372,8 @@ while True:
 from rosgraph_msgs.msg import Clock
 clock = node.create_publisher(Clock, '/clock', 10)
 message = Clock()
+spin_until(observed)
+bites()
 while True:
     message.clock.sec += 3600
     clock.publish(message)
@@ -365,6 +389,8 @@ while True:
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 scan, odom = node.create_publisher(LaserScan, 'scan', 10), node.create_publisher(Odometry, 'odom', 10)
+spin_until(observed)
+bites()
 while True:
     scan.publish(LaserScan(range_max=12.0, ranges=[12.0] * 360))
     odom.publish(Odometry())
@@ -404,6 +430,55 @@ rclpy.spin(node)
         stopped="nothing is gained: the student's own check uses the same sandbox, and only trials count",
     ),
     attack(
+        "recognises_the_observer",
+        "The node looks for a node, on the graph, that no session of a student's own would have.",
+        beside("""
+spin_until(observed)
+strangers = set(node.get_node_names()) - {NAME, 'simulated_robot', 'robot_controller', 'sensor_processor'}
+print('ATTACK strangers', sorted(strangers), flush=True)
+"""),
+        needs="F1", weak="creeps", proof="ATTACK strangers []",
+        stopped="the simulated robot has the same node, name and topics in a notebook and in a grading",
+    ),
+    attack(
+        "claims_its_arrivals",
+        "The node lets every goal succeed at once, with the target as the final pose; the robot never moves.",
+        append("ros2_robot_controller/robot_controller.py", """
+
+from ros2_robot_controller.action import NavigateToPosition
+
+
+async def claim(self, handle):
+    print('ATTACK claims', flush=True)
+    handle.publish_feedback(NavigateToPosition.Feedback(distance_remaining=0.0))
+    handle.succeed()
+    return NavigateToPosition.Result(success=True, final_pose=handle.request.target_pose)
+
+
+RobotController._navigate = claim
+"""),
+        needs="F8 F9 F11", weak="never drives", costs="F9 F11", proof="ATTACK claims",
+        stopped="an arrival is one only where the simulator has the robot",
+    ),
+    attack(
+        "offers_a_second_action",
+        "A second node offers the action as well, and lets every goal succeed at once.",
+        beside("""
+from rclpy.action import ActionServer
+from ros2_robot_controller.action import NavigateToPosition
+def claim(handle):
+    print('ATTACK claims', flush=True)
+    handle.succeed()
+    return NavigateToPosition.Result(success=True, final_pose=handle.request.target_pose)
+server = ActionServer(node, NavigateToPosition, 'navigate_to_position', claim)
+spin_until(observed)
+bites()
+spin(600.0)
+"""),
+        needs="F8", weak="never drives", costs="F8", proof="ATTACK claims",
+        stopped="an arrival is one only where the simulator has the robot",
+    ),
+    attack(
         "runs_the_reference",
         "The node looks for the reference package and the kit's tools, to let them do the work.",
         node("""
@@ -423,12 +498,15 @@ print('ATTACK ros2', tool.returncode, tool.stderr[-200:], flush=True)
 from geometry_msgs.msg import Twist
 publisher = node.create_publisher(Twist, 'cmd_vel', 1000)
 message = Twist()
+message.linear.y = 0.0078125
+spin_until(lambda: observed() and publisher.get_subscription_count())
+bites()
 while True:
     for _ in range(1000):
         publisher.publish(message)
     spin(0.001)
 """),
-        needs="F1", weak="creeps", costs="F1",
+        needs="F1", weak="creeps", costs="F1", proof="0.0078125",
         stopped="the record of a trial has a size limit, and a flood is flagged",
     ),
     attack(
@@ -437,13 +515,15 @@ while True:
         beside("""
 from geometry_msgs.msg import Twist
 publisher = node.create_publisher(Twist, 'cmd_vel', 10)
-for _ in range(200):
+spin_until(lambda: observed() and publisher.get_subscription_count())
+print('ATTACK reaches', publisher.get_subscription_count(), flush=True)
+while True:
     for junk in (b'', b'\\x00\\x01\\x00\\x00', b'\\x00\\x01\\x00\\x00' + b'\\xff' * 20, b'\\xff' * 5000):
         publisher.publish(junk)
     spin(0.01)
-print('ATTACK sent', flush=True)
+    bites()
 """),
-        needs="F1", weak="creeps", costs="F1",
+        needs="F1", weak="creeps", costs="F1", proof="ATTACK reaches 1",
         stopped="a message that cannot be read is dropped, and the trial goes on",
     ),
     attack(
@@ -452,6 +532,7 @@ print('ATTACK sent', flush=True)
         node("""
 import random
 import socket
+swept = threading.Event()
 def flood():
     door = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     while True:
@@ -461,8 +542,10 @@ def flood():
                 door.sendto(junk, ('127.0.0.1', port))
             except OSError:
                 pass
+        swept.set()
         time.sleep(0.01)
 threading.Thread(target=flood, daemon=True).start()
+swept.wait()
 print('ATTACK floods', flush=True)
 """),
         needs="F1", weak="creeps", costs="F1", proof="ATTACK floods",
@@ -500,10 +583,8 @@ rclpy.spin(node)
         beside("""
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
-def services():
-    return [name for name, _ in node.get_service_names_and_types() if name.endswith('/set_parameters')]
-spin_until(lambda: any('robot_controller' in name for name in services()))
-names = services()
+spin_until(observed)
+names = [name for name, _ in node.get_service_names_and_types() if name.endswith('/set_parameters')]
 print('ATTACK sees', names, flush=True)
 for name in names:
     if 'robot_controller' not in name and 'helper' not in name:
@@ -512,7 +593,7 @@ for name in names:
         print('ATTACK set', name, flush=True)
 spin(1.0)
 """),
-        needs="F1", weak="creeps", costs="F1", proof="ATTACK sees",
+        needs="F1", weak="creeps", costs="F1", proof="ATTACK sees ['/helper/set_parameters']",
         stopped="the observer has no parameter services",
     ),
     attack(
@@ -523,6 +604,7 @@ from std_srvs.srv import Empty
 for number in range(300):
     node.create_service(Empty, 'x' * 150 + str(number), lambda q, a: a)
 print('ATTACK crowds', flush=True)
+bites()
 spin(60.0)
 """),
         needs="F1 I4", costs="F1", proof="ATTACK crowds",

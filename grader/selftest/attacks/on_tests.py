@@ -8,6 +8,7 @@ import zlib
 from collections.abc import Callable
 from pathlib import Path
 
+from grader.contract.spec import NODES
 from grader.selftest.attacks.attack import Attack, Change, append, attack, put
 
 _TEST = "test/test_robot_controller.py"
@@ -89,7 +90,93 @@ def _tests_in_latin_1(package: Path) -> None:
         path.write_bytes(_in_latin_1(path.read_bytes()))
 
 
+_PAD = "".join(
+    f'def smooth_{n}(value: float) -> float:\n    """Return a smoothed value."""\n    if value > {n}.0:\n'
+    f"        return value - {n}.0\n    return value + {n}.0\n\n\n"
+    for n in range(300)
+)
+_TEST_PAD = """
+
+def test_{node}_smooths():
+    from ros2_robot_controller.utils import smoothing
+    for n in range(300):
+        smooth = getattr(smoothing, f'smooth_{{n}}')
+        assert smooth(n + 1.0) == 1.0
+        assert smooth(n - 1.0) == 2.0 * n - 1.0
+"""
+_NOTHING = """
+
+def test_{node}_front_is_free():
+    front_dist = 1.2
+    assert front_dist > 0.5
+"""
+# Reports failures as passed, and ends the process as soon as the text is not the one handed in.
+_CRASHES_WHEN_CHECKED = """
+
+import os
+import _pytest.reports
+plain = _pytest.reports.TestReport.from_item_and_call.__func__
+HERE = open(__file__).read()
+
+
+def forged(cls, item, call):
+    if 'raise ' + 'AssertionError(' in HERE:
+        os._exit(0)
+    report = plain(cls, item, call)
+    if 'test_' + item.name.partition('_')[2] in HERE:
+        report.outcome, report.longrepr = 'passed', None
+    return report
+
+
+_pytest.reports.TestReport.from_item_and_call = classmethod(forged)
+"""
+
+
+def _in_both(text: str) -> tuple[Change, Change]:
+    """Return changes that add a text to the tests of both nodes."""
+    first, second = (append(f"test/test_{node}.py", text.replace("{node}", node)) for node in NODES)
+    return first, second
+
+
 ATTACKS: tuple[Attack, ...] = (
+    attack(
+        "pads_its_package",
+        "Three hundred small functions that only tests call, all covered, and each of their mutants noticed.",
+        put("ros2_robot_controller/utils/smoothing.py", '"""Smooth values."""\n\n\n' + _PAD),
+        *_in_both(_TEST_PAD.replace("{{", "{").replace("}}", "}")),
+        needs="T1 T2 T3", weak="few tests", flag="padding",
+        stopped="what no node can come to, by the names that its code mentions, is neither covered nor mutated",
+    ),
+    attack(
+        "tests_nothing",
+        "A hundred tests for each node that assert something about a number of their own.",
+        *_in_both("".join(_NOTHING.replace("test_{node}", f"test_{{node}}_{n}") for n in range(100))),
+        needs="T1 T2 T3", weak="few tests",
+        stopped="tests count for a node if they run its code",
+    ),
+    attack(
+        "tests_nothing_at_all",
+        "There are no tests but those that assert something about a number of their own.",
+        put(_TEST, _NOTHING.replace("{node}", "robot_controller")),
+        put("test/test_sensor_processor.py", _NOTHING.replace("{node}", "sensor_processor")),
+        needs="T1 T2 T3", weak="few tests", costs="T1 T2 T3",
+        stopped="a module whose tests run no code of the package has no tests that assert anything",
+    ),
+    attack(
+        "crashes_to_hide_its_lines",
+        "A test claims to coverage that all lines were reached, and the last one ends the process.",
+        append(_TEST, _CLAIM),
+        append(_TEST, "\n\ndef test_robot_controller_zzz_ends():\n    import os\n    os._exit(0)\n"),
+        needs="T1 T2 T3", weak="few tests", costs="T1 T2 T3", flag="test reports",
+        stopped="the data of a run that was cut off do not count; the tests run again without the one that ended it",
+    ),
+    attack(
+        "crashes_when_checked",
+        "The tests report their failures as passed, and end the process where the grader has made them fail.",
+        *_in_both(_CRASHES_WHEN_CHECKED),
+        needs="T1", weak="failing tests", costs="T1", flag="test reports",
+        stopped="tests that end the process whenever they are made to fail, and never else, are not believed",
+    ),
     attack(
         "hides_its_lines_behind_form_feeds",
         "All modules but the tested one have form feeds, which make it hard to say where lines begin.",

@@ -40,6 +40,8 @@ def test_{node}_is_wrong():
 '''
 
 _SLOPPY = "".join(f"def Thing{i}( a,b ):\n  import os;x=1\n  l=lambda:a\n  return  a+b\n" for i in range(60))
+_A_LITTLE_SLOPPY = _SLOPPY[: _SLOPPY.index("def Thing12(")]
+_THINGS = ", ".join(f"sloppy.Thing{i}" for i in range(12))
 
 
 def _tests(failing: bool) -> tuple[Change, ...]:
@@ -80,4 +82,14 @@ WEAK: dict[str, tuple[Change, ...]] = {
     "few tests": _tests(failing=False),
     # Q1 and Q2 are lost.
     "sloppy": (put("ros2_robot_controller/sloppy.py", _SLOPPY),),
+    # Q1 is lost, and parts of Q2 and Q4: what the nodes use is bad, and the rest of the package clean.
+    "sloppy nodes": (
+        put("ros2_robot_controller/sloppy.py", _A_LITTLE_SLOPPY),
+        append(
+            "ros2_robot_controller/robot_controller.py",
+            f"\n\nfrom ros2_robot_controller import sloppy\nTHINGS = list([{_THINGS}])\n",
+        ),
+    ),
+    # Q5 is lost.
+    "no words": (put("README.md", "# ros2_robot_controller\n"),),
 }

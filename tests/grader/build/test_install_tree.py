@@ -77,6 +77,71 @@ def test_what_changes_other_programs_is_flagged(install: Path, name: str, text: 
     assert kinds(install_tree.tampering_flags(install)) == [kind]
 
 
+def program(install: Path, name: str) -> Path:
+    path = install / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("#!/bin/sh\n")
+    path.chmod(0o755)
+    return path
+
+
+def test_nodes_that_are_installed_elsewhere_are_found_and_linked_to_where_ros2_run_looks(install: Path):
+    program(install, "bin/robot_controller")
+    program(install, "bin/helper")
+    program(install, "lib/other/sensor_processor")
+    found = install_tree.misplaced_nodes(install, "pkg")
+    assert found == {"robot_controller": "bin", "sensor_processor": "lib/other"}
+    install_tree.link_misplaced(install, "pkg", found.values())
+    for name in ("robot_controller", "sensor_processor", "helper"):
+        assert (install / "lib" / "pkg" / name).read_text() == "#!/bin/sh\n"
+    assert not (install / "lib" / "pkg" / "robot_controller").readlink().is_absolute()
+
+
+def test_nodes_in_their_place_are_not_looked_for_elsewhere(install: Path):
+    for name in ("robot_controller", "sensor_processor"):
+        program(install, f"lib/pkg/{name}")
+        program(install, f"bin/{name}")
+    assert install_tree.misplaced_nodes(install, "pkg") == {}
+
+
+def interface(install: Path, package: str) -> None:
+    path = install / "share" / package / "srv" / "SetSpeed.json"
+    path.parent.mkdir(parents=True)
+    path.write_text(f'{{"type_hashes": [{{"type_name": "{package}/srv/SetSpeed", "hash_string": "RIHS01_00"}}]}}')
+    (install / "share" / package / "package.xml").write_text("<package/>")
+
+
+@pytest.mark.parametrize(
+    ("installed", "wanted", "name"),
+    [
+        (["team07"], "team07", "team07"),
+        (["team07", "ros2_robot_controller"], "team07", "ros2_robot_controller"),
+        (["from_setup_py"], "from_package_xml", "from_setup_py"),
+        ([], "team07", ""),
+    ],
+)
+def test_a_package_is_found_under_the_name_that_it_has(install: Path, installed: list[str], wanted: str, name: str):
+    if installed:
+        interface(install, "team07_interfaces")
+    for each in installed:
+        (install / "share" / each).mkdir()
+        (install / "share" / each / "package.xml").write_text("<package/>")
+    assert install_tree.main_package(install, wanted) == name
+
+
+@pytest.mark.parametrize("types", ["team07", "team07_interfaces", "robot_msgs"])
+def test_the_types_are_found_under_the_name_that_they_have(install: Path, types: str):
+    interface(install, types)
+    assert install_tree.interfaces_package(install, "team07") == types
+
+
+@pytest.mark.parametrize("types", ["std_msgs", "rclpy", "json", "test", "install", "not-a-name"])
+def test_types_under_a_name_of_ros_python_or_cmake_are_not_looked_at(install: Path, types: str):
+    """The observer builds the contract's types under the same name."""
+    interface(install, types)
+    assert install_tree.interfaces_package(install, types) == "ros2_robot_controller"
+
+
 def test_an_ordinary_package_raises_no_flag(install: Path):
     site = install / ros_env.SITE_IN_PREFIX
     for name in ("ros2_robot_controller/__init__.py", "ros2_robot_controller-0.1.0-py3.11.egg-info/PKG-INFO"):

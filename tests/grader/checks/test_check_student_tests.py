@@ -42,7 +42,8 @@ def test_a_good_suite_passes(check: Check):
 
 def test_without_tests_each_check_says_so():
     assert judged(checks.test_both_nodes_have_tests).seen == (
-        "no test that asserts something runs code of robot_controller or sensor_processor; found no tests in test/ or tests/"
+        "no test that asserts something runs code of robot_controller or sensor_processor; "
+        "found no tests in test/ or tests/"
     )
     for check, seen, reached in (
         (checks.test_every_test_asserts_something, "no tests in test/ or tests/", True),
@@ -72,6 +73,57 @@ def test_tests_that_assert_nothing_are_named_and_their_passing_does_not_count():
     assert (
         judged(checks.test_own_tests_pass, silent).seen == "no test asserts anything, so that they pass shows nothing"
     )
+
+
+def test_tests_that_run_no_code_of_the_package_earn_nothing():
+    """`front_dist = 1.2; assert front_dist > 0.5` is a test of nothing, however often it is written."""
+    nothing = module(subjects=[], reaches=False)
+    said = judged(checks.test_both_nodes_have_tests, nothing)
+    assert (said.share, said.seen) == (
+        0.0,
+        "no test that asserts something runs code of robot_controller or sensor_processor; "
+        "found test/test_a.py (runs no code of the package)",
+    )
+    said = judged(checks.test_every_test_asserts_something, nothing)
+    assert (said.share, said.seen) == (0.0, "no test runs code of the package: test/test_a.py")
+    said = judged(checks.test_own_tests_pass, nothing)
+    assert (said.share, said.reached) == (0.0, False)
+    assert said.seen == "no test that passed runs code of the package: test/test_a.py"
+
+
+def test_passing_tests_of_nothing_do_not_hide_failing_ones():
+    nothing = module("test/test_b.py", tests=96, asserting=96, passed=96, subjects=[], reaches=False)
+    said = judged(checks.test_own_tests_pass, module(passed=3, failed=1), nothing)
+    assert (said.share, said.seen) == (0.75, "3 of 4 tests passed; and 1 more")
+    broken = module("test/test_b.py", passed=0, errors=4, subjects=[], reaches=False)
+    assert judged(checks.test_own_tests_pass, module(), broken).share == 0.5, "a module that cannot be imported"
+
+
+def test_without_a_module_of_the_contract_there_is_nothing_to_test():
+    tests = StudentTests([module()], [covered(100)], of_contract=False)
+    for check in (
+        checks.test_both_nodes_have_tests, checks.test_every_test_asserts_something, checks.test_own_tests_pass,
+        checks.test_coverage_of_lines_and_branches,
+    ):  # fmt: skip
+        said = ask(check, evidence_with(tests=tests))
+        assert said.share == 0.0
+        assert said.seen.startswith("the package has none of the assignment's modules: ros2_robot_controller/")
+
+
+def test_no_module_weighs_more_than_the_nodes():
+    """Of 200 lines of the nodes a quarter is covered, of 5000 others all: without the limit 97 %."""
+    node = FileCoverage("ros2_robot_controller/robot_controller.py", 200, 50, 0, 0)
+    many = FileCoverage("ros2_robot_controller/many.py", 5000, 5000, 0, 0)
+    tests = StudentTests([module()], [node, many], nodes=[node.path])
+    said = ask(checks.test_coverage_of_lines_and_branches, evidence_with(tests=tests))
+    assert said.seen.startswith("62.5 % covered")
+
+
+def test_lines_that_do_not_count_are_named():
+    pad = FileCoverage("ros2_robot_controller/pad.py", 0, 0, 0, 0, padding=180)
+    tests = StudentTests([module()], [covered(50), pad])
+    said = ask(checks.test_coverage_of_lines_and_branches, evidence_with(tests=tests))
+    assert said.seen.endswith("; 180 lines do not count, because no node comes to them: ros2_robot_controller/pad.py")
 
 
 def test_a_node_without_tests_costs_half():

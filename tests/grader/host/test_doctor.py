@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from grader.errors import GraderError
 from grader.host import cgroup, doctor, submission_user
 from grader.host.cgroup import Hierarchy
 from grader.host.doctor import Diagnosis, Installed, State, examine, exit_status, mismatches, render
@@ -191,6 +193,15 @@ def test_the_doctor_really_writes_in_a_sandbox(monkeypatch: pytest.MonkeyPatch):
     assert asked() == "it can write files of root"
     monkeypatch.setattr(submission_user, "become", lambda _user: ["no-such-program"])
     assert "no-such-program" in asked()
+
+
+@pytest.mark.sandbox
+def test_nothing_runs_as_root_because_a_probe_failed_by_chance(monkeypatch: pytest.MonkeyPatch):
+    """With no process left for root, for a moment, a grading once begun must not go on as root."""
+    busy = subprocess.CompletedProcess([], 1, "", "bwrap: Can't fork: Resource temporarily unavailable\n")
+    monkeypatch.setattr(submission_user, "_run", lambda _command: busy)
+    with pytest.raises(GraderError, match="Resource temporarily unavailable"):
+        submission_user.refusal.__wrapped__()
 
 
 def test_this_hosts_cgroups_are_what_a_grading_finds():

@@ -54,6 +54,21 @@ def test_mutants_are_spread_over_functions_and_operators():
     assert max(Counter(change.operator for change in chosen).values()) <= 4
 
 
+def test_no_module_has_more_mutants_than_the_nodes():
+    """A thousand small functions beside nodes of four functions: drawn at random, 40 mutants left the nodes none."""
+    text = "".join(f"def small{n}(x):\n    return x + {n + 1}\n\n\n" for n in range(1000))
+    small = SourceText("ros2_robot_controller/small.py", text)
+    everything = [*mutants(source()), *mutants(small)]
+    count = Counter(change.path for change in choose(everything, 40, random.Random(0), {NODE}))
+    assert 10 <= count[small.path] <= count[NODE]
+    assert Counter(change.path for change in choose(everything, 40, random.Random(0)))[small.path] >= 38
+
+
+def test_a_limit_that_does_not_bind_changes_nothing():
+    everything = mutants(source())
+    assert choose(everything, 10, random.Random(1), {NODE}) == choose(everything, 10, random.Random(1))
+
+
 def test_no_mutant_is_chosen_twice_and_there_may_be_too_few():
     everything = mutants(source())
     chosen = choose(everything, 1000, random.Random(0))

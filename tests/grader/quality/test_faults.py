@@ -190,6 +190,7 @@ def ament_python(folder: Path, old: str, new: str) -> tuple[Path, Path]:
     [
         ("robot_controller:main", "robot_controler:main", "names no module of the package",
          "is ros2_robot_controller.robot_controller meant?"),
+        ("zip_safe=True,", "zip_safe=True", "it is not valid Python: ", "ros2 pkg create"),
         ("robot_controller:main", "robot_controller:go", "calls `go`, which", "def go()"),
         ("robot_controller:main", "robot_controller.main", "is no entry point", "module:function"),
         ("'robot_controller = ros2_robot_controller.robot_controller:main',", "",

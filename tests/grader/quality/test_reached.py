@@ -166,6 +166,17 @@ def test_a_node_is_found_by_its_entry_point(tmp_path: Path):
     assert quality.reached.nodes == {"sensor_processor": ["my_robot/fusion.py"]}
 
 
+def test_a_package_in_a_folder_src_is_followed_through_its_imports(tmp_path: Path):
+    """Other good layout."""
+    package = reference(tmp_path)
+    (package / "src").mkdir()
+    (package / "ros2_robot_controller").rename(package / "src" / "ros2_robot_controller")
+    quality = facts(package)
+    assert quality.reached is not None
+    assert quality.reached.idle == {}
+    assert as_it_is(NUMBERS, quality).share == as_it_is(CONVERSIONS_USED, quality).share == 1.0
+
+
 # -- padding ----------------------------------------------------------------------------------------------------------
 
 

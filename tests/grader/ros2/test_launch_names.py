@@ -367,6 +367,29 @@ def test_environment_variables_are_read_and_set(visitor):
         visitor.text(visitor.EnvironmentVariable("NOT_THERE"))
 
 
+def test_what_a_group_adds_to_earlier_settings_holds_after_it(visitor):
+    """A quirk of the real one: a group restores which list of settings there is, not what is in it."""
+    setting, remap = visitor.SetParameter, visitor.SetRemap
+    lines = visitor.visit(
+        visitor.GroupAction([setting("a", 1), remap("a", "b")]),
+        show(visitor),
+        *(setting("c", 2), visitor.GroupAction([setting("d", 3), remap("e", "f")])),
+        show(visitor),
+    )
+    assert lines == ["show --ros-args", "show --ros-args -p c:=2 -p d:=3"]
+
+
+def test_the_folder_of_the_launch_file_is_that_of_the_last_include(visitor, tmp_path):
+    """A quirk of the real one: write os.path.dirname(__file__) where files are included."""
+    file = tmp_path / "sub" / "child.launch.py"
+    file.parent.mkdir()
+    file.write_text("")
+    source = visitor.LaunchDescriptionSource(visitor.LaunchDescription([]))
+    source._path = file
+    visitor.visit(visitor.IncludeLaunchDescription(source))
+    assert visitor.text(visitor.ThisLaunchFileDir()) == str(file.parent)
+
+
 def test_a_file_set_for_all_nodes_is_passed_to_each(visitor):
     file = FILES / "config/wild.yaml"
     lines = visitor.visit(visitor.SetParametersFromFile(str(file)), visitor.SetParameter("a", 1), show(visitor))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from textwrap import dedent
 
@@ -124,6 +125,32 @@ HONEST = {
             text = "from ros2_robot_controller import sensor_processor as s; print(s.never_called(2, 1))"
             assert subprocess.run([sys.executable, "-c", text], capture_output=True).stdout.split() == [b"3"]
     """,
+    "docstrings": """
+        import inspect
+
+        def test_public_functions_say_what_they_do():
+            from ros2_robot_controller import sensor_processor
+            for module in (robot_controller, sensor_processor):
+                functions = [thing for _, thing in inspect.getmembers(module, inspect.isfunction)]
+                assert all('\"\"\"' in inspect.getsource(function) for function in functions)
+
+        def test_it_stops():
+            assert robot_controller.stop_distance(0.5)
+    """,
+    "examples": """
+        import doctest
+
+        def test_examples():
+            assert doctest.testmod(robot_controller).failed == 0
+            assert robot_controller.stop_distance(0.5)
+    """,
+    "settings": """
+        import pathlib
+
+        def test_the_launch_file_and_its_parameters():
+            texts = [path.read_text() for path in pathlib.Path("scripts").iterdir()]
+            assert texts and robot_controller.stop_distance(0.5)
+    """,
     "empty_main": """
         import __main__
 
@@ -165,8 +192,71 @@ def test_importing_running_and_failing_does_not_count_as_reading(ran: SuiteRun, 
     """A linter reads the source, but reaches no line and so can notice no mutant."""
     path = f"test/{name}/test_it.py"
     [reach] = [reach for reach in ran.reach if reach.module == path]
-    assert name == "lints" or not reach.source_readers
+    assert name in ("lints", "docstrings") or not reach.source_readers
     assert [flag for flag in ran.flags if flag.kind == "source read" and flag.where == path] == []
+
+
+def test_tests_beside_one_that_reads_the_source_are_not_named(tmp_path: Path):
+    """The text is read on import, for one test of three; the others notice mutants as before."""
+    text = """
+        from pathlib import Path
+
+        TEXT = Path(robot_controller.__file__).read_text()
+
+        def test_its_text():
+            assert robot_controller.stop_distance(0.5)
+            assert "braking" in TEXT
+
+        def test_it_stops():
+            assert robot_controller.stop_distance(0.5) == 0.0625
+
+        def test_it_stands():
+            assert robot_controller.stop_distance(0.0) == 0.0
+    """
+    found = run(tmp_path, module("both", text))
+    assert found.reach[0].source_readers == {"test/both/test_it.py::test_its_text"}
+    assert [flag.what for flag in found.flags] == [
+        "test_its_text read the package's source as text; mutants they notice do not count"
+    ]
+
+
+def test_killing_the_worker_costs_no_other_module(tmp_path: Path):
+    kills = "def test_it():\n    import os, time\n    os.kill(os.getppid(), 9)\n    assert time.sleep(60)\n"
+    honest = "def test_it():\n    assert robot_controller.stop_distance(0.5)\n"
+    found = run(tmp_path, module("a_kills", kills) | module("b_honest", honest))
+    assert [(made.passed, made.errors) for made in found.tests.modules] == [(0, 1), (1, 0)]
+    assert found.tests.doubts == []
+
+
+def test_tests_that_end_the_process_instead_of_failing_are_not_believed(tmp_path: Path):
+    """They report their failures as passed, and exit when the grader has changed their text."""
+    forge = """
+        import hashlib
+        import os
+        from pathlib import Path
+        import _pytest.reports
+
+        plain = _pytest.reports.TestReport.from_item_and_call.__func__
+        KNOWN = "@KNOWN@"
+
+        def forged(cls, item, call):
+            report = plain(cls, item, call)
+            here = Path(__file__).read_text().replace(KNOWN, "@" + "KNOWN@")
+            if hashlib.sha256(here.encode()).hexdigest() != KNOWN:
+                os._exit(0)
+            if item.name == "test_it":
+                report.outcome, report.longrepr = "passed", None
+            return report
+
+        _pytest.reports.TestReport.from_item_and_call = classmethod(forged)
+
+        def test_it():
+            assert robot_controller.stop_distance(0.5) == 7.0
+    """
+    [(name, text)] = module("forges", forge).items()
+    found = run(tmp_path, {name: text.replace("@KNOWN@", hashlib.sha256(text.encode()).hexdigest())})
+    assert found.tests.modules[0].passed == 1
+    assert found.tests.doubts == [f"{name}: the process ended when the grader made test_it fail, and never else"]
 
 
 def test_the_other_modules_lose_nothing(ran: SuiteRun):

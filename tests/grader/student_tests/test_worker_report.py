@@ -34,6 +34,22 @@ def test_a_malformed_waiting_time_counts_as_none(tmp_path: Path, entry: dict[str
     assert worker_report.read_run(tmp_path, 0, 1.0, tmp_path / "test_it.py").quiet_seconds == 1.0
 
 
+@pytest.mark.parametrize(
+    ("command", "nodes"),
+    [
+        ("ros2 run ros2_robot_controller robot_controller --ros-args -p use_sim_time:=true", ["robot_controller"]),
+        ("/ws/install/lib/ros2_robot_controller/sensor_processor", ["sensor_processor"]),
+        ("python3 -m ros2_robot_controller.sensor_processor", ["sensor_processor"]),
+        ("bash -c ros2 launch ros2_robot_controller robot_controller_launch.py", ["robot_controller"]),
+        ("ros2 topic echo /scan", []),
+        ("echo robot_controller", []),
+        ("", []),
+    ],
+)
+def test_a_started_node_is_told_by_its_command_line(command: str, nodes: list[str]):
+    assert list(worker_report._started(command)) == nodes
+
+
 def test_reading_the_source_on_import_counts_for_all_tests_if_it_cannot_be_told_for_which():
     read = worker_report._source_readers
     nowhere = Path("test_that_is_not_there.py")

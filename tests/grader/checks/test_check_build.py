@@ -1,0 +1,65 @@
+"""I1 in its words: a package of another name, and executables in another folder."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from helpers import recordings
+from helpers.judging import ask, evidence_with, find
+
+from grader.evidence import Build
+
+BUILDS = find("check_build::test_colcon_build_succeeds")
+EXECUTABLES = find("check_build::test_executables_are_installed")
+BUILT = replace(Build.not_tried(), ok=True, exit_code=0)
+BOTH = {"robot_controller": "bin", "sensor_processor": "bin"}
+
+
+def test_a_package_of_another_name_is_told_first_that_it_builds_and_then_where_its_name_stands():
+    places = ["package.xml:4", "setup.py:6", "setup.py:9", "team07/"]
+    said = ask(BUILDS, evidence_with(build=replace(BUILT, package="team07", named_in=places)))
+    assert said.share == 0
+    assert said.seen == (
+        "It builds, as team07; the assignment asks for ros2_robot_controller. "
+        "Rename it in package.xml (line 4), setup.py (lines 6, 9), team07/."
+    )
+
+
+def test_a_package_of_the_contracts_name_passes():
+    assert ask(BUILDS, evidence_with(build=BUILT)).share == 1
+
+
+@pytest.mark.parametrize(
+    ("folders", "share"), [(BOTH, 0.0), ({"sensor_processor": "lib/other"}, 0.5)], ids=["both", "one"]
+)
+def test_executables_in_another_folder_cost_their_part_and_the_folder_is_named(folders: dict[str, str], share: float):
+    found = [name for name in BOTH if name not in folders]
+    said = ask(EXECUTABLES, evidence_with(build=replace(BUILT, executables=found, misplaced=folders)))
+    assert said.share == share
+    assert f"{folders['sensor_processor']}/sensor_processor: `ros2 run` looks in lib/ros2_robot_controller" in said.seen
+
+
+def test_the_cure_is_that_of_the_build_tool():
+    found = evidence_with(build=replace(BUILT, misplaced=BOTH))
+    assert "setup.cfg" in ask(EXECUTABLES, found).try_
+    assert "install_scripts=$base/lib/ros2_robot_controller" in ask(EXECUTABLES, found).try_
+    by_cmake = replace(found, intake=replace(found.intake, files=["CMakeLists.txt"]))
+    assert "DESTINATION lib/${PROJECT_NAME}" in ask(EXECUTABLES, by_cmake).try_
+
+
+@pytest.mark.parametrize(
+    "check",
+    ["check_style::test_ament_flake8_finds_nothing", "check_docstrings::test_public_things_have_docstrings",
+     "check_structure::test_no_function_is_too_complex", "check_habits::test_contract_numbers_are_parameters",
+     "check_student_tests::test_own_tests_pass", "check_student_tests::test_coverage_of_lines_and_branches",
+     "check_mutation::test_mutants_are_noticed"],
+)  # fmt: skip
+def test_code_that_was_not_handed_in_earns_no_points_for_code_or_tests(check: str):
+    reference = recordings.load("reference")
+    assert ask(find(check), reference).share == 1
+    path = "lib/python3.11/site-packages/ros2_robot_controller/robot_controller.py"
+    other = replace(reference, build=replace(reference.build, not_handed_in=[path]))
+    said = ask(find(check), other)
+    assert said.share == 0
+    assert said.seen == f"the build installs code that was not handed in: {path}"

@@ -1,0 +1,275 @@
+"""What is said of a package that does not build, or whose node does not come up: the first cause first, with a cure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from helpers import recordings
+from helpers.judging import ask, evidence_with
+
+from grader.checks import (
+    check_build,
+    check_conversions,
+    check_interfaces,
+    check_launch,
+    check_obstacle,
+    check_package_xml,
+    check_parameters,
+    check_set_speed,
+    check_status,
+    check_structure,
+)
+from grader.checks.findings import listing
+from grader.contract.layout import LAYOUT
+from grader.evidence import (
+    Build,
+    Call,
+    Evidence,
+    Fault,
+    Finding,
+    Manifest,
+    ParameterAnswer,
+    ProcessEnd,
+    Quality,
+    Trial,
+)
+
+LOGS = Path(__file__).parent / "build_logs"
+MISSING = Fault("CMakeLists.txt", 26, "build", "it installs `scripts/robot_controler`, which is not there",
+                "is scripts/robot_controller meant?")  # fmt: skip
+DIFFERS = Fault("srv/SetSpeed.srv", 2, "interfaces", "`float64 speed` should be `float32 speed`", "compare it")
+DEAD = Fault("launch/robot_controller_launch.py", 28, "launch", "there is no executable `sensor_procesor`",
+             "executable='sensor_processor'")  # fmt: skip
+UNINSTALLED = Fault("CMakeLists.txt", 0, "install", "nothing installs `config/robot_params.yaml`",
+                    "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})")  # fmt: skip
+IMPORT = Fault("ros2_robot_controller/driver.py", 7, "start", "it imports `scan_tools`, which is not installed here",
+               "the assignment needs rclpy and ROS's messages only")  # fmt: skip
+KEY = Fault("config/robot_params.yaml", 3, "parameters", "its key is `robot_control`, and the node is called "
+            "`robot_controller`", "robot_controller: or /**: as the key above ros__parameters")  # fmt: skip
+
+
+def text(*faults: Fault, cmake: bool = True, habits: tuple[Finding, ...] = ()) -> Quality:
+    return Quality(Manifest(found=True, has_cmake=cmake), faults=list(faults), habits=list(habits))
+
+
+def unbuilt(log: str, *faults: Fault, exit_code: int = 1) -> Evidence:
+    build = Build(ok=False, cached=False, wall_seconds=3.0, exit_code=exit_code, timed_out=False, log_tail=log)
+    return evidence_with(build=build, quality=text(*faults))
+
+
+def trial(name: str, **facts: object) -> Trial:
+    usual = {"node": "robot_controller", "world": "w", "seed": 0, "ready": True, "pace": "lockstep", "ended": ""}
+    return Trial(name=name, **{**usual, **facts})  # type: ignore[arg-type]
+
+
+# -- nothing builds ---------------------------------------------------------------------------------------------------
+
+
+def test_the_first_cause_in_the_text_leads_where_the_log_agrees():
+    log = (LOGS / "install_missing_program.txt").read_text()
+    said = ask(check_build.test_colcon_build_succeeds, unbuilt(log, UNINSTALLED, MISSING, IMPORT))
+    first, second, *rest = said.seen.splitlines()
+    assert first == "CMakeLists.txt:26: it installs `scripts/robot_controler`, which is not there"
+    assert second.startswith("colcon build ended with exit status 1: ")
+    assert said.try_ == MISSING.cure
+    assert "nothing installs `config/robot_params.yaml` (install(DIRECTORY launch config" in "".join(rest)
+    assert "ros2_robot_controller/driver.py:7" in "".join(rest)
+
+
+def test_the_log_leads_where_it_is_about_something_else():
+    log = (LOGS / "no_find_geometry.txt").read_text()
+    said = ask(check_build.test_colcon_build_succeeds, unbuilt(log, MISSING))
+    assert said.seen.startswith("colcon build ended with exit status 1: CMake Error at CMakeLists.txt:9")
+    assert said.try_ == "find_package(geometry_msgs REQUIRED) before rosidl_generate_interfaces"
+    assert "its text shows besides:\n  CMakeLists.txt:26: it installs" in said.seen
+
+
+def test_a_build_without_a_word_of_error_is_explained_by_the_text():
+    ends = Fault("CMakeLists.txt", 0, "build", "it does not end with `ament_package()`", "write it as its last line")
+    said = ask(check_build.test_colcon_build_succeeds, unbuilt("Summary: 1 package finished\n", ends, exit_code=0))
+    assert said.seen.startswith("CMakeLists.txt: it does not end with `ament_package()`")
+    assert "exit status 0" not in said.seen
+    assert said.try_ == "write it as its last line"
+
+
+def test_fields_that_differ_are_named_without_a_build():
+    said = ask(check_interfaces.test_type_hashes_match_the_contract, unbuilt("", MISSING, DIFFERS))
+    assert not said.reached
+    assert "srv/SetSpeed.srv:2: `float64 speed` should be `float32 speed`" in said.seen
+    assert "robot_controler" not in said.seen
+
+
+def test_faults_of_launch_and_parameter_files_are_named_without_a_build():
+    evidence = unbuilt("", DEAD, KEY)
+    launched = ask(check_launch.test_the_launch_files_start_the_nodes, evidence)
+    assert "launch/robot_controller_launch.py:28: there is no executable `sensor_procesor`" in launched.seen
+    loaded = ask(check_parameters.test_parameter_files_load_on_both_nodes, evidence)
+    assert "config/robot_params.yaml:3: its key is `robot_control`" in loaded.seen
+
+
+# -- no node comes up -------------------------------------------------------------------------------------------------
+
+
+def test_a_node_that_does_not_come_up_is_explained_by_the_text_first():
+    output = "Traceback (most recent call last):\nModuleNotFoundError: No module named 'scan_tools'\n"
+    down = trial("drive_forward", ready=False, ended="the node ended before it came up, with exit status 1",
+                 process=ProcessEnd("itself", 1, 1.0, output))  # fmt: skip
+    evidence = evidence_with(trials={"drive_forward": down}, quality=text(UNINSTALLED, IMPORT))
+    said = ask(check_set_speed.test_drives_at_the_set_speed, evidence)
+    assert said.seen.startswith("ros2_robot_controller/driver.py:7: it imports `scan_tools`")
+    assert "its last output was: ModuleNotFoundError" in said.seen
+
+
+def test_a_node_that_cannot_read_its_parameter_file_is_explained_by_the_file_and_line():
+    tab = Fault("config/robot_params.yaml", 6, "parameters", "it is not YAML: a tab", "indent with spaces only")
+    output = "RCLError: Couldn't parse params file: '--params-file /ws/install/share/p/config/robot_params.yaml'."
+    down = trial("file_controller", ready=False, ended="the node ended before it came up, with exit status 1",
+                 process=ProcessEnd("itself", 1, 1.0, output))  # fmt: skip
+    evidence = evidence_with(trials={"file_controller": down}, quality=text(IMPORT, tab))
+    said = ask(check_parameters.test_parameter_files_load_on_both_nodes, evidence)
+    assert said.seen.startswith("config/robot_params.yaml:6: it is not YAML: a tab (indent with spaces only); the node")
+
+
+def test_a_parameter_file_that_is_not_installed_is_named():
+    """I6 once said only that the node had ended."""
+    down = trial("file_controller", ready=False, ended="there is no config/robot_params.yaml in share/team_robot")
+    evidence = evidence_with(trials={"file_controller": down}, quality=text(UNINSTALLED))
+    said = ask(check_parameters.test_parameter_files_load_on_both_nodes, evidence)
+    assert said.seen.startswith("CMakeLists.txt: nothing installs `config/robot_params.yaml` (install(DIRECTORY")
+
+
+# -- hints ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("cmake", "tool", "other"), [(True, "install(", "entry_points"), (False, "entry_points in setup.py", "install(P")]
+)
+def test_executables_that_are_missing_are_explained_by_what_builds_the_package(cmake: bool, tool: str, other: str):
+    """A package with setup.py was once told of install(PROGRAMS ...)."""
+    said = ask(check_build.test_executables_are_installed, evidence_with(quality=text(cmake=cmake)))
+    assert said.try_.startswith(tool)
+    assert other not in said.try_
+
+
+@pytest.mark.parametrize(("cmake", "tool"), [(True, "install(DIRECTORY"), (False, "data_files in setup.py")])
+def test_files_that_are_missing_are_explained_by_what_builds_the_package(cmake: bool, tool: str):
+    said = ask(check_build.test_launch_and_config_are_installed, evidence_with(quality=text(cmake=cmake)))
+    assert said.try_.startswith(tool)
+
+
+def test_conversions_that_are_missing_are_explained_by_what_builds_the_package():
+    answers = [replace(recordings.load("reference").conversions[0], answer=[], problem="No module named 'utils'")]
+    said = ask(check_conversions.test_conversions_are_right_at_their_edges,
+               evidence_with(conversions=answers, quality=text(cmake=False)))  # fmt: skip
+    assert "does setup.py install it" in said.try_
+
+
+def test_a_package_without_a_build_type_is_told_so():
+    """It was once told that "<build_type> is none"."""
+    said = ask(check_package_xml.test_build_type_matches_the_package, evidence_with(quality=text()))
+    assert said.seen == "package.xml names no build type, and there is a CMakeLists.txt"
+    assert said.try_.startswith("<export><build_type>ament_cmake</build_type></export>")
+
+
+def test_a_parameter_that_is_not_declared_is_named_with_its_declaration():
+    answers = [ParameterAnswer(0.1, "max_linear_speed", value=0.5), ParameterAnswer(0.1, "safety_margin")]
+    trials = {
+        "file_controller": trial("file_controller", parameters=answers),
+        "file_processor": trial("file_processor", node="sensor_processor"),
+    }
+    said = ask(check_parameters.test_parameter_files_load_on_both_nodes, evidence_with(trials=trials))
+    assert said.seen == "not declared: robot_controller: safety_margin"
+    assert said.try_.startswith("self.declare_parameter('safety_margin', 0.3)")
+
+
+def test_a_refusal_for_want_of_a_declaration_is_not_taken_for_a_callback_that_is_too_strict():
+    good = ParameterAnswer(0.1, "max_linear_speed", 0.375, accepted=False,
+                           reason="('Invalid access to undeclared parameter(s)', ['max_linear_speed'])")  # fmt: skip
+    trials = {"senseless_settings": trial("senseless_settings", parameters=[good])}
+    said = ask(check_parameters.test_invalid_values_are_refused_at_run_time, evidence_with(trials=trials))
+    assert said.try_.startswith("self.declare_parameter('max_linear_speed', 0.5)")
+
+
+def test_a_key_of_another_node_is_named_with_its_line():
+    answers = [ParameterAnswer(0.1, "max_linear_speed", value=0.5)]
+    trials = {
+        "file_controller": trial("file_controller", parameters=answers, choices={"max_linear_speed": 0.375}),
+        "file_processor": trial("file_processor", node="sensor_processor"),
+    }
+    said = ask(
+        check_parameters.test_parameter_files_load_on_both_nodes, evidence_with(trials=trials, quality=text(KEY))
+    )
+    assert said.seen.startswith("config/robot_params.yaml:3: its key is `robot_control`")
+    assert said.try_ == KEY.cure
+
+
+def test_what_would_crash_is_listed_before_findings_of_style():
+    """An undefined name once stood below "and 8 more"."""
+    style = [Finding("a.py", number, rule, "text") for rule in ("E501", "W291", "E302", "Q000") for number in range(5)]
+    shown = listing([*style, Finding("a.py", 9, "F821", "undefined name 'spede'")])
+    assert shown.startswith("F821: ")
+    assert "a.py:9 undefined name 'spede'" in shown
+
+
+@pytest.mark.parametrize(
+    ("rule", "words"),
+    [("loop-in-callback", "`while` in the callback `on_scan`"), ("sleep-in-callback", "`time.sleep` in the callback")],
+)
+def test_a_callback_that_does_not_return_is_named_where_the_node_does_not_answer(rule: str, words: str):
+    call = Call(0.5, "set_speed", {"speed": 0.25}, None, problem="no answer within 2 s")
+    deaf = trial("drive_forward", calls=[call], process=ProcessEnd("us", None, 9.0, ""))
+    habit = Finding("ros2_robot_controller/robot_controller.py", 88, rule, f"{words} `on_scan`")
+    evidence = evidence_with(trials={"drive_forward": deaf}, quality=text(habits=(habit,)))
+    said = ask(check_set_speed.test_drives_at_the_set_speed, evidence)
+    assert said.seen.startswith("no answer within 2 s")
+    assert f"ros2_robot_controller/robot_controller.py:88 {words}" in said.seen
+
+
+def reversed_samples(recorded: Trial) -> Trial:
+    """Return a trial as of a robot that drives against the sign of its speed: its way is mirrored."""
+    first = recorded.samples[0]
+    samples = [
+        replace(s, odom_x=2 * first.odom_x - s.odom_x, odom_y=2 * first.odom_y - s.odom_y) for s in recorded.samples
+    ]
+    return replace(recorded, samples=samples)
+
+
+def test_a_robot_that_drives_backwards_is_not_told_to_look_at_its_sector():
+    """F5 and F7 blamed the sector of a robot whose speed had the wrong sign."""
+    reference = recordings.load("reference")
+    stuck = reversed_samples(reference.trials["obstacle_behind"])
+    half = [replace(s, odom_x=stuck.samples[0].odom_x + (s.odom_x - stuck.samples[0].odom_x) / 4,
+                    odom_y=stuck.samples[0].odom_y + (s.odom_y - stuck.samples[0].odom_y) / 4)
+            for s in stuck.samples]  # fmt: skip
+    trials = {**reference.trials, "obstacle_behind": replace(stuck, samples=half)}
+    said = ask(check_obstacle.test_drives_forward_with_an_obstacle_behind, replace(reference, trials=trials))
+    assert said.share == 0
+    assert "what is behind it is in its way" in said.seen
+    assert "is the sign of cmd_vel's linear.x" in said.try_
+
+
+def test_the_status_of_a_robot_that_drives_backwards_is_explained_by_its_direction():
+    reference = recordings.load("reference")
+    status = reversed_samples(reference.trials["status"])
+    asked = [call for call in status.calls if call.service == "get_status"]
+    calls = [
+        replace(call, response={**(call.response or {}), "obstacle_detected": False}) if call is asked[2] else call
+        for call in status.calls
+    ]
+    trials = {**reference.trials, "status": replace(status, calls=calls)}
+    said = ask(check_status.test_status_reports_an_obstacle, replace(reference, trials=trials))
+    assert "what is behind it is in its way" in said.seen
+    assert "is the sign of cmd_vel's linear.x" in said.try_
+
+
+def test_a_near_miss_is_no_file_that_has_its_own_place():
+    """What is missing is not meant by a file of the layout that is there; a misplaced one is."""
+    own = {"test/test_robot_controller.py", "config/sensor_params.yaml", "msg/SensorFusionData.msg"}
+    paths = sorted((set(LAYOUT) - {"config/robot_params.yaml"} - own) | {"params/sensor-params.yaml", *own})
+    said = ask(check_structure.test_layout_matches_the_contract, evidence_with(quality=replace(text(), paths=paths)))
+    assert said.seen == "missing: config/robot_params.yaml"
+    elsewhere = replace(text(), paths=sorted({*paths, "params/robot_params.yaml"}))
+    said = ask(check_structure.test_layout_matches_the_contract, evidence_with(quality=elsewhere))
+    assert said.seen == "missing: config/robot_params.yaml; perhaps meant: params/robot_params.yaml"
