@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from pathlib import Path
 
@@ -26,6 +27,20 @@ def test_the_reference_builds_with_the_contracts_hashes(package: Path, settings:
     assert set(spec.INTERFACES) == set(built.facts.type_hashes)
     assert {"robot_controller", "sensor_processor"} <= set(built.facts.executables)
     assert "launch/robot_controller_launch.py" in built.facts.shared_files
+
+
+@pytest.mark.sandbox
+def test_a_grader_whose_files_are_private_builds_too(package: Path, settings: pipeline.Settings):
+    """As root's with the mask 077: submissions run as another user, who must read what root has written."""
+    (package / "ros2_robot_controller" / "extra.py").write_text(f"NEVER_BUILT = '{package} {os.getpid()}'\n")
+    before = os.umask(0o077)
+    try:
+        built = build.build([package], settings.cache)
+        assert os.umask(0o077) == 0o077
+    finally:
+        os.umask(before)
+    assert built.facts.ok, built.facts.log_tail
+    assert (built.install / "share").stat().st_mode & 0o777 == 0o755
 
 
 @pytest.mark.sandbox
