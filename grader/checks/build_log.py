@@ -65,8 +65,8 @@ def _first(lines: Sequence[str]) -> str:
     if "Error processing" in text:  # rosidl's own error comes at the end of the command that failed
         return text[text.find("Error processing") :].strip()
     if traceback:
-        raised = _raised(lines[first:])
-        return f"{text.strip()} {raised}" if text.startswith("Error parsing") else raised
+        exception = _raised(lines[first:])
+        return f"{text.strip()} {exception}" if text.startswith("Error parsing") else exception
     caller = _CALLER.search("\n".join(lines[first : first + 60]))
     if caller and _DEEP.match(text):  # the student's line, not that of ROS's own file
         return _DEEP.sub(f"CMake Error at {caller[1]}: ", text)

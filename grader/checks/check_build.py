@@ -62,7 +62,8 @@ def _first_cause(judge: Judge) -> tuple[str, str]:
     cause = shown_by(faults, log) or (faults[0] if faults and not error.said else None)
     others = [fault for fault in judge.faults("build", "install", "start") if fault != cause]
     if cause is not None:
-        lead, try_ = f"{sentence(cause)}\n{how}{f': {error.said}' if error.said else ''}", cause.cure
+        said = f": {error.said}" if error.said and cause.text not in error.said else ""
+        lead, try_ = f"{sentence(cause)}\n{how}{said}", cause.cure
     else:
         lead = f"{how}: {error.said}" if error.said else how
         try_ = error.cure or "run `colcon build` and read its first error, not its last"

@@ -142,8 +142,10 @@ class Judge:
         if index >= len(calls):
             raise Unjudged(f"the trial {trial.name} has no call {index} of {service}")
         if calls[index].response is None:
-            why = self._holding_on(trial) if calls[index].problem.startswith("no answer") else ""
-            raise NotReached(calls[index].problem + near_miss(trial.graph, service) + last_output(trial) + why)
+            # A service that does not answer is there: nothing else is meant.
+            there = calls[index].problem.startswith("no answer")
+            why = self._holding_on(trial) if there else near_miss(trial.graph, service)
+            raise NotReached(calls[index].problem + last_output(trial) + why)
         return calls[index]
 
     def goal(self, trial: Trial, index: int = 0) -> Goal:

@@ -30,7 +30,8 @@ def start_faults(
         if role(file.path) in _RUNS:
             line = re.search(r": line (\d+): ", file.problem)
             cure = "look at that line, and at the end of the line before it"
-            yield Fault(file.path, int(line[1]) if line else 0, "start", f"it {file.problem}", cure)
+            text = f"it {re.sub(': line [0-9]+: ', ': ', file.problem)}"
+            yield Fault(file.path, int(line[1]) if line else 0, "start", text, cure)
     yield from _shadows(sources)
     yield from _scripts(sources)
     names = _Names(sources, modules)

@@ -29,6 +29,7 @@ from grader.evidence import (
     Evidence,
     Fault,
     Finding,
+    Graph,
     Manifest,
     ParameterAnswer,
     ProcessEnd,
@@ -73,6 +74,7 @@ def test_the_first_cause_in_the_text_leads_where_the_log_agrees():
     first, second, *rest = said.seen.splitlines()
     assert first == "CMakeLists.txt:26: it installs `scripts/robot_controler`, which is not there"
     assert second.startswith("colcon build ended with exit status 1: ")
+    assert "robot_controler" in second
     assert said.try_ == MISSING.cure
     assert "nothing installs `config/robot_params.yaml` (install(DIRECTORY launch config" in "".join(rest)
     assert "ros2_robot_controller/driver.py:7" in "".join(rest)
@@ -219,11 +221,12 @@ def test_what_would_crash_is_listed_before_findings_of_style():
 )
 def test_a_callback_that_does_not_return_is_named_where_the_node_does_not_answer(rule: str, words: str):
     call = Call(0.5, "set_speed", {"speed": 0.25}, None, problem="no answer within 2 s")
-    deaf = trial("drive_forward", calls=[call], process=ProcessEnd("us", None, 9.0, ""))
+    graph = Graph(services={"set_speed": ["ros2_robot_controller/srv/SetSpeed"]})
+    deaf = trial("drive_forward", calls=[call], process=ProcessEnd("us", None, 9.0, ""), graph=graph)
     habit = Finding("ros2_robot_controller/robot_controller.py", 88, rule, f"{words} `on_scan`")
     evidence = evidence_with(trials={"drive_forward": deaf}, quality=text(habits=(habit,)))
     said = ask(check_set_speed.test_drives_at_the_set_speed, evidence)
-    assert said.seen.startswith("no answer within 2 s")
+    assert said.seen.startswith("no answer within 2 s; while a callback runs the node answers nothing")
     assert f"ros2_robot_controller/robot_controller.py:88 {words}" in said.seen
 
 

@@ -91,7 +91,7 @@ def reference(folder: Path, file: str = "", old: str = "", new: str = "") -> Pat
         ("srv/SetSpeed.srv", "float32 speed", "float64 speed",
          "srv/SetSpeed.srv:2", "`float64 speed` should be `float32 speed`", "compare it with the contract"),
         (NODE, "def main(", "de f main(",
-         f"{NODE}:43", "it is not valid Python: line 43", "look at that line"),
+         f"{NODE}:43", "it is not valid Python: invalid syntax", "look at that line"),
         (NODE, "from ros2_robot_controller.utils", "from ros2_robot_controller.util",
          f"{NODE}:", "it imports `ros2_robot_controller.util", "meant?"),
         ("ros2_robot_controller/speed_server.py", "import GetRobotStatus, SetSpeed", "import GetRobotStatus, SetSped",
