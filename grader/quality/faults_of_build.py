@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from collections.abc import Iterator
 from pathlib import PurePosixPath
@@ -276,7 +275,7 @@ def _unreadable_setup(sources: PackageSources) -> tuple[int, str]:
     if _SETUP not in sources.paths:
         return 0, "it is not there, and without it colcon cannot build the package"
     try:
-        ast.parse(sources.read(_SETUP))
+        python_ast.tree_of(sources.read(_SETUP))
     except SyntaxError as error:
         return error.lineno or 1, f"it is not valid Python: `{error.msg}`"
     except python_ast.TOO_COMPLEX:
