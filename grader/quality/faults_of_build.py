@@ -54,7 +54,8 @@ def _in_xml(sources: PackageSources) -> Iterator[Fault]:
     if problem:
         place = re.search(r": line (\d+), column (\d+)", problem)
         cure = "each <tag> needs its </tag>: look there, and at the line before it" if place else "write package.xml"
-        yield Fault(_XML, int(place[1]) if place else 0, "build", f"it {problem}", cure)
+        text = f"it {problem.replace('is not XML: ', 'is not XML: `')}`" if place else f"it {problem}"
+        yield Fault(_XML, int(place[1]) if place else 0, "build", text, cure)
         return
     needed = [tag for tag in ("name", "version", "description", "maintainer", "license") if not sources.xml.texts(tag)]
     if needed:

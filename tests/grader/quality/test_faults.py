@@ -77,7 +77,7 @@ def reference(folder: Path, file: str = "", old: str = "", new: str = "") -> Pat
         (CMAKE, "install(DIRECTORY launch config", "install(DIRECTORY launch",
          "CMakeLists.txt", "nothing installs `config/robot_params.yaml`", "install(DIRECTORY launch config"),
         (XML, "<depend>std_msgs</depend>", "<depend>std_msgs</depnd>",
-         "package.xml:14", "it is not XML: mismatched tag: line 14, column 20", "each <tag> needs its </tag>"),
+         "package.xml:14", "it is not XML: `mismatched tag: line 14, column 20`", "each <tag> needs its </tag>"),
         (XML, "<version>1.0.0</version>", "", "package.xml", "it has no <version>", "every package.xml"),
         (XML, "<member_of_group>rosidl_interface_packages</member_of_group>", "",
          "package.xml", "must be in `rosidl_interface_packages`", "<member_of_group>"),
