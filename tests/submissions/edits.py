@@ -892,7 +892,7 @@ _EDITS = (
         "needs_its_only_argument",
         "I5",
         "The first launch file declares use_sim_time without a default.",
-        (_LAUNCH, "DeclareLaunchArgument('use_sim_time', default_value='false',", "DeclareLaunchArgument('use_sim_time',"),
+        (_LAUNCH, "'use_sim_time', default_value='false',", "'use_sim_time',"),
         says=("without any argument, robot_controller_launch.py started",),
     ),
     _edit(
