@@ -20,7 +20,7 @@ from grader.build import cache as build_cache
 from grader.build import install_tree, installed_code, type_hashes
 from grader.contract.spec import CONTRACT, INTERFACES, PACKAGE
 from grader.errors import GraderError
-from grader.host import ros_env, shortage, tempdir
+from grader.host import ros_env, shortage, submission_user, tempdir
 
 # The same paths in every sandbox: by them ccache recognises the generated code of a class's submissions.
 _SOURCE, _BUILD, _INSTALL, _CCACHE = "/ws/src", "/ws/build", "/ws/install", "/ws/ccache"
@@ -106,7 +106,8 @@ def build(
                     f"This machine has no {' and no '.join(missing)}, so no package can be built. Run `grader doctor`; "
                     "it prints the command that installs what is missing."
                 )
-            return _build(_Job(packages, cache, seconds, trusted, main), folder)
+            with submission_user.readable_by_sandboxes():
+                return _build(_Job(packages, cache, seconds, trusted, main), folder)
     except OSError as error:
         cause = shortage.explain(error)
         raise GraderError(

@@ -37,7 +37,7 @@ class Cluster:
 
     def stop(self) -> None:
         """Forget what is not finished; what a worker is doing it does to its end, for nobody."""
-        self._executor.shutdown(wait=False, cancel_futures=True)
+        self._executor.shutdown(wait=False)  # Dask cancels what is pending then
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     def _grade(self, order: Order) -> Ending:

@@ -166,3 +166,55 @@ def test_a_blocked_node_holds_up_the_run_once(tmp_path: Path):
     assert "busy in a callback for seconds of wall time" in found["said"][0]
     assert found["blocked"] is True
     assert found["t"] == pytest.approx(1.0)
+
+
+GREETER = """
+import rclpy
+from rclpy.node import Node
+from std_msgs.msg import Int32
+from geometry_msgs.msg import Twist
+rclpy.init()
+node = Node("robot_controller")
+commands = node.create_publisher(Twist, "cmd_vel", 10)
+greetings = node.create_publisher(Int32, "greetings", 1000)
+def greet(_parameters):
+    for number in range(50):
+        greetings.publish(Int32(data=number))
+node.declare_parameter("greet", False)
+node.add_post_set_parameters_callback(greet)
+rclpy.spin(node)
+"""
+
+LISTENER = """
+import json, os, signal, subprocess, sys, time
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from sim import Simulator, load_world
+from sim.bridge import CONTROLLER, Bridge
+from std_msgs.msg import Int32
+process = subprocess.Popen([sys.executable, sys.argv[1]], env={**os.environ, "ROS_DOMAIN_ID": "3"})
+bridge = Bridge(Simulator(load_world("open_field"), seed=1), CONTROLLER, "robot_controller", domain_id=3)
+parameters = AsyncParameterClient(bridge.node, "robot_controller")
+bridge.await_node(parameters.services_are_ready)
+heard = []
+process.send_signal(signal.SIGSTOP)  # its discovery comes late
+bridge.node.create_subscription(Int32, "greetings", lambda m: heard.append(m.data), 1000)
+bridge.spin_until(lambda: False, 0.3)
+early = bridge.spin_until(lambda: bridge.node.count_publishers("greetings") > 0, 0.0)
+process.send_signal(signal.SIGCONT)
+matched = bridge.await_match()
+asked = parameters.set_parameters([Parameter("greet", value=True)])
+bridge.spin_until(asked.done, 10.0)
+bridge.drain()
+print(json.dumps({"matched": matched, "heard": heard, "early": early}))
+process.kill()
+bridge.close()
+"""
+
+
+def test_all_that_a_node_publishes_is_heard_from_the_match_to_the_end(tmp_path: Path):
+    """The node is stopped while the subscription is made, and the last message comes just before the end."""
+    (tmp_path / "node.py").write_text(GREETER)
+    (tmp_path / "host.py").write_text(LISTENER)
+    found = run_with_node(tmp_path / "host.py", tmp_path / "node.py")
+    assert found == {"matched": True, "heard": list(range(50)), "early": True}

@@ -60,9 +60,7 @@ def show_info(args: argparse.Namespace) -> int:
     print(full_name(args.node_name))
     for title, found in lists:
         print(f"  {title}:")
-        for name, types in sorted(found):
-            if args.include_hidden or not is_hidden(name):
-                print(f"    {name}: {', '.join(types)}")
-        if title in ("Service Clients", "Action Clients"):
-            print()
+        shown = [one for one in sorted(found) if args.include_hidden or not is_hidden(one[0])]
+        # Like the real command, an empty line where there is nothing.
+        print("\n".join(f"    {name}: {', '.join(types)}" for name, types in shown))
     return 0

@@ -181,13 +181,14 @@ def run_set(args: argparse.Namespace) -> int:
 
 
 def run_delete(args: argparse.Namespace) -> int:
-    """Delete a value."""
+    """Delete a value; like the real command, report a refusal but return 0."""
     with graph(args.spin_time) as seen:
         parameters = Parameters(seen, args.node_name)
         (result,) = parameters.answer(parameters.client.delete_parameters([args.parameter_name])).results
-    if not result.successful:
-        raise Refusal("Deleting parameter failed" + (f": {result.reason}" if result.reason else ""))
-    print("Deleted parameter successfully")
+    if result.successful:
+        print("Deleted parameter successfully")
+    else:
+        print("Deleting parameter failed" + (f": {result.reason}" if result.reason else ""), file=sys.stderr)
     return 0
 
 

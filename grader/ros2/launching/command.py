@@ -55,14 +55,14 @@ def main(args: argparse.Namespace) -> int:
     try:
         path, words = find(args.package_name, args.launch_file_name, args.launch_arguments)
         given = parse(words)
-        if args.launch_prefix_filter and not args.launch_prefix:
-            raise LaunchError("--launch-prefix must be specified if --launch-prefix-filter is provided")
-        prefixes = {"launch-prefix": args.launch_prefix, "launch-prefix-filter": args.launch_prefix_filter}
-        given |= {name: value for name, value in prefixes.items() if value}
         if args.show_args or args.print:
             description = read(path)
             print(arguments_shown(description) if args.show_args else tree(description))
             return 0
+        if args.launch_prefix_filter and not args.launch_prefix:
+            raise LaunchError("--launch-prefix must be specified if --launch-prefix-filter is provided")
+        prefixes = {"launch-prefix": args.launch_prefix, "launch-prefix-filter": args.launch_prefix_filter}
+        given |= {name: value for name, value in prefixes.items() if value}
     except Exception as error:
         print(explain(error), file=sys.stderr)
         return 1

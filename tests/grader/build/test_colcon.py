@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 from pathlib import Path
 
 import pytest
 from submissions.edits import apply
+from variants import VARIANTS, make
 
 from grader import build, pipeline
 from grader.build import colcon
@@ -29,6 +31,20 @@ def test_the_reference_builds_with_the_contracts_hashes(package: Path, settings:
 
 
 @pytest.mark.sandbox
+def test_a_grader_whose_files_are_private_builds_too(package: Path, settings: pipeline.Settings):
+    """As root's with the mask 077: submissions run as another user, who must read what root has written."""
+    (package / "ros2_robot_controller" / "extra.py").write_text(f"NEVER_BUILT = '{package} {os.getpid()}'\n")
+    before = os.umask(0o077)
+    try:
+        built = build.build([package], settings.cache)
+        assert os.umask(0o077) == 0o077
+    finally:
+        os.umask(before)
+    assert built.facts.ok, built.facts.log_tail
+    assert (built.install / "share").stat().st_mode & 0o777 == 0o755
+
+
+@pytest.mark.sandbox
 def test_the_same_content_is_built_once_wherever_it_lies(package: Path, tmp_path: Path, settings: pipeline.Settings):
     first = build.build([package], settings.cache)
     elsewhere = tmp_path / "elsewhere" / package.name
@@ -46,6 +62,43 @@ def test_a_damaged_cache_entry_is_built_again(package: Path, settings: pipeline.
     again = build.build([package], settings.cache)
     assert not again.facts.cached
     assert again.facts.ok
+
+
+@pytest.mark.slow
+@pytest.mark.sandbox
+@pytest.mark.parametrize("name", VARIANTS)
+def test_all_that_an_honest_package_installs_is_known(name: str, tmp_path: Path, settings: pipeline.Settings):
+    """By CMake and by setuptools, with modules as executables, scripts of entry points, and packages split in two."""
+    packages = sorted(path.parent for path in make(VARIANTS[name], tmp_path).glob("*/package.xml"))
+    facts = build.build(packages, settings.cache).facts
+    assert facts.ok, facts.log_tail
+    assert facts.not_handed_in == []
+    assert facts.flags == []
+
+
+@pytest.mark.slow
+@pytest.mark.sandbox
+def test_a_version_that_cmake_writes_is_known(package: Path, settings: pipeline.Settings):
+    (package / "version.py.in").write_text('"""The version."""\n\n__version__ = "@PROJECT_VERSION@"\n')
+    cmake = package / "CMakeLists.txt"
+    cmake.write_text(
+        cmake.read_text().replace(
+            "\nament_package()",
+            "\nset(PROJECT_VERSION 1.0.0)\nconfigure_file(version.py.in version.py @ONLY)\n"
+            "install(FILES ${CMAKE_CURRENT_BINARY_DIR}/version.py DESTINATION ${PYTHON_INSTALL_DIR}/${PROJECT_NAME})\n"
+            "ament_package()",
+        )
+    )
+    built = build.build([package], settings.cache)
+    assert built.facts.ok, built.facts.log_tail
+    assert len(list(built.install.rglob("version.py"))) == 1
+    assert (built.facts.not_handed_in, built.facts.flags) == ([], [])
+
+
+@pytest.mark.sandbox
+def test_no_byte_code_is_left_by_a_build(package: Path, settings: pipeline.Settings):
+    """rosidl's own CMake compiles what it generates."""
+    assert list(build.build([package], settings.cache).install.rglob("*.pyc")) == []
 
 
 def test_a_log_names_no_place_of_this_machine():

@@ -10,28 +10,14 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from helpers.class_reports import Silent
 
 from grader.classroom import batch, class_folder
 from grader.classroom.batch import Options
-from grader.classroom.class_folder import ClassFolder, Record, Status
+from grader.classroom.class_folder import ClassFolder, Status
 from grader.classroom.one_grading import Ending, Order, Runner, grade_packed, pack
 from grader.classroom.roster import Person
 from grader.errors import GraderError
-
-
-class Silent:
-    """Hears how a run goes on and keeps it."""
-
-    def __init__(self) -> None:
-        self.records: list[Record] = []
-        self.left: list[float | None] = []
-
-    def finished(self, record: Record, progress: batch.Progress) -> None:
-        self.records.append(record)
-        self.left.append(progress.left_s)
-
-    def going_on(self, progress: batch.Progress) -> None:
-        pass
 
 
 class Workers:

@@ -140,6 +140,10 @@ def test_a_node_is_described(ros2):
     assert (
         f"  Action Servers:\n    /navigate_to_position: {TYPE}/action/NavigateToPosition\n  Action Clients:\n" in said
     )
+    assert (
+        "  Service Clients:\n\n  Action Servers:\n\n  Action Clients:\n\n"
+        in ros2("node", "info", "/sensor_processor").out
+    )
     assert ros2("node", "info", "/nope").err == "Unable to find node '/nope'\n"
 
 
@@ -173,6 +177,9 @@ def test_parameters_are_listed_set_dumped_and_loaded(ros2):
     assert ros2("param", "describe", node, "fusion_frequency").out.startswith(
         "Parameter name: fusion_frequency\n  Type: double\n"
     )
+    kept = ros2("param", "delete", node, "fusion_frequency")
+    assert (kept.code, kept.out) == (0, ""), "as with the real command"
+    assert kept.err == "Deleting parameter failed: Static parameter cannot be undeclared\n"
     undeclared = ros2("param", "describe", node, "fusion_rate")
     assert (undeclared.code, undeclared.out) == (0, ""), "as with the real command"
     assert undeclared.err.startswith("fusion_rate: Parameter not set\n")

@@ -82,6 +82,15 @@ def test_a_changed_report_of_another_submission_is_damage():
         assert tokens.damage() == ["the neighbour's report changed"]
 
 
+def test_what_changed_in_the_home_folder_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    """Another program may have made it, as ssh makes an empty folder on its first start."""
+    (tmp_path / ".bashrc").write_text("before")
+    monkeypatch.setattr(Path, "home", lambda: tmp_path)
+    with planted() as tokens:
+        (tmp_path / ".ssh").mkdir()
+        assert tokens.damage() == ["the home folder changed: .ssh"]
+
+
 def test_a_call_to_the_host_is_damage():
     with planted() as tokens:
         socket.create_connection(("127.0.0.1", int(tokens.placeholders.values["PORT"]))).close()
