@@ -27,6 +27,7 @@ from typing import NoReturn
 
 import yaml
 
+from grader.classroom.class_folder import ClassFacts, ClassFolder
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.scoring.rubric import Rubric
@@ -109,6 +110,16 @@ def load(path: Path, submissions: Iterable[str], people: Sequence[Person], rubri
         line = error.problem_mark.line + 1 if error.problem_mark else "?"
         raise GraderError(f"{path}, line {line}: {error.problem}. Correct the YAML and run again.") from error
     return _Reader(path, tuple(submissions), people, rubric).read(root)
+
+
+def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decisions:
+    """Return the decisions about a class.
+
+    Raises:
+        GraderError: as `load`.
+    """
+    everyone = [*dict.fromkeys(person for entry in facts.entries for person in entry.people), *facts.missing]
+    return load(folder.overrides, [entry.id for entry in facts.entries], everyone, rubric)
 
 
 class _Reader:

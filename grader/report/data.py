@@ -126,6 +126,33 @@ def results(said: dict[str, Any]) -> list[CheckResult]:
     ]
 
 
+def circumstances(said: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields of a Grading that say when and by what it was graded, as a report lists them."""
+    return {
+        "environment": said["environment"],
+        "checks": said["checks"],
+        "wall_seconds": float(said.get("wall_seconds") or 0.0),
+        "commit": said.get("commit", ""),
+        "graded": said.get("graded", ""),
+        "rescored": said.get("rescored", ""),
+    }
+
+
+def refusal(said: dict[str, Any]) -> Refusal:
+    """Return the refusal that a report shows."""
+    return Refusal(
+        submission=said["submission"],
+        because=said["refused"]["because"],
+        try_=said["refused"]["try"],
+        notes=said["notes"],
+        environment=said["environment"],
+        seed=said["seed"],
+        source=said["source"],
+        wall_seconds=float(said.get("wall_seconds") or 0.0),
+        refused=said.get("graded", ""),
+    )
+
+
 def _criterion(score: CriterionScore) -> dict[str, Any]:
     return {
         "id": score.criterion.id,
