@@ -97,7 +97,6 @@ def test_a_build_that_fails_shows_its_first_error(package: Path) -> None:
     assert said.startswith(
         "F1 not yet (0 of 3) seen the package does not build: CMakeLists.txt:7: it asks for `nonsense`"
     )
-    assert '"nonsense"' in said
     assert "/ws/" not in said
 
 
