@@ -183,6 +183,7 @@ def _seconds(text: str) -> float:
 def _grade(options: argparse.Namespace) -> int:
     # Imported here, so that `grader --help` and `grader doctor` answer at once, even on hosts that lack half of this.
     from grader import build, pipeline, report
+    from grader.checks import checks_run
     from grader.report import console
     from grader.scoring import rubric
 
@@ -190,7 +191,7 @@ def _grade(options: argparse.Namespace) -> int:
         os.environ[namespaces.UNSAFE_VARIABLE] = "1"
     progress = _Progress()
     settings = pipeline.Settings(
-        rubric=rubric.load(options.rubric or rubric.RUBRIC),
+        rubric=rubric.load(options.rubric or rubric.RUBRIC, checks_run.known()),
         cache=options.cache or build.cache_folder(),
         seed=options.seed,
         build_seconds=options.build_timeout,
@@ -272,9 +273,10 @@ def _shown(path: Path) -> str:
 
 
 def _handout(options: argparse.Namespace) -> int:
+    from grader.checks import checks_run
     from grader.scoring import handout, rubric
 
-    text = handout.render(rubric.load(options.rubric or rubric.RUBRIC))
+    text = handout.render(rubric.load(options.rubric or rubric.RUBRIC, checks_run.known()))
     if options.out is None:
         print(text, end="")
     else:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Protocol
 
 from grader import sandbox
+from grader.checks import checks_run
 from grader.classroom import cluster, discovery
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status, relative
 from grader.classroom.discovery import Entry
@@ -97,7 +98,7 @@ def run(source: Path, out: Path, people: Sequence[Person], options: Options, sai
         SubmissionError: the archive of the class cannot be opened.
     """
     started = time.monotonic()
-    whole = rubric.load(options.rubric)
+    whole = rubric.load(options.rubric, checks_run.known())
     if not options.scheduler:
         sandbox.require()
     folder = ClassFolder(out)
