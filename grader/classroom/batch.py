@@ -249,7 +249,7 @@ class _Loop:
                 )
                 running[self._workforce.submit(job.order)] = job
             ended, _ = wait(running, timeout=_TICK_S, return_when=FIRST_COMPLETED)
-            for future in ended:
+            for future in [each for each in running if each in ended]:  # in the order in which they began
                 job = running.pop(future)
                 ending = future.result()
                 if ending.status is Status.ERROR and attempt < _ATTEMPTS:
