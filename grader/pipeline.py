@@ -27,8 +27,7 @@ from grader.settings import Settings
 
 __all__ = ["EVIDENCE", "Settings", "grade", "judge"]
 
-EVIDENCE = "evidence"
-"""The folder of the evidence, below that of the reports."""
+EVIDENCE = report.EVIDENCE
 
 
 def grade(
@@ -98,7 +97,10 @@ def judge(folder: Path, settings: Settings, earlier: Sequence[CheckResult] = ())
         seed=settings.seed,
         wall_seconds=0.0,
         rubric=settings.rubric.sha256,
+        rubric_title=settings.rubric.title,
         checks=provenance.checks_hash(),
+        commit=provenance.commit(),
+        graded=provenance.now(),
     )
 
 
@@ -137,6 +139,7 @@ def _refusal(source: Path, error: SubmissionError, settings: Settings, seconds: 
         seed=settings.seed,
         source=report.fingerprint(source),
         wall_seconds=seconds,
+        refused=provenance.now(),
     )
 
 

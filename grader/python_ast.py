@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import threading
 import warnings
 from typing import TypeGuard
 
@@ -14,12 +15,26 @@ TOO_COMPLEX = (ValueError, RecursionError, MemoryError)
 UNPARSABLE = (SyntaxError, *TOO_COMPLEX)
 
 
+# Before 3.11.8 and 3.12.2 Python counts the depth of a tree in a place that all threads share, and now and then raises
+# a SystemError where two of them parse (gh-106905). Warnings are filtered for all threads, too.
+_ONE_AT_A_TIME = threading.RLock()  # a finalizer may come to parse as well
+
+
+def tree_of(text: str | bytes) -> ast.Module:
+    """Return the syntax tree of a module. Warnings are silenced.
+
+    Raises:
+        SyntaxError, ValueError, RecursionError, MemoryError: Python cannot parse it; see UNPARSABLE.
+    """
+    with _ONE_AT_A_TIME, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a stray "\d" in a string is a matter for the linter
+        return ast.parse(text)
+
+
 def parse(text: str | bytes) -> ast.Module | None:
-    """Return the syntax tree of a module, None if Python cannot parse it. Warnings are silenced."""
+    """Return the syntax tree of a module, None if Python cannot parse it."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # a stray "\d" in a string is a matter for the linter
-            return ast.parse(text)
+        return tree_of(text)
     except UNPARSABLE:
         return None
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from sim.obstacles import CirclePart, PolygonPart, SegmentPart
@@ -55,7 +55,9 @@ def write_bag(
     for name, text in (types or {}).items():
         store.register(get_types_from_msg(text, name))
     everything = sorted([*_of_recording(recording), *messages], key=lambda message: message.time)
-    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+    writer = Writer(path, version=9, storage_plugin=StoragePlugin.MCAP)
+    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    with writer:
         connections: dict[str, Any] = {}
         for message in everything:
             if message.topic not in connections:

@@ -26,6 +26,7 @@ _STUDENT_KIT = KIT / "grader" / "authoring" / "student_kit"
 _PAGES = ("handout", "live-view", "ros2-command", "ros2-session", "simulator", "launch", "ros-from-wheels", "setup")
 # The tools with which instructors make, attack and release the course.
 _WITHHELD = ("grader/authoring/", "grader/classroom/", "grader/selftest/")
+_NO_EXTRAS = ("dev", "cluster")
 _NO_SOURCE = ("__pycache__", ".pyc", ".ipynb_checkpoints")
 _SOLUTIONS = checkpoints.PACKED.relative_to(KIT).as_posix()
 
@@ -85,15 +86,15 @@ def _named() -> Iterator[str]:
 
 
 def packaging(text: str) -> str:
-    """Return pyproject.toml without what only developers use: the extra `dev`, entry points, linters' settings."""
+    """Return pyproject.toml without what students do not use: some extras, entry points, linters' settings."""
     tables = re.split(r"(?m)^(?=\[)", text)
     kept = [t for t in tables if not t.startswith(("[tool.", "[[tool.", "[project.entry-points."))]
     kept += [t for t in tables if t.startswith("[tool.setuptools")]
-    return re.sub(r"(?m)^dev = .*\n", "", "".join(kept)).rstrip("\n") + "\n"
+    return re.sub(rf"(?m)^(#.*\n)?({'|'.join(_NO_EXTRAS)}) = .*\n", "", "".join(kept)).rstrip("\n") + "\n"
 
 
 def pins(text: str) -> str:
-    """Return requirements.txt without the packages that only the extra `dev` needs.
+    """Return requirements.txt without the packages that only those extras need.
 
     The lines "# via" below a package name the packages that need it.
     """
@@ -116,10 +117,10 @@ def pins(text: str) -> str:
 
 
 def _wanted() -> set[str]:
-    """Return the packages that the kit names itself: all but those of the extra `dev`."""
+    """Return the packages that the kit names itself: all but those of extras that it has not."""
     settings = tomllib.loads((KIT / "pyproject.toml").read_text())
     extras = settings["project"]["optional-dependencies"]
     # `make setup` builds the kit without fetching anything more.
     named = [*settings["project"]["dependencies"], *settings["build-system"]["requires"]]
-    named += [requirement for extra, listed in extras.items() if extra != "dev" for requirement in listed]
+    named += [requirement for extra, listed in extras.items() if extra not in _NO_EXTRAS for requirement in listed]
     return {canonicalize_name(Requirement(requirement).name) for requirement in named}

@@ -133,6 +133,8 @@ def _build(job: _Job, folder: Path) -> Built:
             if tree.is_dir():
                 _copy_build_tree(tree, work / "build")
         result = _colcon(job, work)
+        if not result.ok:
+            _require_colcon()
         if result.stopped == "disk":  # too much to count is too much to read
             tempdir.remove(work / "install")
             (work / "install").mkdir()
@@ -203,6 +205,21 @@ def _colcon(job: _Job, work: Path) -> sandbox.RunResult:
         *launchers,
     ]  # fmt: skip
     return sandbox.run(command, box, sandbox.Limits(wall_seconds=job.seconds))
+
+
+def _require_colcon() -> None:
+    """Check that colcon itself runs on this machine: a build that failed without it says nothing about the package.
+
+    Raises:
+        GraderError: it does not run.
+    """
+    box = sandbox.Sandbox(environment=ros_env.environment(home=sandbox.HOME))
+    tried = sandbox.run(["colcon", "build", "--help"], box)
+    if not tried.ok:
+        raise GraderError(
+            f"colcon does not run on this machine: {_without_host_paths(tried.output).strip()[-300:]}. "
+            "Run `make setup`, or `grader doctor`."
+        )
 
 
 def _facts(result: sandbox.RunResult, install: Path, wanted: str) -> evidence.Build:

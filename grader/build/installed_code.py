@@ -18,7 +18,7 @@ from grader.build.type_hashes import Generated
 from grader.contract.spec import NODES
 from grader.evidence import Flag
 from grader.host import ros_env
-from grader.python_ast import TOO_COMPLEX, is_docstring
+from grader.python_ast import TOO_COMPLEX, is_docstring, tree_of
 from grader.sandbox import untrusted
 from grader.sanitize import printable
 
@@ -143,7 +143,7 @@ def _is_data(data: bytes) -> bool:
     if len(data) > _MAX_DATA_BYTES:
         return False
     try:
-        tree = ast.parse(data)
+        tree = tree_of(data)
     except (SyntaxError, ValueError, *TOO_COMPLEX):
         return False
     assigned = [node for node in tree.body if not is_docstring(node)]

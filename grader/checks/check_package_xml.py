@@ -3,7 +3,7 @@
 import re
 
 from grader.checks.findings import some
-from grader.checks.judge import Judge
+from grader.checks.judge import Judge, NotReached
 from grader.contract.rosdep_keys import is_declared
 from grader.evidence import Manifest
 
@@ -34,7 +34,7 @@ def test_package_xml_is_valid_format_3(judge: Judge) -> None:
 
 def test_licence_has_its_spdx_name(judge: Judge) -> None:
     """The licence is named by its SPDX identifier."""
-    manifest = _manifest(judge)
+    manifest = _read_manifest(judge)
     try_ = "for example <license>Apache-2.0</license>"
     judge.expect(bool(manifest.licences), "package.xml does not name a licence", try_)
     bad = [name for name, known in zip(manifest.licences, manifest.spdx, strict=True) if not known]
@@ -43,7 +43,7 @@ def test_licence_has_its_spdx_name(judge: Judge) -> None:
 
 def test_build_type_matches_the_package(judge: Judge) -> None:
     """The build type is the one that the package really has."""
-    manifest = _manifest(judge)
+    manifest = _read_manifest(judge)
     real = "ament_cmake" if manifest.has_cmake else "ament_python"
     because = "there is a CMakeLists.txt" if manifest.has_cmake else "there is no CMakeLists.txt"
     said = f"<build_type> is {manifest.build_type}" if manifest.build_type else "package.xml names no build type"
@@ -53,7 +53,7 @@ def test_build_type_matches_the_package(judge: Judge) -> None:
 
 def test_every_package_used_is_declared(judge: Judge) -> None:
     """Every package that code, launch files, CMake and interfaces use is declared; each missing one costs a fifth."""
-    manifest = _manifest(judge)
+    manifest = _read_manifest(judge)
     missing = []
     for name, places in manifest.used.items():
         if not is_declared(name, manifest.declared):
@@ -83,4 +83,12 @@ def _runs(places: list[str]) -> list[str]:
 def _manifest(judge: Judge) -> Manifest:
     manifest = judge.quality().manifest
     judge.expect(manifest.found, "there is no package.xml", "write one: it makes a folder a ROS package")
+    return manifest
+
+
+def _read_manifest(judge: Judge) -> Manifest:
+    """Return the facts of a package.xml that could be read; of another, nothing more is known."""
+    manifest = _manifest(judge)
+    if manifest.problems and not manifest.format:
+        raise NotReached(manifest.problems[0])
     return manifest

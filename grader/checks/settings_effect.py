@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 
 from grader.checks import motion
-from grader.checks.check_limits import ACCELERATIONS, LATE_S, steepest
+from grader.checks.check_limits import LATE_S, steepest
 from grader.contract.spec import PARAMETERS
 from grader.evidence import Trial
 
@@ -20,9 +20,9 @@ def without_effect(trial: Trial) -> dict[str, str]:
     """
     seen = {
         "laser_processing_rate": _rate(trial),
-        **{name: _rise(trial, letter, name) for letter, _, name in ACCELERATIONS},
+        # Not while it turns: an action loop that sleeps by wall time keeps its acceleration only by that.
+        "linear_acceleration": _rise(trial, "v", "linear_acceleration"),
         "max_angular_speed": _turning(trial),
-        "safety_margin": _slowing_down(trial),
         "emergency_stop_distance": _emergency(trial),
     }
     return {name: f"with {name} = {trial.choices[name]:g}, {words}" for name, words in seen.items() if words}
@@ -54,15 +54,6 @@ def _turning(trial: Trial) -> str:
     if not trial.choices[name] + 1e-3 < fastest <= _DEFAULTS[name] + 1e-3:
         return ""
     return f"the robot still turned at {fastest:.2f} rad/s"
-
-
-def _slowing_down(trial: Trial) -> str:
-    speed = _speed_before(trial, "ahead")
-    if "slowed" not in trial.marks or speed < 0.4:
-        return ""
-    after = motion.between(trial.commands, trial.marks["ahead"] + 0.1, trial.marks["slowed"])
-    slowest = min((command.v for command in after), default=0.0)
-    return f"the robot drove on at {slowest:.2f} m/s with an obstacle 1 m ahead" if slowest >= 0.95 * speed else ""
 
 
 def _emergency(trial: Trial) -> str:

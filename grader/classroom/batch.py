@@ -10,13 +10,13 @@ import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
 from grader import sandbox
 from grader.checks import checks_run
-from grader.classroom import cluster, discovery
+from grader.classroom import cluster, discovery, hand_ins, overrides
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status, relative
 from grader.classroom.discovery import Entry
 from grader.classroom.one_grading import Ending, Order, Runner
@@ -24,6 +24,7 @@ from grader.classroom.roster import Person
 from grader.host import provenance, shortage
 from grader.host.atomic import write_atomically
 from grader.scoring import rubric
+from grader.scoring.grading import HandIn
 from grader.settings import MUTATION_BUDGET_S
 
 # One grading keeps two cores busy nearly all the time and needs up to 2 GB: build, trials and tests beside each other.
@@ -107,26 +108,30 @@ def run(source: Path, out: Path, people: Sequence[Person], options: Options, sai
         text = options.rubric.read_text(encoding="utf-8")
         rubric_hash = hashlib.sha256(text.encode()).hexdigest()
         kit = provenance.kit_hash()
-        folder.write_facts(
-            ClassFacts(
-                title=whole.title,
-                source=str(source),
-                layout=found.layout,
-                rubric=rubric_hash,
-                kit=kit,
-                version=provenance.environment()["ros2-course-kit"],
-                commit=provenance.commit(),
-                seed=options.seed,
-                entries=relative(found.entries, root),
-                missing=found.missing,
-                notes=found.notes,
-                deadline=options.deadline,
-                late_rule=options.late_rule,
-                made=dt.datetime.now().astimezone(),
-            )
+        facts = ClassFacts(
+            title=whole.title,
+            source=str(source),
+            layout=found.layout,
+            rubric=rubric_hash,
+            kit=kit,
+            version=provenance.environment()["ros2-course-kit"],
+            commit=provenance.commit(),
+            seed=options.seed,
+            entries=relative(found.entries, root),
+            missing=found.missing,
+            notes=found.notes,
+            deadline=options.deadline,
+            late_rule=options.late_rule,
+            made=dt.datetime.now().astimezone(),
         )
+        decided = overrides.of_class(folder, facts, whole)
+        folder.write_facts(facts)
         write_atomically(folder.path / RUBRIC, text)
-        planned = [_planned(entry, text, rubric_hash, kit, options) for entry in found.entries]
+        known = (hand_ins.hand_in(entry, facts, decided) for entry in found.entries)
+        planned = [
+            _planned(entry, each, text, rubric_hash, kit, options)
+            for entry, each in zip(found.entries, known, strict=True)
+        ]
         todo = [job for job in planned if options.fresh or not _done(folder, job)]
         workforce = (
             cluster.workforce(options.scheduler, kit) if options.scheduler else here(options.jobs or jobs_here())
@@ -279,7 +284,7 @@ class _Loop:
         )
 
 
-def _planned(entry: Entry, text: str, rubric_hash: str, kit: str, options: Options) -> Job:
+def _planned(entry: Entry, known: HandIn, text: str, rubric_hash: str, kit: str, options: Options) -> Job:
     order = Order(
         id=entry.id,
         source=str(entry.path.resolve()),
@@ -288,6 +293,7 @@ def _planned(entry: Entry, text: str, rubric_hash: str, kit: str, options: Optio
         seed=options.seed,
         cache=str(options.cache.resolve()) if options.cache else "",
         mutation_budget_s=options.mutation_budget_s,
+        hand_in=asdict(known),
     )
     record = Record(
         id=entry.id,

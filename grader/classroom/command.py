@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from grader.classroom import batch, class_folder, comparison, gradebook, lateness, overview, rescore, roster
+from grader.classroom import batch, class_folder, comparison, gradebook, hand_ins, lateness, overview, rescore, roster
 from grader.classroom.class_folder import ClassFolder, Record, Status
 from grader.classroom.exports import canvas, github, gradescope, moodle, table
 from grader.classroom.roster import Person
@@ -173,10 +173,21 @@ def _run_batch(options: argparse.Namespace, people: Sequence[Person], said: _Sai
 
 
 def _write_pages(folder: ClassFolder) -> Path:
-    """Write the gradebook and the overview anew, and return the overview's path."""
+    """Write the gradebook, the overview and the reports that are out of date, and return the overview's path."""
     book = gradebook.read(folder)
+    _refresh(folder)
     table.write(book, folder.path / class_folder.GRADEBOOK)
     return overview.write(folder, book)
+
+
+def _refresh(folder: ClassFolder) -> None:
+    try:
+        changed = hand_ins.refresh(folder)
+    except GraderError as error:  # another run is at work, and writes them at its end
+        print(f"note: the reports were left as they are: {error}", file=sys.stderr)
+        return
+    if changed:
+        print(f"{len(changed)} reports say now what people decided: {printable(', '.join(changed), 300)}")
 
 
 def _gradebook(options: argparse.Namespace) -> int:
@@ -187,6 +198,7 @@ def _gradebook(options: argparse.Namespace) -> int:
         reports: dict[str, dict[str, Any] | None] = {book.rows[0].submission: report}
     else:
         book = gradebook.read(folder)
+        _refresh(folder)
         reports = {row.submission: folder.report(row.submission) for row in book.rows if row.submission}
     out: Path = options.out or options.folder / _PLATFORMS[options.platform]
     title = options.assignment or book.rubric.title

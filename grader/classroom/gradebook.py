@@ -113,8 +113,7 @@ def read(folder: ClassFolder) -> Gradebook:
     """
     facts = folder.facts()
     whole = rubric.load(folder.path / RUBRIC)
-    everyone = [*dict.fromkeys(p for entry in facts.entries for p in entry.people), *facts.missing]
-    decisions = overrides.load(folder.overrides, [entry.id for entry in facts.entries], everyone, whole)
+    decisions = overrides.of_class(folder, facts, whole)
     rule = lateness.parse(facts.late_rule) if facts.late_rule else None
     rows: dict[str, list[Row]] = {}
     for entry in facts.entries:

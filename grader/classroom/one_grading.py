@@ -18,8 +18,12 @@ import threading
 import time
 import zipfile
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import Any
+
+import cattrs
 
 from grader import KIT
 from grader.classroom.class_folder import Status
@@ -31,7 +35,10 @@ _RESULT = "result: "
 
 @dataclass(frozen=True)
 class Order:
-    """What to grade and how. `source` is an archive or a folder, `rubric` the text of a rubric."""
+    """What to grade and how, all of it plain: it travels as JSON.
+
+    `source` is an archive or a folder, `rubric` the text of a rubric, `hand_in` the fields of a HandIn.
+    """
 
     id: str
     source: str
@@ -40,6 +47,7 @@ class Order:
     seed: int
     cache: str
     mutation_budget_s: float
+    hand_in: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -187,6 +195,7 @@ def _grade(order: Order) -> Ending:
     # Imported here: a parent that only starts children needs none of it.
     from grader import build, pipeline, report
     from grader.scoring import rubric
+    from grader.scoring.grading import HandIn
 
     with tempfile.NamedTemporaryFile("w", suffix=".yaml", encoding="utf-8") as file:
         file.write(order.rubric)
@@ -199,7 +208,8 @@ def _grade(order: Order) -> Ending:
             progress=lambda what: print(what.replace("\n", " "), flush=True),
         )
     try:
-        pipeline.grade(Path(order.source), Path(order.out), settings, write=report.write)
+        hand_in = cattrs.structure(order.hand_in, HandIn)
+        pipeline.grade(Path(order.source), Path(order.out), settings, write=partial(report.write, hand_in=hand_in))
     except SubmissionError as error:
         return Ending(Status.REFUSED, str(error))
     except GraderError as error:

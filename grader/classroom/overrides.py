@@ -26,6 +26,7 @@ from pathlib import Path
 import yaml
 
 from grader import yaml_reader
+from grader.classroom.class_folder import ClassFacts, ClassFolder
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.scoring.rubric import Rubric
@@ -107,6 +108,16 @@ def load(path: Path, submissions: Iterable[str], people: Sequence[Person], rubri
         raise GraderError(f"{path} cannot be read ({error}).") from error
     root = yaml_reader.compose(path, text)
     return _Reader(path, tuple(submissions), people, rubric).read(root)
+
+
+def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decisions:
+    """Return the decisions about a class.
+
+    Raises:
+        GraderError: as `load`.
+    """
+    everyone = [*dict.fromkeys(person for entry in facts.entries for person in entry.people), *facts.missing]
+    return load(folder.overrides, [entry.id for entry in facts.entries], everyone, rubric)
 
 
 class _Reader(YamlReader):

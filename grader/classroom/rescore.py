@@ -13,6 +13,7 @@ from pathlib import Path
 
 from grader import collect, evidence, pipeline, report
 from grader.checks import checks_run
+from grader.classroom import hand_ins, overrides
 from grader.classroom.class_folder import RUBRIC, ClassFolder, Record, Status
 from grader.classroom.gradebook import rounded
 from grader.errors import GraderError
@@ -21,6 +22,7 @@ from grader.host.atomic import write_atomically
 from grader.report import data
 from grader.report.standing import DATA
 from grader.scoring import rubric
+from grader.scoring.grading import HandIn
 from grader.settings import Settings
 from grader.trials import catalog
 
@@ -68,10 +70,12 @@ def rescore(
         wanted = [r.id for r in whole.requirements if r.checks and (not only or r.id in only)]
         _require_evidence(folder, graded, wanted)
         rubric_hash = hashlib.sha256(text.encode()).hexdigest()
+        decided = overrides.of_class(folder, facts, whole)
+        known = {entry.id: hand_ins.hand_in(entry, facts, decided) for entry in facts.entries}
         changes: list[Change] = []
         with ProcessPoolExecutor(jobs or os.cpu_count() or 1) as pool:
             made = {record.id: folder.working(record.id) for record in graded}
-            orders = ((folder.submission(r.id), made[r.id], text, r.seed, tuple(only)) for r in graded)
+            orders = ((folder.submission(r.id), made[r.id], text, r.seed, tuple(only), known[r.id]) for r in graded)
             results = pool.map(_judge, orders, chunksize=_TOGETHER)
             for done, (record, points) in enumerate(zip(graded, results, strict=True), 1):
                 before = _points(folder.report(record.id) or {})
@@ -87,9 +91,9 @@ def rescore(
     return Rescored(len(graded), tuple(changes))
 
 
-def _judge(order: tuple[Path, Path, str, int, tuple[str, ...]]) -> dict[str, Decimal]:
+def _judge(order: tuple[Path, Path, str, int, tuple[str, ...], HandIn]) -> dict[str, Decimal]:
     """Judge one submission into a new folder, and return its points by requirement. Runs in a process of its own."""
-    old, new, text, seed, only = order
+    old, new, text, seed, only, known = order
     file = new / "rubric.yaml"
     file.write_text(text, encoding="utf-8")
     settings = Settings(rubric=rubric.load(file), cache=new, seed=seed, requirements=only)
@@ -97,8 +101,10 @@ def _judge(order: tuple[Path, Path, str, int, tuple[str, ...]]) -> dict[str, Dec
     said = data.read(old / DATA)
     earlier = [result for result in data.results(said) if result.id in _kept(settings)] if only else []
     grading = pipeline.judge(old / pipeline.EVIDENCE, settings, earlier)
-    report.write(replace(grading, wall_seconds=float(said.get("wall_seconds") or 0.0)), new)
+    first = data.circumstances(said)
+    grading = replace(grading, wall_seconds=first["wall_seconds"], graded=first["graded"], rescored=provenance.now())
     shutil.copytree(old / pipeline.EVIDENCE, new / pipeline.EVIDENCE, copy_function=os.link)
+    report.write(grading, new, hand_in=known)
     return {score.requirement.id: rounded(score.points) for score in grading.scorecard.requirements if score.max}
 
 

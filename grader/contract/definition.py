@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 _SECTIONS = {"msg": ("message",), "srv": ("request", "response"), "action": ("goal", "result", "feedback")}
 _SEPARATOR = "---"
+_MAX_LINES = 500  # far above what people write
 _BUILT_IN = (
     "bool", "byte", "char", "float32", "float64", "string", "wstring",
     *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)),
@@ -64,7 +65,7 @@ def illegal(kind: str, text: str) -> list[tuple[int, str]]:
 
 def _sections(text: str) -> list[list[_Field]]:
     sections: list[list[_Field]] = [[]]
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(text.splitlines()[:_MAX_LINES], 1):
         code = line.partition("#")[0].split()
         if code == [_SEPARATOR]:
             sections.append([])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime as dt
 import hashlib
 import os
 import platform
@@ -50,6 +51,11 @@ def commit() -> str:
     except (OSError, subprocess.SubprocessError):
         return ""
     return head + ("+changes" if changes else "")
+
+
+def now() -> str:
+    """Return the local time with its zone, to the second."""
+    return dt.datetime.now().astimezone().isoformat(sep=" ", timespec="seconds")
 
 
 def _git(*words: str) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from grader.python_ast import TOO_COMPLEX, UNPARSABLE, Function, called, first_line, is_docstring
+from grader.python_ast import TOO_COMPLEX, UNPARSABLE, Function, called, first_line, is_docstring, tree_of
 from grader.student_tests.coverage_exclusions import is_guard
 
 MODULE = "<module>"
@@ -74,7 +74,7 @@ class SourceText:
     tree: ast.Module = field(init=False)
 
     def __post_init__(self) -> None:
-        self.tree = ast.parse(self.text)
+        self.tree = tree_of(self.text)
         self._bytes = self.text.encode()
         self._starts = [0]
         for line in self._bytes.splitlines(keepends=True):
@@ -169,7 +169,7 @@ def _meaning(text: bytes) -> _Meaning:
     """
     row: list[object] = []
     try:
-        todo: list[object] = [ast.parse(("if 1:\n" if text[:1] in b" \t" else "") + text.decode())]
+        todo: list[object] = [tree_of(("if 1:\n" if text[:1] in b" \t" else "") + text.decode())]
         while todo:
             part = todo.pop()
             if isinstance(part, ast.AST):
@@ -196,7 +196,7 @@ def parse(path: str, text: str) -> SourceText | None:
 def is_too_complex(text: str) -> bool:
     """Return whether Python finds no error in a text and yet cannot show its tree: it may well run it."""
     try:
-        ast.parse(text)
+        tree_of(text)
     except SyntaxError:
         return False
     except TOO_COMPLEX:

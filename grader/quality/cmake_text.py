@@ -9,7 +9,7 @@ from dataclasses import dataclass
 _TOKEN = re.compile(
     r"""\#\[(?P<marks>=*)\[.*?\](?P=marks)\]     # a bracket comment
     |\#[^\n]*                                   # a comment
-    |"(?:[^"\\]|\\.)*"                          # a quoted argument
+    |"(?:[^"\\]|\\.){0,2000}"                  # a quoted argument
     |[()]
     |[^\s()#"]+""",
     re.VERBOSE | re.DOTALL,
@@ -17,7 +17,8 @@ _TOKEN = re.compile(
 _NAME = re.compile(r"[A-Za-z_]\w*")
 _VARIABLE = re.compile(r"\$\{(\w+)\}")
 _BLOCKS = {"if": 1, "foreach": 1, "function": 1, "macro": 1, "while": 1}
-_MAX_COMMANDS = 2000
+# Far above what people write: variables that contain themselves grow without an end.
+_MAX_COMMANDS, _MAX_ARGUMENTS, _MAX_VALUE = 500, 200, 2000
 
 
 @dataclass(frozen=True)
@@ -57,13 +58,14 @@ def read(text: str) -> CMakeText:
             return CMakeText(tuple(commands), command)
         opens = command.name in _BLOCKS
         depth -= command.name.startswith("end") and command.name[3:] in _BLOCKS
-        arguments = tuple(part for argument in command.arguments for part in _filled(argument, variables))
+        written = command.arguments[:_MAX_ARGUMENTS]
+        arguments = tuple(part for argument in written for part in _filled(argument, variables))[:_MAX_ARGUMENTS]
         commands.append(Command(command.name, arguments, command.line, in_block=depth > 0))
         depth += opens
         if command.name == "project" and arguments:
             variables["PROJECT_NAME"] = arguments[0]
         elif command.name == "set" and len(arguments) > 1 and depth == 0:
-            variables[arguments[0]] = " ".join(arguments[1:])
+            variables[arguments[0]] = " ".join(arguments[1:])[:_MAX_VALUE]
         if len(commands) == _MAX_COMMANDS:
             break
     return CMakeText(tuple(commands))

@@ -6,6 +6,7 @@ come from elsewhere, gives none.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -31,10 +32,11 @@ def find_faults(
     `interfaces` is its package of interfaces, if it has one; `unreadable` are its Python files that cannot be parsed.
     """
     sources = read_sources(package, interfaces)
-    found = [
-        *_beside(interfaces), *build_faults(sources), *start_faults(sources, modules, unreadable),
-        *file_faults(sources, modules), *interface_faults(sources),
-    ]  # fmt: skip
+    every = itertools.chain(
+        _beside(interfaces), build_faults(sources), start_faults(sources, modules, unreadable),
+        file_faults(sources, modules), interface_faults(sources),
+    )  # fmt: skip
+    found = itertools.islice(every, 2 * _MAX_FAULTS)  # looking for what was meant takes time
     return [_printable(fault) for fault in sorted(found, key=lambda fault: _ORDER.index(fault.stops))[:_MAX_FAULTS]]
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from collections.abc import Iterator
 from pathlib import PurePosixPath
@@ -55,7 +54,8 @@ def _in_xml(sources: PackageSources) -> Iterator[Fault]:
     if problem:
         place = re.search(r": line (\d+), column (\d+)", problem)
         cure = "each <tag> needs its </tag>: look there, and at the line before it" if place else "write package.xml"
-        yield Fault(_XML, int(place[1]) if place else 0, "build", f"it {problem}", cure)
+        text = f"it {problem.replace('is not XML: ', 'is not XML: `')}`" if place else f"it {problem}"
+        yield Fault(_XML, int(place[1]) if place else 0, "build", text, cure)
         return
     needed = [tag for tag in ("name", "version", "description", "maintainer", "license") if not sources.xml.texts(tag)]
     if needed:
@@ -276,7 +276,7 @@ def _unreadable_setup(sources: PackageSources) -> tuple[int, str]:
     if _SETUP not in sources.paths:
         return 0, "it is not there, and without it colcon cannot build the package"
     try:
-        ast.parse(sources.read(_SETUP))
+        python_ast.tree_of(sources.read(_SETUP))
     except SyntaxError as error:
         return error.lineno or 1, f"it is not valid Python: `{error.msg}`"
     except python_ast.TOO_COMPLEX:

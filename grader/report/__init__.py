@@ -2,21 +2,46 @@
 
 from __future__ import annotations
 
+import contextlib
+import re
 from pathlib import Path
 
+from grader.host.atomic import write_atomically
+from grader.report import figures, html
 from grader.report.data import write_json
-from grader.report.html import write_html
 from grader.report.standing import DATA, Standing, fingerprint, standing
-from grader.scoring.grading import Grading, Refusal
+from grader.scoring.grading import Grading, HandIn, Refusal
 
-__all__ = ["PAGE", "Grading", "Refusal", "Standing", "fingerprint", "standing", "write"]
+__all__ = ["EVIDENCE", "PAGE", "Grading", "HandIn", "Refusal", "Standing", "fingerprint", "standing", "write"]
 
 PAGE = "report.html"
+EVIDENCE = "evidence"
+"""The folder of the evidence, below that of the reports."""
 
 
-def write(result: Grading | Refusal, folder: Path, *, pictures: bool = True) -> tuple[Path, Path]:
-    """Write report.json and report.html into `folder` and return their paths."""
+def write(
+    result: Grading | Refusal, folder: Path, *, hand_in: HandIn | None = None, pictures: bool = True
+) -> tuple[Path, Path]:
+    """Write report.json and report.html into `folder` and return their paths.
+
+    `hand_in` is what a class knows of the submission. Without `pictures` nothing reveals the layout of held-out
+    trials; with them, each trial in which points were lost gets an MCAP file beside its evidence, if that is there.
+    """
     as_json, as_html = folder / DATA, folder / PAGE
-    write_json(result, as_json)
-    write_html(result, as_html, pictures=pictures)
+    write_json(result, as_json, hand_in)
+    bags = _write_bags(result, folder / EVIDENCE / "trials") if pictures and isinstance(result, Grading) else set()
+    write_atomically(as_html, html.render(result, hand_in, pictures=pictures, bags=bags))
     return as_json, as_html
+
+
+def _write_bags(grading: Grading, folder: Path) -> set[str]:
+    """Write the MCAP files that are not there yet, and return the names of all trials that have one."""
+    for trial in figures.failed_trials(grading):
+        path = folder / f"{trial.name}.mcap"
+        # Only beside its evidence; and whatever a trial holds, the grade must be shown.
+        if re.fullmatch(r"\w+", trial.name) and path.with_suffix(".json").is_file() and not path.exists():
+            with contextlib.suppress(Exception):
+                from grader.report import bags  # half a second: only where there is something to write
+
+                bags.write(trial, path)
+    return {path.stem for path in folder.glob("*.mcap")}

@@ -31,7 +31,7 @@ class Album:
     def of(self, results: Iterable[CheckResult]) -> list[Picture]:
         """Return the pictures of the trials in which checks lost points, without those returned before."""
         names = dict.fromkeys(r.trial for r in results if r.outcome in (Outcome.FAILED, Outcome.PARTIAL))
-        new = [self._draw(self.trials[name]) for name in names if name in self.trials and name not in self.drawn]
+        new = [self.draw(self.trials[name]) for name in names if name in self.trials and name not in self.drawn]
         return [picture for picture in new if picture is not None]
 
     def longest_drive(self) -> Picture | None:
@@ -41,9 +41,12 @@ class Album:
         from grader.report import pictures  # matplotlib takes half a second: only where there is something to draw
 
         trial = pictures.worth_drawing(self.trials.values())
-        return None if trial is None or trial.name in self.drawn else self._draw(trial)
+        return None if trial is None or trial.name in self.drawn else self.draw(trial)
 
-    def _draw(self, trial: Trial) -> Picture | None:
+    def draw(self, trial: Trial) -> Picture | None:
+        """Return the picture of a trial, None if there is nothing to see in it or enough is drawn."""
+        if trial.name in self.drawn:
+            return self.drawn[trial.name]
         self.drawn[trial.name] = None
         if sum(picture is not None for picture in self.drawn.values()) < self.most:
             # A picture is an extra: if drawing fails, the grade must still be shown.

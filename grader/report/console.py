@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TextIO
 
+from grader.report.cause import Cause, find
 from grader.scoring.grading import Grading, Loss, judged, place, points
 from grader.scoring.scorecard import CriterionScore, Outcome, RequirementScore
 
@@ -39,16 +40,16 @@ def render(grading: Grading, *, colour: bool = False, width: int = WIDTH, encodi
 
     Characters that `encoding` lacks are escaped, so that printing the text cannot fail.
     """
-    page = _Page(grading.shown(), colour, width)
+    page = _Page(grading, colour, width)
     text = "\n".join(page.lines())
     return text.encode(encoding, "backslashreplace").decode(encoding)
 
 
 def render_checks(grading: Grading, *, colour: bool = False, width: int = WIDTH, encoding: str = "utf-8") -> str:
     """Return the judged requirements and their losses, without totals: the answer to `grader check`."""
-    page = _Page(grading.shown(), colour, width)
+    page = _Page(grading, colour, width)
     scores = [s for s in page.grading.scorecard.requirements if s.outcome is not Outcome.NOT_GRADED]
-    text = "\n".join([*(page.requirement(score) for score in scores), *page.lost()])
+    text = "\n".join([*page.first_cause(), *(page.requirement(score) for score in scores), *page.lost()])
     return text.encode(encoding, "backslashreplace").decode(encoding)
 
 
@@ -56,12 +57,14 @@ class _Page:
     """The lines of one report."""
 
     def __init__(self, grading: Grading, colour: bool, width: int) -> None:
-        self.grading = grading
+        self.grading = grading.shown()
+        self.cause: Cause | None = find(grading)
         self.colour = colour
         self.width = width
 
     def lines(self) -> Iterator[str]:
         yield from self.head()
+        yield from self.first_cause()
         yield from self.flags()
         for criterion in self.grading.scorecard.criteria:
             yield ""
@@ -81,6 +84,10 @@ class _Page:
             yield from self.wrap("`--package-path PATH` grades another", indent=2)
         for note in intake.notes:
             yield from self.wrap(f"note: {note}", indent=2)
+
+    def first_cause(self) -> Iterator[str]:
+        if self.cause is not None:
+            yield from self.wrap(f"First cause: {self.cause}")
 
     def flags(self) -> Iterator[str]:
         if self.grading.evidence.flags:
@@ -120,6 +127,8 @@ class _Page:
             result = loss.result
             if result.outcome is Outcome.NOT_REACHED:
                 because = result.because or result.seen or "a requirement that it depends on failed"
+                if self.cause is not None and self.cause.explains(result):
+                    because = "of the first cause, above"
                 waiting.setdefault(because, []).append(loss.requirement.id)
                 continue
             yield ""

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from grader.evidence import Trial
 from grader.host.atomic import write_atomically
-from grader.sanitize import one_line
-from grader.scoring.grading import Grading, Refusal, foremost
+from grader.report import cause
+from grader.sanitize import one_line, shown
+from grader.scoring.grading import Grading, HandIn, Refusal, foremost
 from grader.scoring.rubric import Check
 from grader.scoring.scorecard import CheckResult, CriterionScore, Outcome, RequirementScore
 
@@ -18,9 +20,16 @@ SCHEMA = "ros2-course-kit/report/1"
 REFUSAL_SCHEMA = "ros2-course-kit/refusal/1"
 
 
-def as_data(result: Grading | Refusal) -> dict[str, Any]:
+def as_data(result: Grading | Refusal, hand_in: HandIn | None = None) -> dict[str, Any]:
     """Return the report as plain data, with all text safe to show."""
-    return _refusal(result.shown()) if isinstance(result, Refusal) else _grading(result)
+    made = _refusal(result.shown()) if isinstance(result, Refusal) else _grading(result)
+    return made | {"hand_in": plain(hand_in)}
+
+
+def plain(hand_in: HandIn | None) -> dict[str, Any]:
+    """Return what a report says of a hand-in."""
+    found: dict[str, Any] = json.loads(json.dumps(asdict(shown(hand_in or HandIn()))))
+    return found
 
 
 def _refusal(refusal: Refusal) -> dict[str, Any]:
@@ -33,11 +42,12 @@ def _refusal(refusal: Refusal) -> dict[str, Any]:
         "environment": dict(refusal.environment),
         "seed": refusal.seed,
         "wall_seconds": _finite(refusal.wall_seconds),
+        "graded": refusal.refused,
     }
 
 
 def _grading(grading: Grading) -> dict[str, Any]:
-    trials = grading.evidence.trials
+    trials, first = grading.evidence.trials, cause.find(grading)
     grading = grading.shown()
     card, evidence = grading.scorecard, grading.evidence
     return {
@@ -55,6 +65,7 @@ def _grading(grading: Grading) -> dict[str, Any]:
         "max": card.max,
         "worth": grading.worth,
         "complete": card.complete,
+        "cause": {"sentence": first.sentence if first else "", "points": first.lost if first else 0.0},
         "criteria": [_criterion(score) for score in card.criteria],
         "requirements": [_requirement(score) for score in card.requirements],
         "integrity": [{"kind": flag.kind, "what": flag.what, "where": flag.where} for flag in evidence.flags],
@@ -64,19 +75,23 @@ def _grading(grading: Grading) -> dict[str, Any]:
         "environment": dict(grading.environment),
         "seed": grading.seed,
         "rubric": grading.rubric,
+        "rubric_title": grading.rubric_title,
         "checks": grading.checks,
+        "commit": grading.commit,
+        "graded": grading.graded,
+        "rescored": grading.rescored,
         "wall_seconds": _finite(grading.wall_seconds),
     }
 
 
-def as_json(result: Grading | Refusal) -> str:
+def as_json(result: Grading | Refusal, hand_in: HandIn | None = None) -> str:
     """Return the report as strict JSON: ASCII, no NaN, a newline at the end."""
-    return json.dumps(as_data(result), indent=2, allow_nan=False) + "\n"
+    return json.dumps(as_data(result, hand_in), indent=2, allow_nan=False) + "\n"
 
 
-def write_json(result: Grading | Refusal, path: Path) -> None:
+def write_json(result: Grading | Refusal, path: Path, hand_in: HandIn | None = None) -> None:
     """Write the report as JSON, whole or not at all."""
-    write_atomically(path, as_json(result))
+    write_atomically(path, as_json(result, hand_in))
 
 
 def read(path: Path) -> dict[str, Any]:
@@ -109,6 +124,33 @@ def results(said: dict[str, Any]) -> list[CheckResult]:
         for requirement in said.get("requirements", ())
         for check in requirement["checks"]
     ]
+
+
+def circumstances(said: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields of a Grading that say when and by what it was graded, as a report lists them."""
+    return {
+        "environment": said["environment"],
+        "checks": said["checks"],
+        "wall_seconds": float(said.get("wall_seconds") or 0.0),
+        "commit": said.get("commit", ""),
+        "graded": said.get("graded", ""),
+        "rescored": said.get("rescored", ""),
+    }
+
+
+def refusal(said: dict[str, Any]) -> Refusal:
+    """Return the refusal that a report shows."""
+    return Refusal(
+        submission=said["submission"],
+        because=said["refused"]["because"],
+        try_=said["refused"]["try"],
+        notes=said["notes"],
+        environment=said["environment"],
+        seed=said["seed"],
+        source=said["source"],
+        wall_seconds=float(said.get("wall_seconds") or 0.0),
+        refused=said.get("graded", ""),
+    )
 
 
 def _criterion(score: CriterionScore) -> dict[str, Any]:

@@ -1,21 +1,21 @@
-"""Render a grading or a refusal as one self-contained HTML file: no network, no script, no other files."""
+"""Render a grading or a refusal as one self-contained HTML file: no network, no script but the kit's own."""
 
 from __future__ import annotations
 
 import base64
 import hashlib
 import re
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grader.evidence import Trial
-from grader.host.atomic import write_atomically
-from grader.report.album import Album
+from grader.report import cause, figures
 from grader.report.console import WORDS
 from grader.report.mutants import matrix
-from grader.sanitize import one_line
-from grader.scoring.grading import Grading, Refusal, judged, losses, place, points
+from grader.sanitize import one_line, shown
+from grader.scoring.grading import Grading, HandIn, Loss, Refusal, decided, judged, losses, place, points
 from grader.scoring.scorecard import Outcome, RequirementScore
 
 if TYPE_CHECKING:
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 
-# A picture takes a fifth of a second, and a package that fails everything does so for a few reasons.
-PICTURES = 6
+DEAREST = 3  # losses at the top of a report, if they have no common cause
 
 SIGNS = {
     Outcome.PASSED: "✓",
@@ -49,8 +48,17 @@ class TrialRow:
     ended: str
 
 
-def render(result: Grading | Refusal, *, pictures: bool = True) -> str:
-    """Return the report as HTML; without `pictures` it does not reveal the layout of held-out trials."""
+def render(
+    result: Grading | Refusal,
+    hand_in: HandIn | None = None,
+    *,
+    pictures: bool = True,
+    bags: Collection[str] = (),
+) -> str:
+    """Return the report as HTML; without `pictures` it does not reveal the layout of held-out trials.
+
+    `bags` are the trials that have an MCAP file beside the report.
+    """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
@@ -58,28 +66,30 @@ def render(result: Grading | Refusal, *, pictures: bool = True) -> str:
     )
     environment.filters |= {"code": _code, "points": points, "place": place}
     style = (HERE / "style.css").read_text(encoding="utf-8")
-    environment.globals |= {
-        "style": style,
-        "style_hash": base64.b64encode(hashlib.sha256(style.encode()).digest()).decode("ascii"),
-    }
+    script = (HERE / "replay.js").read_text(encoding="utf-8")
+    environment.globals |= {"style": style, "style_hash": _hash(style), "script": script, "script_hash": _hash(script)}
+    about = shown(hand_in or HandIn())
     if isinstance(result, Refusal):
-        return environment.get_template("refusal.html.j2").render(refusal=result.shown())
-    return environment.get_template("template.html.j2").render(**_facts(result, pictures))
+        return environment.get_template("refusal.html.j2").render(refusal=result.shown(), hand_in=about)
+    return environment.get_template("template.html.j2").render(
+        **_facts(result), hand_in=about, total=decided(result.scorecard, about),
+        figures=figures.choose(result, bags) if pictures else figures.nothing(result),
+    )  # fmt: skip
 
 
-def _facts(grading: Grading, pictures: bool) -> dict[str, Any]:
-    """Return what the page of a grading shows."""
+def _facts(grading: Grading) -> dict[str, Any]:
+    """Return what the page of a grading shows, but for its figures."""
     clean = grading.shown()
-    album = Album(grading.evidence.trials, most=PICTURES if pictures else 0)
-    # Drawn in the order of the page, so that each trial is shown where it first cost points.
-    pictures_of = {score.requirement.id: album.of(score.lost) for score in grading.scorecard.requirements}
     graded, every = judged(clean.scorecard)
+    first = cause.find(grading)
     return {
         "grading": clean,
         "card": clean.scorecard,
         "evidence": clean.evidence,
-        "pictures": pictures_of,
-        "drive": album.longest_drive(),
+        "cause": first,
+        "followers": _lost_by(first) if first else {},
+        "dearest": cause.dearest(clean.losses)[:DEAREST],
+        "first_said": _first_said(clean.losses),
         "mutants": matrix(clean.evidence.mutation) if clean.evidence.mutation else None,
         "trials": [_row(trial) for trial in grading.evidence.trials.values()],
         "graded": graded,
@@ -92,9 +102,21 @@ def _facts(grading: Grading, pictures: bool) -> dict[str, Any]:
     }
 
 
-def write_html(result: Grading | Refusal, path: Path, *, pictures: bool = True) -> None:
-    """Write the report as HTML, whole or not at all."""
-    write_atomically(path, render(result, pictures=pictures))
+def _first_said(losses: Sequence[Loss]) -> dict[str, str]:
+    """Return for each reason why checks were not reached the first requirement that it kept from points."""
+    return {loss.result.because: loss.requirement.id for loss in reversed(losses) if loss.result.because}
+
+
+def _lost_by(first: cause.Cause) -> dict[str, float]:
+    """Return the points that a cause costs in each requirement."""
+    return {
+        name: sum(loss.lost for loss in first.losses if loss.requirement.id == name)
+        for name in dict.fromkeys(loss.requirement.id for loss in first.losses)
+    }
+
+
+def _hash(text: str) -> str:
+    return base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
 
 
 def is_open(score: RequirementScore) -> bool:

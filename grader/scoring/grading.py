@@ -41,8 +41,56 @@ class Loss:
 
 
 @dataclass(frozen=True)
+class Decision:
+    """The points that a person gives for a requirement, instead of the grader's."""
+
+    requirement: str
+    points: float
+    why: str
+    by: str
+
+
+@dataclass(frozen=True)
+class HandIn:
+    """What a class knows of a submission, for the report. All but the decisions is text, "" where it is not known.
+
+    Attributes:
+        people: who handed it in.
+        team: of these people.
+        name: of what was handed in, as the class's source calls it.
+        submitted, deadline: local times with their zone.
+        late: by how much it is late, and what the class's rule says of that.
+        decisions: points by people.
+        comments: by people.
+    """
+
+    people: tuple[str, ...] = ()
+    team: str = ""
+    name: str = ""
+    submitted: str = ""
+    deadline: str = ""
+    late: str = ""
+    decisions: tuple[Decision, ...] = ()
+    comments: tuple[str, ...] = ()
+
+    def on(self, requirement: str) -> Decision | None:
+        """Return the decision on a requirement."""
+        return next((decision for decision in self.decisions if decision.requirement == requirement), None)
+
+
+@dataclass(frozen=True)
 class Grading:
-    """One graded submission. `environment` maps "python", "pymunk", ... to versions; wall time in seconds."""
+    """One graded submission.
+
+    Attributes:
+        environment: versions by name: "python", "pymunk", ...
+        wall_seconds: how long the grading took.
+        rubric, rubric_title: the SHA-256 of the rubric's file, and its title.
+        checks: a hash of the code that judged the evidence.
+        commit: of the kit, "" if it has no repository.
+        graded: when the evidence was collected and judged for the first time, local time with its zone.
+        rescored: when it was judged again, "" if it was not.
+    """
 
     scorecard: Scorecard
     evidence: Evidence
@@ -52,6 +100,10 @@ class Grading:
     wall_seconds: float
     rubric: str = ""
     checks: str = ""
+    rubric_title: str = ""
+    commit: str = ""
+    graded: str = ""
+    rescored: str = ""
 
     @property
     def worth(self) -> float:
@@ -85,6 +137,7 @@ class Refusal:
         environment: versions by name.
         source: a fingerprint of the place that it was read from.
         wall_seconds: until it was refused.
+        refused: when, local time with its zone.
     """
 
     submission: str
@@ -95,10 +148,17 @@ class Refusal:
     seed: int
     source: str
     wall_seconds: float
+    refused: str = ""
 
     def shown(self) -> Refusal:
         """Return the same with all text that may come from a submission made safe to show."""
         return sanitize.shown(self)
+
+
+def decided(scorecard: Scorecard, hand_in: HandIn) -> float:
+    """Return the points of a scorecard with the decisions of people."""
+    given = {decision.requirement: decision.points for decision in hand_in.decisions}
+    return sum(given.get(score.requirement.id, score.points) for score in scorecard.requirements)
 
 
 def losses(score: RequirementScore) -> tuple[Loss, ...]:

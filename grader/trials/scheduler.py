@@ -77,7 +77,7 @@ def run(
     lockstep, real_time = Queue(), Queue()
     for plan in plans:
         (real_time if plan.real_time else lockstep).put(plan)
-    trials = _Trials(install, contract, folder, seed, package, ros_name, progress)
+    trials = _Trials(install, contract, folder, seed, package, progress, ros_name)
     count = workers or min(3, 1 + (os.cpu_count() or 1))
     threads = [_Worker(each, trials) for each in [lockstep] * count + [real_time] * (not real_time.empty())]
     for thread in threads:
@@ -104,8 +104,8 @@ class _Trials:
     folder: Path
     seed: int
     package: Path | None
-    ros_name: str
     progress: Callable[[str], None]
+    ros_name: str = PACKAGE
     found: dict[str, evidence.Trial] = field(default_factory=dict)
 
     def patience_s(self, plan: TrialPlan) -> float:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import contextlib
+import threading
 
 import pytest
 
@@ -46,3 +48,23 @@ def test_a_fixture_is_not_a_test():
 
 def test_a_decorated_function_begins_at_its_decorator():
     assert [first_line(node) for node in ast.parse("@a\n@b\ndef f(): 1\nx = 1\n").body] == [1, 4]
+
+
+def test_two_threads_never_parse_at_the_same_time(monkeypatch: pytest.MonkeyPatch):
+    """A grading parses in several threads, and ended with "AST constructor recursion depth mismatch" now and then."""
+    both_inside = threading.Barrier(2, timeout=0.2)
+    met = []
+
+    def parse_slowly(text: str) -> ast.Module:
+        with contextlib.suppress(threading.BrokenBarrierError):
+            both_inside.wait()
+            met.append(text)
+        return ast.Module([], [])
+
+    monkeypatch.setattr(ast, "parse", parse_slowly)
+    threads = [threading.Thread(target=parse, args=(text,)) for text in ("a", "b")]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert met == []

@@ -30,6 +30,7 @@ from grader.evidence import (
     Trial,
 )
 from grader.report import Grading, Refusal
+from grader.scoring.grading import Decision, HandIn
 from grader.scoring.rubric import Rubric, load
 from grader.scoring.scorecard import CheckResult, Outcome, score
 
@@ -105,6 +106,16 @@ REFUSED = Refusal(
     seed=7,
     source="00ff" * 4,
     wall_seconds=0.2,
+)
+HAND_IN = HandIn(
+    people=("Jane Doe", "Li Wu"),
+    team="team07",
+    name="Jane Doe_12345_assignsubmission_file_",
+    submitted="2026-11-21 10:00:00+01:00",
+    deadline="2026-11-20 23:59:00+01:00",
+    late="10:01:00 after the deadline, 1 started day; the rule is: 10 % per started day",
+    decisions=(Decision("F8", 1.5, "the target stood in a wall", "A. Lovelace"),),
+    comments=("A fine README.",),
 )
 BUILD = Build(ok=True, cached=False, wall_seconds=14.2, exit_code=0, timed_out=False, log_tail="Finished <<< [14.2s]")
 ENVIRONMENT = {"kit": "0.1.0", "python": "3.11", "rclpy": "7.1.9", "walls": "bubblewrap 0.8.0"}

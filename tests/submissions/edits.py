@@ -45,7 +45,6 @@ class Edit:
         changes: the texts that it replaces: file, old, new.
         removes: the files that it removes.
         renames: texts that it replaces wherever they stand, in any file and in the names of files and folders.
-        moves: what it renames at the top of the package after that, old and new.
         costs: the requirements that lose points by it, of those that are judged by the build and the trials; of the
             others (Q, T, I2) only those that the edit is about.
         says: words that the report must contain.
@@ -60,7 +59,6 @@ class Edit:
     why: str = ""
     removes: tuple[str, ...] = ()
     renames: tuple[tuple[str, str], ...] = ()
-    moves: tuple[tuple[str, str], ...] = ()
 
 
 def apply(edit: Edit | None, folder: Path) -> Path:
@@ -78,8 +76,6 @@ def apply(edit: Edit | None, folder: Path) -> Path:
         (package / file).unlink()
     for old, new in edit.renames:
         _rename(package, old, new)
-    for old, new in edit.moves:
-        (package / old).rename(package / new)
     return package
 
 
@@ -94,9 +90,8 @@ def _rename(package: Path, old: str, new: str) -> None:
 def _edit(
     name: str, costs: str, sentence: str, *changes: tuple[str, str, str], says: tuple[str, ...] = (), why: str = "",
     removes: tuple[str, ...] = (), renames: tuple[tuple[str, str], ...] = (),
-    moves: tuple[tuple[str, str], ...] = (),
 ) -> Edit:  # fmt: skip
-    return Edit(name, sentence, changes, frozenset(costs.split()), says, why, removes, renames, moves)
+    return Edit(name, sentence, changes, frozenset(costs.split()), says, why, removes, renames)
 
 
 _NAME = REFERENCE.name
@@ -165,16 +160,6 @@ _EDITS = (
         (_CMAKE, "install(DIRECTORY ${PROJECT_NAME}/\n  DESTINATION ${PYTHON_INSTALL_DIR}/${PROJECT_NAME}\n",
          f"install(DIRECTORY {_NAME}/\n  DESTINATION ${{PYTHON_INSTALL_DIR}}/{_NAME}\n"),
         renames=_IN_ROS,
-        says=("It builds, as robot_controller; the assignment asks for ros2_robot_controller.",),
-        why="the package's name is also that of its types (I3)",
-    ),
-    _edit(
-        "renames_all_but_a_folder",
-        "I1 I3",
-        "Everything has another name than the contract's but the folder of the modules.",
-        (_CMAKE, "install(DIRECTORY ${PROJECT_NAME}/\n", "install(DIRECTORY modules/\n"),
-        renames=((_NAME, _OTHER_NAME), ("DIRECTORY modules/", f"DIRECTORY {_NAME}/")),
-        moves=((_OTHER_NAME, _NAME),),
         says=("It builds, as robot_controller; the assignment asks for ros2_robot_controller.",),
         why="the package's name is also that of its types (I3)",
     ),
@@ -907,7 +892,7 @@ _EDITS = (
         "needs_its_only_argument",
         "I5",
         "The first launch file declares use_sim_time without a default.",
-        (_LAUNCH, "DeclareLaunchArgument('use_sim_time', default_value='false',", "DeclareLaunchArgument('use_sim_time',"),
+        (_LAUNCH, "'use_sim_time', default_value='false',", "'use_sim_time',"),
         says=("without any argument, robot_controller_launch.py started",),
     ),
     _edit(

@@ -14,10 +14,8 @@ if TYPE_CHECKING:
 OTHER_SETTINGS = {
     "laser_processing_rate": 20.0,
     "linear_acceleration": 0.5,
-    "angular_acceleration": 1.0,
     "max_angular_speed": 0.5,
     "emergency_stop_distance": 0.4,
-    "safety_margin": 1.0,
 }
 """Values other than the defaults, each of which shows in what the robot does."""
 
@@ -91,7 +89,7 @@ def senseless_start_processor(stage: Stage) -> None:
 
 @trial(serves=["Q4"], parameters=OTHER_SETTINGS)
 def other_settings(stage: Stage) -> None:
-    """Start the controller with other settings; drive towards an obstacle, past another, and to a goal."""
+    """Start the controller with other settings; drive past an obstacle, and to a goal."""
     stage.choices |= OTHER_SETTINGS
     stage.run(0.5)
     stage.mark("idle")
@@ -99,11 +97,6 @@ def other_settings(stage: Stage) -> None:
     stage.mark("start")
     stage.call("set_speed", speed=0.4375)
     stage.run(1.2)
-    ahead = stage.add_obstacle(1.0, radius=0.3)
-    stage.mark("ahead")
-    stage.run(0.4)
-    stage.mark("slowed")
-    stage.remove_obstacle(ahead)
     stage.call("set_speed", speed=0.125)
     stage.run(0.8)
     side = stage.choose("side", [-1.0, 1.0])
@@ -132,8 +125,7 @@ def changed_limits(stage: Stage) -> None:
     stage.run(1.0)
     stage.call("set_speed", speed=0.375)
     stage.run(0.3)
-    for name, value in (("linear_acceleration", 0.5), ("angular_acceleration", 1.0), ("max_angular_speed", 0.5)):
-        stage.set_parameter(name, value)
+    stage.set_parameter("max_angular_speed", 0.5)
     stage.call("set_speed", speed=0.0)
     stage.run(0.5)
     stage.call("set_speed", speed=-0.1875)

@@ -5,14 +5,17 @@ from __future__ import annotations
 import os
 import shutil
 from pathlib import Path
+from typing import Any
 
 import pytest
 from submissions.edits import apply
 from variants import VARIANTS, make
 
-from grader import build, pipeline
+from grader import build, pipeline, sandbox
 from grader.build import colcon
 from grader.contract import spec
+from grader.errors import GraderError
+from grader.host import ros_env
 
 
 @pytest.fixture
@@ -118,3 +121,22 @@ def test_interfaces_of_the_kit_that_do_not_build_are_tried_again(tmp_path: Path)
     for _ in range(2):
         built = build.build([package], tmp_path / "cache", trusted=True, main="interfaces")
         assert (built.facts.ok, built.facts.cached) == (False, False)
+
+
+@pytest.mark.sandbox
+def test_a_colcon_that_does_not_run_is_charged_to_nobody(package: Path, tmp_path: Path, monkeypatch):
+    """Its exit status is that of a failed build, and it was kept as one: 41 packages "did not build"."""
+    (tmp_path / "bin").mkdir()
+    (tmp_path / "bin" / "colcon").write_text("#!/bin/sh\necho ModuleNotFoundError: colcon_core\nexit 1\n")
+    (tmp_path / "bin" / "colcon").chmod(0o755)
+    monkeypatch.setattr(ros_env, "_PATH", f"/broken:{ros_env._PATH}")
+    real = sandbox.Sandbox
+
+    def with_broken_colcon(**options: Any) -> sandbox.Sandbox:
+        options["read_only"] = {**options.get("read_only", {}), tmp_path / "bin": "/broken"}
+        return real(**options)
+
+    tmp_path.chmod(0o755)
+    monkeypatch.setattr(sandbox, "Sandbox", with_broken_colcon)
+    with pytest.raises(GraderError, match="colcon does not run on this machine: ModuleNotFoundError"):
+        build.build([package], tmp_path / "cache")

@@ -41,9 +41,7 @@ def test_a_robot_that_obeys_its_settings_has_none_without_effect():
     [
         (trial(hertz=10.0), "laser_processing_rate", "with laser_processing_rate = 20, cmd_vel still came at 10.0 Hz"),
         (trial(acceleration=1.0), "linear_acceleration", "v still rose as fast as with 1"),
-        (trial(turning_up=2.0), "angular_acceleration", "omega still rose as fast as with 2"),
         (trial(omega=1.0), "max_angular_speed", "the robot still turned at 1.00 rad/s"),
-        (trial(slow=0.4375), "safety_margin", "drove on at 0.44 m/s with an obstacle 1 m ahead"),
         (trial(stops=False), "emergency_stop_distance", "the robot drove on with an obstacle 0.3 m away"),
     ],
 )
@@ -62,16 +60,15 @@ def test_what_another_requirement_judges_is_not_charged_twice(robot: Trial):
     assert without_effect(robot) == {}
 
 
-@pytest.mark.parametrize("mark", ["start", "ahead", "beside", "goal"])
-def test_a_trial_that_ended_early_shows_nothing_of_the_rest(mark: str):
-    until = MARKS[mark]
-    whole = trial(stops=False, slow=0.4375)
+@pytest.mark.parametrize(("mark", "shown"), [("start", []), ("beside", []), ("goal", ["emergency_stop_distance"])])
+def test_a_trial_that_ended_early_shows_nothing_of_the_rest(mark: str, shown: list[str]):
+    whole, until = trial(stops=False), MARKS[mark]
     kept = {name: t for name, t in MARKS.items() if t < until}
     short = replace(whole, marks=kept, commands=[c for c in whole.commands if c.t < until])
-    shown = {
-        "start": [],
-        "ahead": [],
-        "beside": ["safety_margin"],
-        "goal": ["safety_margin", "emergency_stop_distance"],
-    }
-    assert list(without_effect(short)) == shown[mark]
+    assert list(without_effect(short)) == shown
+
+
+@pytest.mark.parametrize("robot", [trial(slow=0.4375), trial(turning_up=2.0)], ids=["no slowing down", "turning up"])
+def test_a_correct_package_that_does_it_its_own_way_is_not_charged(robot: Trial):
+    """An action loop on wall time keeps no acceleration of simulated time; slowing down is not graded."""
+    assert without_effect(robot) == {}

@@ -175,6 +175,21 @@ def test_a_package_without_a_build_type_is_told_so():
     assert said.try_.startswith("<export><build_type>ament_cmake</build_type></export>")
 
 
+@pytest.mark.parametrize(
+    "check",
+    [
+        check_package_xml.test_licence_has_its_spdx_name,
+        check_package_xml.test_build_type_matches_the_package,
+        check_package_xml.test_every_package_used_is_declared,
+    ],
+)
+def test_a_package_xml_that_cannot_be_read_is_not_told_that_everything_is_missing(check):
+    broken = "package.xml is not XML: mismatched tag: line 14, column 20"
+    manifest = Manifest(found=True, problems=[broken], has_cmake=True, used={"rclpy": ["a.py:1"]})
+    said = ask(check, evidence_with(quality=Quality(manifest)))
+    assert (said.share, said.reached, said.seen) == (0.0, False, broken)
+
+
 def test_a_parameter_that_is_not_declared_is_named_with_its_declaration():
     answers = [ParameterAnswer(0.1, "max_linear_speed", value=0.5), ParameterAnswer(0.1, "safety_margin")]
     trials = {

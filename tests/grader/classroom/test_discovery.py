@@ -101,6 +101,7 @@ def test_the_time_of_a_repository_is_its_last_commits(tmp_path):
         # A repository's own settings must not start a program on this machine.
         subprocess.run([*git, "config", "log.showSignature", "true"], check=True)
         subprocess.run([*git, "config", "gpg.program", f"touch {tmp_path}/started"], check=True)
+        clone.chmod(0o700)  # a private clone is read too
     entries = discovery.find(tmp_path, [JANE, LI, BO]).entries
     assert [entry.id for entry in entries] == ["boek", "team07"]
     assert entries[0].submitted == dt.datetime(2026, 11, 20, 9, tzinfo=dt.UTC)

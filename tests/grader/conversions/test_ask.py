@@ -18,6 +18,7 @@ HONEST = (KIT / "solution_pkg/ros2_robot_controller/ros2_robot_controller/utils/
 
 def asked(tmp_path: Path, more: str) -> list[FunctionAnswer]:
     """Return what the reference's functions answer when `more` is added to their module."""
+    tmp_path.chmod(0o755)  # pytest's folder is its user's alone, and the package is called by another one
     package = tmp_path / ros_env.SITE_IN_PREFIX / "ros2_robot_controller"
     (package / "utils").mkdir(parents=True)
     (package / "__init__.py").touch()

@@ -77,7 +77,7 @@ def reference(folder: Path, file: str = "", old: str = "", new: str = "") -> Pat
         (CMAKE, "install(DIRECTORY launch config", "install(DIRECTORY launch",
          "CMakeLists.txt", "nothing installs `config/robot_params.yaml`", "install(DIRECTORY launch config"),
         (XML, "<depend>std_msgs</depend>", "<depend>std_msgs</depnd>",
-         "package.xml:14", "it is not XML: mismatched tag: line 14, column 20", "each <tag> needs its </tag>"),
+         "package.xml:14", "it is not XML: `mismatched tag: line 14, column 20`", "each <tag> needs its </tag>"),
         (XML, "<version>1.0.0</version>", "", "package.xml", "it has no <version>", "every package.xml"),
         (XML, "<member_of_group>rosidl_interface_packages</member_of_group>", "",
          "package.xml", "must be in `rosidl_interface_packages`", "<member_of_group>"),
@@ -234,3 +234,21 @@ def test_cmake_is_read_with_comments_strings_and_blocks():
     install = found.named("install")[0]
     assert install.arguments == ("FILES", "a", "b", "c (d")
     assert install.in_block
+
+
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [
+        (CMAKE, "install(FILES " + "x " * 30_000 + ")"),
+        (CMAKE, "project(x)\nset(a b c)\n" + "set(a ${a} ${a})\n" * 60),
+        (CMAKE, '"\\' * 30_000),
+        ("config/robot_params.yaml", "[" * 5000),
+        ("srv/SetSpeed.srv", "float32 x\n" * 20_000),
+    ],
+    ids=["thirty thousand names", "a variable that doubles", "open strings", "open brackets", "a long message"],
+)
+def test_a_text_that_is_out_of_all_bounds_is_left_alone_after_a_while(tmp_path: Path, file: str, text: str):
+    """Each of these once took minutes, gigabytes or a deep stack."""
+    package = reference(tmp_path)
+    (package / file).write_text(text)
+    assert len(find_faults(package, None, [], [])) <= 50

@@ -103,7 +103,7 @@ def tutorial(folder: Path) -> Path:
     return written(folder, files)
 
 
-@pytest.mark.parametrize("check", map(find, QUALITY), ids=QUALITY)
+@pytest.mark.parametrize("check", list(map(find, QUALITY)), ids=QUALITY)
 def test_code_without_a_module_of_the_contract_earns_nothing(tmp_path: Path, check: Check):
     result = as_it_is(check, with_flake8(tutorial(tmp_path)))
     assert result.share == 0.0

@@ -24,14 +24,15 @@ from helpers.report_examples import (
 )
 
 from grader.evidence import Evidence, Flag
-from grader.report import html, write
+from grader.report import figures, html, write
+from grader.scoring.grading import Decision, HandIn
 from grader.scoring.rubric import load
 from grader.scoring.scorecard import CheckResult, Outcome
 
 VOID = {"meta", "img", "br", "hr", "input", "link"}
 # What the template itself is made of; anything else came out of somebody's text.
 NAMES = """html head meta title style body header main footer section div a p span h1 h2 h3 ul li strong svg rect
-    table thead tbody tr th td details summary code pre dl dt dd figure img figcaption"""
+    table thead tbody tr th td details summary code pre dl dt dd figure img figcaption script del"""
 ELEMENTS = set(NAMES.split())
 ATTACKS = [
     "<script>alert(1)</script>",
@@ -74,6 +75,11 @@ class Page(HTMLParser):
         self.text += data
 
 
+def hostile_hand_in(attack):
+    decision = Decision("F8", 1.0, attack, attack)
+    return HandIn((attack,), attack, attack, attack, attack, attack, (decision,), (attack,))
+
+
 @pytest.fixture
 def rubric(tmp_path):
     return small_rubric(tmp_path)
@@ -89,21 +95,27 @@ def test_the_page_is_sound_and_needs_nothing_from_anywhere(make):
         assert name != "style"
         if name in ("href", "src"):
             assert value.startswith(("#", "data:image/png;base64,")), f"{tag} {name} {value[:40]}"
+    assert page.elements.count("script") == 1
     targets = {value[1:] for _, name, value in page.attributes if name == "href"}
     ids = [value for _, name, value in page.attributes if name == "id"]
     assert targets <= set(ids)
     assert len(ids) == len(set(ids))
 
 
-def test_the_policy_allows_nothing_but_our_style_and_our_pictures(rubric):
+def digest(text, element):
+    """Return the SHA-256 of an element's content, as a policy names it."""
+    [content] = re.findall(f"<{element}>(.*?)</{element}>", text, re.S)
+    return base64.b64encode(hashlib.sha256(content.encode()).digest()).decode()
+
+
+def test_the_policy_allows_nothing_but_our_style_our_script_and_our_pictures(rubric):
     text = html.render(grading(rubric, results(rubric)))
-    style = re.search(r"<style>(.*?)</style>", text, re.S)[1]
-    digest = base64.b64encode(hashlib.sha256(style.encode()).digest()).decode()
     policy = re.search(r'http-equiv="Content-Security-Policy" content="(.*?)"', text)[1]
     assert policy.split("; ") == [
         "default-src 'none'",
         "img-src data:",
-        f"style-src 'sha256-{digest}'",
+        f"style-src 'sha256-{digest(text, 'style')}'",
+        f"script-src 'sha256-{digest(text, 'script')}'",
         "base-uri 'none'",
         "form-action 'none'",
     ]
@@ -123,16 +135,15 @@ def test_a_refusal_is_a_sound_page_that_says_why_and_what_to_do():
     for words in (REFUSED.because, REFUSED.try_, *REFUSED.notes):
         assert words in page.text
     assert "points were given" in page.text
-    digest = base64.b64encode(hashlib.sha256(re.search(r"<style>(.*?)</style>", text, re.S)[1].encode()).digest())
-    assert f"style-src 'sha256-{digest.decode()}'" in text
+    assert f"style-src 'sha256-{digest(text, 'style')}'; script-src 'sha256-{digest(text, 'script')}'" in text
 
 
 @pytest.mark.parametrize("attack", ATTACKS)
 def test_nothing_in_a_refusal_becomes_an_element(attack):
     refused = replace(REFUSED, submission=attack, because=attack, try_=attack, notes=[attack])
-    page = Page(html.render(refused))
+    page = Page(html.render(refused, hostile_hand_in(attack)))
     assert set(page.elements) <= ELEMENTS
-    assert page.elements.count("style") == page.elements.count("title") == 1
+    assert [page.elements.count(name) for name in ("style", "script", "title")] == [1, 1, 1]
 
 
 @pytest.mark.parametrize("attack", ATTACKS)
@@ -159,11 +170,13 @@ def test_nothing_that_a_student_wrote_becomes_an_element(rubric, attack, monkeyp
         flags=[Flag(attack, attack, attack)],
     )
     made = grading(rubric, results(rubric, result, waits), evidence, submission=attack, environment={attack: attack})
-    page = Page(html.render(made))
+    page = Page(html.render(made, hostile_hand_in(attack), bags={attack}))
     assert set(page.elements) <= ELEMENTS
-    assert page.elements.count("style") == page.elements.count("title") == 1
+    assert [page.elements.count(name) for name in ("style", "script", "title")] == [1, 1, 1]
     assert all(
-        value.startswith(("#", "data:image/png")) for _, name, value in page.attributes if name in ("href", "src")
+        value.startswith(("#", "data:image/png", "evidence/trials/"))
+        for _, name, value in page.attributes
+        if name in ("href", "src")
     )
     assert not any(name.startswith("on") for _, name, _ in page.attributes)
     assert not any(hidden in page.text for hidden in "\x1b\u202e")
@@ -181,17 +194,18 @@ def test_what_failed_is_open_and_what_passed_is_folded(rubric):
     assert '<details class="requirement" id="F8">' in text
 
 
-def test_a_failed_trial_is_shown_once_where_it_first_cost_points(rubric):
+def test_the_trial_of_the_most_expensive_loss_is_shown_once_at_the_top(rubric):
     also = CheckResult("check_obstacle::test_stops_in_time", Outcome.FAILED, 0.0, trial="drive_at_a_wall")
     evidence = Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": drive_at_a_wall()})
     text = html.render(grading(rubric, results(rubric, TOUCHED, also), evidence))
     assert text.count("<img ") == 1
-    assert text.index('id="F4"') < text.index("<img ") < text.index('id="F8"')
+    assert text.index("<img ") < text.index('id="F4"')
+    assert 'Replay above: <a href="#trial-0">trial drive_at_a_wall</a>.' in text
     assert 'alt="The robot went from (0.00, 0.00) to (1.83, 0.00) m' in text
 
 
 def test_no_more_than_so_many_pictures_are_drawn(rubric, monkeypatch):
-    monkeypatch.setattr(html, "PICTURES", 1)
+    monkeypatch.setattr(figures, "PICTURES", 1)
     trials = {name: replace(drive_at_a_wall(), name=name) for name in ("one", "two")}
     first = replace(TOUCHED, trial="one")
     second = CheckResult("check_navigation::test_reaches_a_target", Outcome.FAILED, 0.0, trial="two")
@@ -201,7 +215,9 @@ def test_no_more_than_so_many_pictures_are_drawn(rubric, monkeypatch):
 
 def test_pictures_can_be_left_out(rubric):
     evidence = Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": drive_at_a_wall()})
-    assert "<img " not in html.render(grading(rubric, results(rubric, TOUCHED), evidence), pictures=False)
+    text = html.render(grading(rubric, results(rubric, TOUCHED), evidence), pictures=False)
+    assert "<img " not in text
+    assert "<figure" not in text
 
 
 def test_a_picture_that_cannot_be_drawn_leaves_the_grade(rubric, monkeypatch):

@@ -1,0 +1,130 @@
+"""Find the first cause of a submission's losses in what the checks said. Nothing is judged anew."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+
+from grader.evidence import Evidence, Trial
+from grader.sanitize import one_line
+from grader.scoring.grading import Grading, Loss, foremost, points
+from grader.scoring.scorecard import CheckResult, Outcome
+
+_LIMIT = 400  # characters of a sentence
+_BUILD = "The package does not build"
+_FRAME = re.compile(r'^\s*File "([^"\n]+)", line (\d+)')
+_RAISED = re.compile(r"^(?:\w+\.)*(\w*(?:Error|Exception|Exit|Interrupt)): *(.*)")
+_MISSING = re.compile(r"No module named '([\w.]+)'")
+_REFERENCE = re.compile(r"\(([A-Z]\d+)\)$")
+
+
+@dataclass(frozen=True)
+class Cause:
+    """What losses have in common, as a sentence that is safe to show, and the losses."""
+
+    sentence: str
+    losses: tuple[Loss, ...]
+
+    @property
+    def lost(self) -> float:
+        """Return the points that follow from it."""
+        return sum(loss.lost for loss in self.losses)
+
+    def explains(self, result: CheckResult) -> bool:
+        """Return whether the check could not be reached because of it."""
+        reached = result.outcome is not Outcome.NOT_REACHED
+        return not reached and any(loss.result.id == result.id for loss in self.losses)
+
+    def __str__(self) -> str:
+        return f"{self.sentence}; {points(self.lost)} points follow from it"
+
+
+def find(grading: Grading) -> Cause | None:
+    """Return the cause of most of the lost points, None if there is none that several requirements share.
+
+    A cause must cost more than any single requirement that it does not explain.
+    """
+    groups: dict[str, list[Loss]] = {}
+    for loss in grading.losses:
+        if why := _why(loss, grading):
+            groups.setdefault(why, []).append(loss)
+    if not groups:
+        return None
+    why, found = max(groups.items(), key=lambda group: _cost(group[1]))
+    if why in {score.requirement.id for score in grading.scorecard.requirements}:
+        found += [loss for loss in grading.losses if loss.requirement.id == why and loss not in found]
+    explained = {id(loss) for loss in found}
+    others: dict[str, list[Loss]] = {}
+    for loss in grading.losses:
+        if id(loss) not in explained:
+            others.setdefault(loss.requirement.id, []).append(loss)
+    dearest = max(map(_cost, others.values()), default=0.0)
+    if len({loss.requirement.id for loss in found}) < 2 or _cost(found) <= dearest:
+        return None
+    sentence = one_line(" ".join(_sentence(why, found, grading).split()), _LIMIT)
+    return Cause(sentence, tuple(found))
+
+
+def dearest(losses: Iterable[Loss]) -> list[Loss]:
+    """Return the losses that cost points, the most expensive first; those of the same cost in the rubric's order."""
+    return sorted((loss for loss in losses if loss.lost > 0), key=lambda loss: -loss.lost)
+
+
+def _cost(losses: Sequence[Loss]) -> float:
+    return round(sum(loss.lost for loss in losses), 6)
+
+
+def _why(loss: Loss, grading: Grading) -> str:
+    """Return what to group a loss by: the reason of a build or a start that failed, a requirement, or other words."""
+    result, evidence = loss.result, grading.evidence
+    if result.outcome not in (Outcome.NOT_REACHED, Outcome.FAILED):
+        return ""
+    if not evidence.build.ok and "colcon build" in (result.because or result.seen):
+        return _BUILD
+    trial = evidence.trials.get(result.trial)
+    if trial is not None and not trial.ready:
+        return _why_not_started(trial, result.because, evidence)
+    if result.outcome is Outcome.FAILED:
+        return ""
+    reference = _REFERENCE.search(result.because)
+    return reference[1] if reference else result.because
+
+
+def _why_not_started(trial: Trial, because: str, evidence: Evidence) -> str:
+    """Return what the package's text shows, else the exception and its place, else how the trial ended."""
+    shown, found, _ = because.partition(trial.ended)
+    if found and shown.strip(" ;"):
+        return shown.strip(" ;")
+    output = trial.process.output_tail if trial.process is not None else ""
+    return _exception(output, evidence.build.package) or trial.ended
+
+
+def _exception(output: str, package: str) -> str:
+    """Return the last exception of a traceback with its last place in the package: "KeyError: x, driver.py line 7"."""
+    place = said = here = ""
+    for line in output.splitlines():
+        if frame := _FRAME.match(line):
+            path = PurePosixPath(frame[1])
+            here = f", {path.name} line {frame[2]}" if package in path.parts else here
+        elif raised := _RAISED.match(line):
+            said, place, here = f"{raised[1]}: {_MISSING.sub(lambda name: name[1], raised[2])}", here, ""
+    return said + place
+
+
+def _sentence(why: str, found: Sequence[Loss], grading: Grading) -> str:
+    for score in grading.scorecard.requirements:
+        first = foremost(score)
+        if score.requirement.id == why and first is not None:
+            return f"{why} {score.requirement.title}: {first.seen or first.because}".rstrip(".")
+    if why == _BUILD:
+        seen = next((loss.result.seen for loss in found if loss.result.outcome is Outcome.FAILED), "")
+        return f"{why}: {seen.splitlines()[0]}" if seen else why
+    trials = [trial for loss in found if (trial := grading.evidence.trials.get(loss.result.trial)) is not None]
+    nodes = sorted({trial.node for trial in trials if not trial.ready})
+    if not nodes:
+        return why[:1].upper() + why[1:]
+    if not any(trial.ready for trial in grading.evidence.trials.values()):
+        return f"No node started: {why}"
+    return f"{' and '.join(nodes)} did not start: {why}"

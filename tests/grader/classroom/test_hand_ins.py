@@ -1,0 +1,138 @@
+"""What a class knows of a submission stands in its report, and a changed decision is written into it."""
+
+from __future__ import annotations
+
+import datetime as dt
+import json
+from pathlib import Path
+
+import pytest
+from helpers import recordings
+from helpers.report_examples import REFUSED
+
+from grader import evidence, pipeline, report
+from grader.classroom import command, hand_ins
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
+from grader.classroom.discovery import Entry
+from grader.classroom.overrides import Decisions
+from grader.classroom.rescore import rescore
+from grader.classroom.roster import Person
+from grader.errors import GraderError
+from grader.scoring import rubric
+from grader.scoring.grading import HandIn
+from grader.settings import Settings
+
+DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)
+LATER = dt.datetime(2026, 11, 22, 10, 0, tzinfo=dt.UTC)
+JANE, LI = Person("s1", "Jane Doe", team="team07"), Person("s2", "Li Wu", team="team07")
+DECIDED = (
+    'submissions:\n  team07:\n    points:\n      F4: {points: 3.5, why: "the wall stood in the start", by: "A. L."}\n'
+)
+RULE = "10 % per started day, at most 3 days"
+
+
+@pytest.fixture
+def graded(tmp_path: Path) -> ClassFolder:
+    """Return a class with the reference's recording as its only graded submission, and one that was refused."""
+    folder = ClassFolder(tmp_path / "class")
+    whole = rubric.load(rubric.RUBRIC)
+    settings = Settings(rubric=whole, cache=tmp_path)
+    folder.path.mkdir()
+    (folder.path / RUBRIC).write_text(rubric.RUBRIC.read_text())
+    entries = (
+        Entry("team07", "Jane Doe_12345_file_", Path("team07.zip"), "a" * 64, (JANE, LI), LATER),
+        Entry("team08", "team08", Path("team08.zip"), "b" * 64),
+    )
+    facts = ClassFacts("Robots", "x", "plain", whole.sha256, "k", "0", "", 0, entries, (), (), DEADLINE, RULE)
+    folder.write_facts(facts)
+    for entry, status in zip(entries, (Status.GRADED, Status.REFUSED), strict=True):
+        made = folder.working(entry.id)
+        known = hand_ins.hand_in(entry, facts, Decisions())
+        if status is Status.GRADED:
+            evidence.save(recordings.load("reference"), made / pipeline.EVIDENCE)
+            grading = pipeline.judge(made / pipeline.EVIDENCE, settings)
+            report.write(grading, made, hand_in=known, pictures=False)
+        else:
+            report.write(REFUSED, made, hand_in=known)
+        folder.keep(made, Record(entry.id, status, rubric=whole.sha256))
+    return folder
+
+
+def said(folder: ClassFolder, name: str = "team07") -> dict:
+    return json.loads((folder.submission(name) / "report.json").read_text())
+
+
+def test_people_team_time_and_lateness_are_in_the_report_and_its_data(graded: ClassFolder):
+    known = said(graded)["hand_in"]
+    assert known["people"] == ["Jane Doe", "Li Wu"]
+    assert (known["team"], known["name"]) == ("team07", "Jane Doe_12345_file_")
+    assert (known["submitted"], known["deadline"]) == ("2026-11-22 10:00:00+00:00", "2026-11-20 23:59:00+00:00")
+    assert known["late"] == f"1 day, 10:01:00 after the deadline, 2 started days; the rule is: {RULE}"
+    page = (graded.submission("team07") / report.PAGE).read_text()
+    for words in ("Jane Doe, Li Wu", "2026-11-22 10:00:00+00:00", "2 started days", "ROS 2 package development"):
+        assert words in page
+
+
+def test_a_decision_is_written_into_the_report_without_running_a_check(graded: ClassFolder, monkeypatch):
+    before = said(graded)
+    graded.overrides.write_text(DECIDED)
+    monkeypatch.setattr("grader.checks.checks_run.subprocess", None)
+    assert hand_ins.refresh(graded) == ["team07"]
+    after = said(graded)
+    assert after["hand_in"].pop("decisions") == [
+        {"requirement": "F4", "points": 3.5, "why": "the wall stood in the start", "by": "A. L."}
+    ]
+    before["hand_in"].pop("decisions")
+    assert after == before
+    page = (graded.submission("team07") / report.PAGE).read_text()
+    assert "<strong>F4</strong>: 3.5 points, by A. L.: the wall stood in the start" in page
+    assert "<del>5</del> 3.5 / 5" in page
+    assert f"{before['total'] - 1.5:g} with the points that" in page
+    assert (graded.submission("team07") / pipeline.EVIDENCE / "build.json").exists()
+    assert hand_ins.refresh(graded) == [], "nothing has changed since"
+
+
+def test_a_decision_on_a_refusal_stands_in_its_report(graded: ClassFolder):
+    graded.overrides.write_text(DECIDED.replace("team07", "team08"))
+    assert hand_ins.refresh(graded) == ["team08"]
+    after = said(graded, "team08")
+    assert after["hand_in"]["decisions"][0]["points"] == 3.5
+    assert after["refused"] == {"because": REFUSED.because, "try": REFUSED.try_}
+    assert "the wall stood in the start" in (graded.submission("team08") / report.PAGE).read_text()
+
+
+def test_an_extension_is_shown_beside_the_deadline(graded: ClassFolder):
+    graded.overrides.write_text(
+        'people:\n  s1:\n    extension: {until: 2026-11-25T23:59:00Z, why: "ill", by: "A. L."}\n'
+    )
+    hand_ins.refresh(graded)
+    assert said(graded)["hand_in"]["deadline"] == ("2026-11-20 23:59:00+00:00; 2026-11-25 23:59:00+00:00 for Jane Doe")
+
+
+def test_a_rescore_keeps_what_is_known_and_says_when_it_judged_again(graded: ClassFolder):
+    graded.overrides.write_text(DECIDED)
+    before = said(graded)
+    rescore(graded, jobs=1)
+    after = said(graded)
+    assert after["graded"] == before["graded"]
+    assert after["rescored"] >= before["graded"]
+    assert after["hand_in"]["decisions"][0]["by"] == "A. L."
+
+
+def test_the_reports_stay_while_another_run_writes_to_the_class(graded: ClassFolder, capsys):
+    graded.overrides.write_text(DECIDED)
+    with graded.locked():
+        with pytest.raises(GraderError, match="being written by another run"):
+            hand_ins.refresh(graded)
+        command._refresh(graded)
+    assert "note: the reports were left as they are" in capsys.readouterr().err
+    assert said(graded)["hand_in"]["decisions"] == []
+
+
+def test_a_single_grading_knows_nothing_of_people(graded: ClassFolder, tmp_path: Path):
+    report.write(REFUSED, tmp_path / "out")
+    found = json.loads((tmp_path / "out" / "report.json").read_text())["hand_in"]
+    assert found == {"people": [], "decisions": [], "comments": []} | dict.fromkeys(
+        ("team", "name", "submitted", "deadline", "late"), ""
+    )
+    assert HandIn().on("F4") is None

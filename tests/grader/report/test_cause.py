@@ -1,0 +1,123 @@
+"""The first cause: what most of the lost points follow from, in one sentence."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from helpers import judging, recordings
+from helpers.report_examples import BUILD, INTAKE, RUBRIC, drive_at_a_wall, good, grading, results, small_rubric
+
+from grader.checks.judge import Unjudged
+from grader.evidence import Evidence, ProcessEnd
+from grader.report import cause, html
+from grader.scoring.rubric import load
+from grader.scoring.scorecard import CheckResult, Outcome, score
+
+DIED = "the node ended before it came up, with exit status 1"
+TRACEBACK = """\
+Traceback (most recent call last):
+  File "/ws/install/ros2_robot_controller/lib/ros2_robot_controller/robot_controller", line 4, in <module>
+    from ros2_robot_controller.robot_controller import main
+  File "/ws/install/ros2_robot_controller/lib/python3.12/site-packages/ros2_robot_controller/driver.py", line 7
+    import tf_transformations
+  File "/usr/lib/python3.12/importlib/__init__.py", line 90, in import_module
+ModuleNotFoundError: No module named 'tf_transformations'
+"""
+
+
+@pytest.fixture
+def rubric(tmp_path):
+    return small_rubric(tmp_path)
+
+
+def not_up(output=TRACEBACK, **changes):
+    end = ProcessEnd("itself", 1, 0.4, output)
+    return replace(drive_at_a_wall(), ready=False, ended=DIED, samples=[], process=end, **changes)
+
+
+def waiting(rubric, because, trial=""):
+    return [CheckResult(c.id, Outcome.NOT_REACHED, 0, because=because, trial=trial) for c in rubric.checks]
+
+
+def test_nodes_that_do_not_start_are_named_with_the_exception_and_its_place(rubric):
+    evidence = Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": not_up()})
+    found = cause.find(
+        grading(rubric, waiting(rubric, f"{DIED}; its last output was: ...", "drive_at_a_wall"), evidence)
+    )
+    assert str(found) == (
+        "No node started: ModuleNotFoundError: tf_transformations, driver.py line 7; 8 points follow from it"
+    )
+
+
+def test_only_the_node_that_did_not_start_is_named(rubric):
+    trials = {"drive_at_a_wall": not_up(), "other": replace(drive_at_a_wall(), name="other")}
+    made = grading(rubric, waiting(rubric, DIED, "drive_at_a_wall"), Evidence(INTAKE, BUILD, trials=trials))
+    assert str(cause.find(made)).startswith("robot_controller did not start: ModuleNotFoundError")
+
+
+def test_what_the_packages_text_shows_comes_before_what_the_node_printed(rubric):
+    because = f"driver.py:7: it imports `tf`, which is not there (add it); {DIED}"
+    evidence = Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": not_up()})
+    found = cause.find(grading(rubric, waiting(rubric, because, "drive_at_a_wall"), evidence))
+    assert found.sentence == "No node started: driver.py:7: it imports `tf`, which is not there (add it)"
+
+
+def test_a_requirement_that_others_wait_for_is_the_cause_and_counts(rubric):
+    late = CheckResult("check_obstacle::test_stops_in_time", Outcome.FAILED, 0, seen="it never drove")
+    waits = CheckResult("check_navigation::test_reaches_a_target", Outcome.NOT_REACHED, 0, because="it stood (F4)")
+    found = cause.find(grading(rubric, results(rubric, late, waits)))
+    assert str(found) == "F4 Stops before an obstacle: it never drove; 5 points follow from it"
+
+
+def test_single_losses_have_no_common_cause(rubric):
+    late = CheckResult("check_obstacle::test_stops_in_time", Outcome.FAILED, 0, seen="0.9 s late")
+    far = CheckResult("check_navigation::test_reaches_a_target", Outcome.FAILED, 0, seen="1 m off")
+    made = grading(rubric, results(rubric, late, far))
+    assert cause.find(made) is None
+    page = html.render(made)
+    assert "First cause" not in page
+    top = page[page.index("What cost most") : page.index("</section>")]
+    assert top.index("F8") < top.index("F4"), "3 points come before 2"
+
+
+def test_a_cause_that_costs_less_than_something_else_is_not_the_first(rubric):
+    one = CheckResult("check_obstacle::test_stops_in_time", Outcome.NOT_REACHED, 0, because="nothing came")
+    dear = CheckResult("check_navigation::test_reaches_a_target", Outcome.FAILED, 0, seen="1 m off")
+    assert cause.find(grading(rubric, results(rubric, one, dear))) is None
+
+
+def test_full_marks_have_no_cause():
+    assert cause.find(good(load(RUBRIC))) is None
+
+
+def test_a_hostile_traceback_is_made_safe_to_show(rubric):
+    output = "ValueError: \x1b[2J\u202e" + "x" * 10_000
+    evidence = Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": not_up(output)})
+    sentence = cause.find(grading(rubric, waiting(rubric, DIED, "drive_at_a_wall"), evidence)).sentence
+    assert sentence.isprintable()
+    assert r"\x1b[2J\u202e" in sentence
+    assert len(sentence) < 500
+
+
+def test_a_build_that_fails_is_said_once_and_what_follows_is_folded():
+    rubric, evidence = load(RUBRIC), recordings.load("does_not_compile")
+    found = []
+    for check in rubric.checks:
+        try:
+            judged = judging.ask(judging.find(check.id), evidence)
+        except Unjudged:  # by the package's text, which is not recorded
+            found.append(CheckResult(check.id, Outcome.PASSED, 1.0))
+            continue
+        how = Outcome.FAILED if judged.reached else Outcome.NOT_REACHED
+        seen, because = (judged.seen, "") if judged.reached else ("", judged.seen)
+        found.append(CheckResult(check.id, how, 0.0, seen=seen, because=because))
+    made = grading(rubric, found, evidence, scorecard=score(rubric, found))
+    sentence = str(cause.find(made))
+    assert sentence.startswith("The package does not build: ")
+    assert "FusedData.msg" in sentence
+    lost = made.scorecard.max - made.scorecard.points
+    assert sentence.endswith(f"; {lost:g} points follow from it")
+    page = html.render(made)
+    assert page.count("ended with exit status 1 (I1)") == 0, "those that follow refer to the first cause"
+    assert "<details>\n<summary>What follows from it" in page

@@ -1,0 +1,143 @@
+"""Replays: the seconds around a failure in the page, and the whole trial as an MCAP file beside it."""
+
+from __future__ import annotations
+
+import html as markup
+import json
+import math
+import re
+from dataclasses import replace
+
+import pytest
+from helpers import recordings
+from helpers.report_examples import BUILD, INTAKE, TOUCHED, drive_at_a_wall, grading, results, small_rubric
+from rosbags.rosbag2 import Reader
+
+from grader import evidence, report
+from grader.evidence import Command, Evidence
+from grader.report import bags, html, replay
+from grader.scoring.rubric import RUBRIC, load
+from grader.scoring.scorecard import CheckResult, Outcome
+
+WALL = drive_at_a_wall()
+
+
+@pytest.fixture
+def rubric(tmp_path):
+    return small_rubric(tmp_path)
+
+
+def replays(page):
+    """Return the data of all replays in a page."""
+    return [json.loads(markup.unescape(found)) for found in re.findall(r'data-replay="(.*?)"', page)]
+
+
+@pytest.mark.parametrize(
+    ("seen", "moment"),
+    [
+        ("touched the wall at 4.25 s, moving at 0.40 m/s", 4.25),
+        ("no zero came after the first scan below 0.5 m (at 4.50 s)", 4.5),
+        ("at 99 s it was too late", 4.57),
+        ("touched it", 4.57),
+    ],
+)
+def test_the_moment_is_the_one_that_the_check_names_else_the_first_contact(seen, moment):
+    assert replay.moment(WALL, seen) == moment
+
+
+def test_the_seconds_around_the_moment_are_shown_and_all_of_a_trial_without_one():
+    around = json.loads(replay.data(WALL, "touched it at 2.00 s"))
+    assert (around["at"], around["t"][0], around["t"][-1]) == (2.0, 0.0, 5.0)
+    whole = json.loads(replay.data(replace(WALL, touches=[]), ""))
+    assert (whole["at"], whole["t"][0], whole["t"][-1]) == (None, 0.0, 8.0)
+
+
+def test_each_frame_has_the_pose_the_speed_and_what_was_commanded_and_read_by_then():
+    data = json.loads(replay.data(WALL, "at 4.5 s"))
+    frame = data["t"].index(2.0)
+    assert (data["x"][frame], data["y"][frame], data["yaw"][frame]) == (0.8, 0, 0)
+    assert (data["v"][frame], data["command"][frame], data["ahead"][frame]) == (0.4, 0.4, 1.2)
+    assert len({len(data[name]) for name in ("t", "x", "y", "yaw", "v", "command", "ahead")}) == 1
+
+
+def test_obstacles_are_drawn_by_their_shapes_and_until_they_were_taken_away():
+    data = json.loads(replay.data(recordings.load("reference").trials["blocked_goal"], ""))
+    assert [len(shape) for shape in data["shapes"]] == [3, 3]
+    assert data["until"] == [None, 14.5]
+
+
+@pytest.mark.parametrize(
+    "trial",
+    [
+        replace(WALL, commands=[Command(1.0, math.nan, 0.0), Command(2.0, 1e300, 0.0)]),
+        replace(WALL, scene={"walls": "none"}),
+        replace(WALL, samples=[replace(sample, v=math.inf) for sample in WALL.samples]),
+        replace(WALL, samples=WALL.samples * 50, touches=WALL.touches * 1000),
+    ],
+    ids=["absurd commands", "no world", "infinite speed", "long"],
+)
+def test_whatever_a_trial_holds_its_replay_is_strict_and_short(trial):
+    text = replay.data(trial, "")
+    json.loads(text, parse_constant=lambda word: pytest.fail(f"{word} is no JSON"))
+    assert len(text) < 40_000
+
+
+def test_every_failed_check_with_a_trial_has_its_replay_and_names_where(rubric):
+    far = CheckResult("check_navigation::test_reaches_a_target", Outcome.FAILED, 0, seen="at 3.0 s", trial="other")
+    trials = {"drive_at_a_wall": WALL, "other": replace(WALL, name="other")}
+    page = html.render(grading(rubric, results(rubric, TOUCHED, far), Evidence(INTAKE, BUILD, trials=trials)))
+    assert [data["at"] for data in replays(page)] == [4.9, 3.0]
+    assert page.index("What cost most") < page.index("Trial drive_at_a_wall.") < page.index('id="F4"')
+    assert page.index('id="F8"') < page.index("Trial other.")
+
+
+def test_held_out_trials_are_neither_replayed_nor_written(rubric, tmp_path):
+    made = grading(rubric, results(rubric, TOUCHED), Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": WALL}))
+    evidence.save(made.evidence, tmp_path / "evidence")
+    _, page = report.write(made, tmp_path, pictures=False)
+    assert "data-replay=" not in page.read_text()
+    assert not list(tmp_path.rglob("*.mcap"))
+
+
+def test_a_report_of_a_package_that_fails_in_every_trial_is_below_3_mb():
+    """All trials of the reference, each with a check that failed in it."""
+    rubric, found = load(RUBRIC), recordings.load("reference")
+    names = [name for name, trial in found.trials.items() if len(trial.samples) > 1]
+    failed = [
+        CheckResult(check.id, Outcome.FAILED, 0, seen="x" * 1000, trial=names[number % len(names)])
+        for number, check in enumerate(rubric.checks)
+    ]
+    page = html.render(grading(rubric, failed, found))
+    assert len(replays(page)) == len(names) > 40
+    assert len(page) < 3_000_000
+
+
+def test_the_mcap_file_lies_beside_the_evidence_and_the_page_links_it(rubric, tmp_path):
+    """What is read back is what the robot did, without the seed."""
+    trial = recordings.load("reference").trials["wall_fast"]
+    result = replace(TOUCHED, trial="wall_fast")
+    made = grading(rubric, results(rubric, result), Evidence(INTAKE, BUILD, trials={"wall_fast": trial}))
+    evidence.save(made.evidence, tmp_path / "evidence")
+    _, page = report.write(made, tmp_path)
+    assert 'href="evidence/trials/wall_fast.mcap" download' in page.read_text()
+    [path] = tmp_path.rglob("*.mcap")
+    assert path.stat().st_size < 100_000
+    with Reader(path) as bag:
+        counts = {connection.topic: connection.msgcount for connection in bag.connections}
+    assert counts["/odom"] == counts["/cmd_vel"] == len(trial.samples)
+    assert counts["/scan/closest_ahead"] == len(trial.scans)
+    written = path.stat().st_mtime_ns
+    report.write(made, tmp_path)
+    assert path.stat().st_mtime_ns == written, "a file that is there is not written again"
+
+
+def test_a_trial_that_cannot_be_written_leaves_the_grade(rubric, tmp_path, monkeypatch):
+    def full(trial, path):
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(bags, "write", full)
+    made = grading(rubric, results(rubric, TOUCHED), Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": WALL}))
+    evidence.save(made.evidence, tmp_path / "evidence")
+    _, page = report.write(made, tmp_path)
+    assert "touched the wall ahead" in page.read_text()
+    assert ".mcap" not in page.read_text()
