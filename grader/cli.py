@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from grader import KIT
 from grader.errors import (
     EXIT_GRADED,
+    EXIT_INTERRUPTED,
     EXIT_NOT_GRADED,
     EXIT_OUR_FAULT,
     EXIT_USAGE,
@@ -21,7 +22,7 @@ from grader.errors import (
     SubmissionError,
     UsageError,
 )
-from grader.host import namespaces, shortage
+from grader.host import atomic, namespaces, shortage, supervised
 from grader.sanitize import printable
 from grader.settings import MUTATION_BUDGET_S
 
@@ -30,8 +31,37 @@ if TYPE_CHECKING:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one verb and return its exit status (grader.errors)."""
+    """Run one verb and return its exit status (grader.errors).
+
+    As the program itself, without `arguments`, a verb that grades runs in a child process, so that Ctrl-C ends it.
+    """
     options = _parser().parse_args(arguments)
+    if arguments is None and "interrupted" in options:
+        return _supervised(options)
+    return _carry_out(options)
+
+
+def _supervised(options: argparse.Namespace) -> int:
+    out: Path | None = options.out if options.run is _grade else None
+    new = out is not None and not out.exists()
+    try:
+        return supervised.run(lambda: _carry_out(options))
+    except KeyboardInterrupt:
+        words, status = f"interrupted; {options.interrupted}", EXIT_INTERRUPTED
+    except GraderError as error:
+        words, status = str(error), EXIT_OUR_FAULT
+    from grader import build
+    from grader.build import pruning
+
+    pruning.remove_abandoned(getattr(options, "cache", None) or build.cache_folder())
+    if out is not None:
+        atomic.remove_left(out, new=new)
+    _Progress().done()
+    print(f"grader: {words}", file=sys.stderr)
+    return status
+
+
+def _carry_out(options: argparse.Namespace) -> int:
     try:
         return int(options.run(options))
     except SubmissionError as error:
@@ -41,8 +71,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except GraderError as error:
         return _fail(error, EXIT_OUR_FAULT, options.debug)
     except KeyboardInterrupt:
-        print("grader: interrupted; nothing was written.", file=sys.stderr)
-        return 130
+        print("grader: interrupted.", file=sys.stderr)
+        return EXIT_INTERRUPTED
     except Exception as error:
         if options.debug:
             raise
@@ -67,6 +97,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_submit(verbs)
     _add_handout(verbs)
     _add_doctor(verbs)
+    _add_cache(verbs)
     if (KIT / "grader" / "classroom").exists():  # not in the students' kit
         from grader.classroom import command as classroom
 
@@ -112,7 +143,7 @@ def _add_grade(verbs: Any) -> None:
         "--unsafe-no-sandbox", action="store_true", help="disable the sandbox (INSECURE); recorded in every report"
     )
     _add_seed_and_cache(parser)
-    parser.set_defaults(run=_grade)
+    parser.set_defaults(run=_grade, interrupted="nothing was written.")
 
 
 def _add_check(verbs: Any) -> None:
@@ -125,7 +156,7 @@ def _add_check(verbs: Any) -> None:
     parser.add_argument("requirements", nargs="+", metavar="REQUIREMENT", help="such as F4")
     parser.add_argument("--package", type=Path, default=Path(), help="the package's folder (default: this one)")
     _add_seed_and_cache(parser)
-    parser.set_defaults(run=_check)
+    parser.set_defaults(run=_check, interrupted="nothing was written.")
 
 
 def _add_seed_and_cache(parser: argparse.ArgumentParser) -> None:
@@ -143,7 +174,7 @@ def _add_submit(verbs: Any) -> None:
     parser.add_argument("--package", type=Path, help="the package's folder (default: this one, or the workspace's)")
     parser.add_argument("--out", type=Path, help="the zip (default: in the workspace, above src)")
     parser.add_argument("--no-check", action="store_true", help="only pack and describe; checking takes some minutes")
-    parser.set_defaults(run=_submit)
+    parser.set_defaults(run=_submit, interrupted="the checks did not end. --no-check only packs.")
 
 
 def _add_release(verbs: Any) -> None:
@@ -173,6 +204,29 @@ def _add_doctor(verbs: Any) -> None:
     parser.set_defaults(run=_doctor)
 
 
+def _add_cache(verbs: Any) -> None:
+    parser = verbs.add_parser(
+        "cache",
+        help="show what builds have left on this machine, and remove it",
+        description="Show how much the cache of builds holds. What is removed is built again when it is needed; what "
+        "a grading is using stays.",
+        epilog="Example:  grader cache --prune --older-than 7",
+    )
+    parser.add_argument("--prune", action="store_true", help="remove what has not been used for 30 days")
+    parser.add_argument(
+        "--older-than", type=_days, metavar="DAYS", help="with --prune: other than 30 days; 0 removes all"
+    )
+    parser.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
+    parser.set_defaults(run=_cache)
+
+
+def _days(text: str) -> float:
+    value = float(text)
+    if not 0 <= value <= 36500:
+        raise argparse.ArgumentTypeError("choose a number of days, 0 or more")
+    return value
+
+
 def _seconds(text: str) -> float:
     value = float(text)
     if not 1 <= value <= 3600:
@@ -183,6 +237,7 @@ def _seconds(text: str) -> float:
 def _grade(options: argparse.Namespace) -> int:
     # Imported here, so that `grader --help` and `grader doctor` answer at once, even on hosts that lack half of this.
     from grader import build, pipeline, report
+    from grader.checks import checks_run
     from grader.report import console
     from grader.scoring import rubric
 
@@ -190,7 +245,7 @@ def _grade(options: argparse.Namespace) -> int:
         os.environ[namespaces.UNSAFE_VARIABLE] = "1"
     progress = _Progress()
     settings = pipeline.Settings(
-        rubric=rubric.load(options.rubric or rubric.RUBRIC),
+        rubric=rubric.load(options.rubric or rubric.RUBRIC, checks_run.known()),
         cache=options.cache or build.cache_folder(),
         seed=options.seed,
         build_seconds=options.build_timeout,
@@ -272,9 +327,10 @@ def _shown(path: Path) -> str:
 
 
 def _handout(options: argparse.Namespace) -> int:
+    from grader.checks import checks_run
     from grader.scoring import handout, rubric
 
-    text = handout.render(rubric.load(options.rubric or rubric.RUBRIC))
+    text = handout.render(rubric.load(options.rubric or rubric.RUBRIC, checks_run.known()))
     if options.out is None:
         print(text, end="")
     else:
@@ -289,6 +345,29 @@ def _doctor(_options: argparse.Namespace) -> int:
     diagnoses = doctor.examine()
     print(doctor.render(diagnoses))
     return doctor.exit_status(diagnoses)
+
+
+def _cache(options: argparse.Namespace) -> int:
+    from grader import build
+    from grader.build import pruning
+
+    if options.older_than is not None and not options.prune:
+        raise UsageError("--older-than says what to remove.", "Add --prune, or leave it out.")
+    folder: Path = options.cache or build.cache_folder()
+    if options.prune:
+        done = pruning.prune(folder, 30.0 if options.older_than is None else options.older_than)
+        gone = [
+            f"{len(each.entries)} {each.title} ({each.bytes / 1e6:.1f} MB)" for each in done.removed if each.entries
+        ]
+        print("Removed: " + (", ".join(gone) or "nothing"))
+        if done.in_use:
+            print(f"{done.in_use} more are in use by a grading that is going on.")
+    print(f"Cache: {folder}")
+    for store in pruning.stores(folder):
+        times = [time.strftime("%Y-%m-%d", time.localtime(entry.used)) for entry in store.entries]
+        used = f"last used {times[0]} to {times[-1]}" if times else ""
+        print(f"  {store.title:<16}{len(store.entries):>5}{store.bytes / 1e6:>10.1f} MB  {used}".rstrip())
+    return EXIT_GRADED
 
 
 def _listed(whole: Rubric) -> str:

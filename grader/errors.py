@@ -7,6 +7,9 @@ from collections.abc import Sequence
 EXIT_GRADED, EXIT_NOT_GRADED, EXIT_USAGE, EXIT_OUR_FAULT = 0, 1, 2, 3
 """Exit codes: graded, cannot be graded, wrong usage, an error of the kit or of its host."""
 
+EXIT_INTERRUPTED = 130
+"""As a shell reports a program that Ctrl-C has ended."""
+
 
 class KitError(Exception):
     """An expected error. Its message says what happened, to what, and what to do next."""

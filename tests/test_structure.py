@@ -18,7 +18,7 @@ ROOMS = (
     "cli", "selftest", "authoring", "notebook", "classroom", "pipeline", "collect",
     "mutation", "student_tests", "trials", "conversions", "quality",
     "source", "settings", "report", "checks", "scoring", "build", "sandbox", "intake", "host", "evidence", "contract",
-    "python_ast", "sanitize", "errors", "",
+    "python_ast", "yaml_reader", "sanitize", "errors", "",
 )  # fmt: skip
 CHECKS_MAY_IMPORT = {"checks", "evidence", "contract", "scoring", "errors", "host", ""}
 """`scoring` for the outcomes, `host` for running pytest; nothing that collects."""

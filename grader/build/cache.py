@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import hashlib
 import os
@@ -15,6 +16,9 @@ from grader import evidence
 from grader.build.cmake_allowlist import only_declares
 from grader.build.install_tree import regular_files
 from grader.host import ros_env
+
+LOCK, USE = ".lock", ".use"
+"""The suffixes of the files beside an entry: held by whoever makes or removes it, and by whoever uses it."""
 
 _IGNORED = ("__pycache__", ".git", "build", "install", "log", ".pytest_cache")
 
@@ -120,8 +124,44 @@ def _checksum(root: Path) -> str:
 
 
 @contextmanager
-def locked(path: Path) -> Iterator[None]:
-    """Hold a lock on `path`, so that two gradings never build the same content at once."""
-    with path.open("w") as stream:
-        fcntl.flock(stream, fcntl.LOCK_EX)
+def locked(path: Path, *, wait: bool = True) -> Iterator[None]:
+    """Hold a lock on `path`, so that two gradings never build the same content at once.
+
+    Raises:
+        BlockingIOError: somebody holds it, and `wait` is false.
+    """
+    handle = _acquire(path, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+    try:
         yield
+    finally:
+        os.close(handle)
+
+
+class Use:
+    """The use of an entry of the cache: while this object lives, `grader cache --prune` leaves the entry alone.
+
+    The time at which the file was written last is that of the last use.
+    """
+
+    def __init__(self, entry: Path) -> None:
+        self._handle = _acquire(entry.with_suffix(USE), fcntl.LOCK_SH)
+        os.utime(self._handle)
+
+    def __del__(self) -> None:
+        """End the use."""
+        with contextlib.suppress(AttributeError):  # it never began
+            os.close(self._handle)
+
+
+def _acquire(path: Path, how: int) -> int:
+    """Return a descriptor of the file `path` with a lock on it."""
+    while True:
+        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        try:
+            fcntl.flock(handle, how)
+            if path.exists() and os.path.samestat(os.fstat(handle), path.stat()):
+                return handle
+        except BaseException:
+            os.close(handle)
+            raise
+        os.close(handle)  # whoever held it has removed the file together with the entry

@@ -32,10 +32,14 @@ _SOURCE_TIME = 1_000_000_000
 
 @dataclass(frozen=True)
 class Built:
-    """A finished build: the facts, and the install tree's path on the host (in a sandbox it is `INSTALL`)."""
+    """A finished build: the facts, and the install tree's path on the host (in a sandbox it is `INSTALL`).
+
+    `use` keeps the install tree in the cache as long as this object lives.
+    """
 
     facts: evidence.Build
     install: Path
+    use: build_cache.Use | None = None
 
 
 @dataclass(frozen=True)
@@ -95,11 +99,12 @@ def build(
     folder = cache / "builds" / build_cache.build_key(packages)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        with build_cache.locked(folder.with_suffix(".lock")):
+        with build_cache.locked(folder.with_suffix(build_cache.LOCK)):
+            use = build_cache.Use(folder)
             facts = build_cache.load(folder)
             if facts is not None:
-                return Built(replace(facts, cached=True), folder / "install")
-            for left in folder.parent.glob(f"{folder.name[:12]}.*.work"):  # by a grader that was killed
+                return Built(replace(facts, cached=True), folder / "install", use)
+            for left in folder.parent.glob(f"{folder.name}.*.work"):  # by a grader that was killed
                 tempdir.remove(left)
             if missing := ros_env.missing_tools():
                 raise GraderError(
@@ -107,7 +112,7 @@ def build(
                     "it prints the command that installs what is missing."
                 )
             with submission_user.readable_by_sandboxes():
-                return _build(_Job(packages, cache, seconds, trusted, main), folder)
+                return replace(_build(_Job(packages, cache, seconds, trusted, main), folder), use=use)
     except OSError as error:
         cause = shortage.explain(error)
         raise GraderError(
@@ -116,14 +121,17 @@ def build(
 
 
 def _build(job: _Job, folder: Path) -> Built:
-    work = Path(tempfile.mkdtemp(prefix=folder.name[:12] + ".", suffix=".work", dir=folder.parent))
+    work = Path(tempfile.mkdtemp(prefix=folder.name + ".", suffix=".work", dir=folder.parent))
     try:
         for name in ("src", "build", "install"):
             (work / name).mkdir()
         _copy_sources(job.packages, work / "src")
         tree = build_cache.build_tree_folder(work / "src", job.cache)
-        if tree is not None and tree.is_dir():
-            _copy_build_tree(tree, work / "build")
+        if tree is not None:
+            tree.parent.mkdir(parents=True, exist_ok=True)
+            _use = build_cache.Use(tree)  # until this function ends
+            if tree.is_dir():
+                _copy_build_tree(tree, work / "build")
         result = _colcon(job, work)
         if not result.ok:
             _require_colcon()
@@ -137,7 +145,6 @@ def _build(job: _Job, folder: Path) -> Built:
             facts = _verified(facts, work, removed, job)
             install_tree.link_misplaced(work / "install", facts.package, facts.misplaced.values())
         if tree is not None and facts.ok and not tree.is_dir():
-            tree.parent.mkdir(parents=True, exist_ok=True)
             with contextlib.suppress(OSError):  # another grading has put one there in the meantime
                 (work / "build").rename(tree)
                 build_cache.write_checksum(tree, tree)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Protocol
 
 from grader import sandbox
+from grader.checks import checks_run
 from grader.classroom import cluster, discovery, hand_ins, overrides
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status, relative
 from grader.classroom.discovery import Entry
@@ -98,7 +99,7 @@ def run(source: Path, out: Path, people: Sequence[Person], options: Options, sai
         SubmissionError: the archive of the class cannot be opened.
     """
     started = time.monotonic()
-    whole = rubric.load(options.rubric)
+    whole = rubric.load(options.rubric, checks_run.known())
     if not options.scheduler:
         sandbox.require()
     folder = ClassFolder(out)
@@ -253,7 +254,7 @@ class _Loop:
                 )
                 running[self._workforce.submit(job.order)] = job
             ended, _ = wait(running, timeout=_TICK_S, return_when=FIRST_COMPLETED)
-            for future in ended:
+            for future in [each for each in running if each in ended]:  # in the order in which they began
                 job = running.pop(future)
                 ending = future.result()
                 if ending.status is Status.ERROR and attempt < _ATTEMPTS:

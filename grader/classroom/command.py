@@ -8,17 +8,17 @@ import json
 import sys
 import time
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from grader.classroom import batch, class_folder, comparison, gradebook, hand_ins, lateness, overview, rescore, roster
 from grader.classroom.class_folder import ClassFolder, Record, Status
 from grader.classroom.exports import canvas, github, gradescope, moodle, table
-from grader.errors import EXIT_GRADED, EXIT_OUR_FAULT, GraderError
+from grader.classroom.roster import Person
+from grader.errors import EXIT_GRADED, EXIT_INTERRUPTED, EXIT_OUR_FAULT, GraderError
 from grader.sanitize import printable
 from grader.scoring import rubric
-
-EXIT_INTERRUPTED = 130
 
 
 def add(verbs: Any) -> None:
@@ -104,6 +104,7 @@ def _add_compare(verbs: Any) -> None:
     parser.set_defaults(run=_compare)
 
 
+_INTERRUPTED = "grader: interrupted; what is finished is kept. The same command goes on from there."
 _PLATFORMS = {
     "csv": "gradebook.csv",
     "canvas": "canvas.csv",
@@ -128,6 +129,15 @@ def _batch(options: argparse.Namespace) -> int:
     if options.late:
         lateness.parse(options.late)
     said = _Said()
+    try:
+        return _run_batch(options, people, said)
+    except KeyboardInterrupt:
+        said.close()
+        print(_INTERRUPTED, file=sys.stderr)
+        return EXIT_INTERRUPTED
+
+
+def _run_batch(options: argparse.Namespace, people: Sequence[Person], said: _Said) -> int:
     summary = batch.run(
         options.source,
         options.out,
@@ -156,7 +166,7 @@ def _batch(options: argparse.Namespace) -> int:
     )
     if summary.interrupted:
         left = summary.entries - summary.graded - summary.refused - summary.errors
-        print(f"Interrupted; {left} are left. The same command goes on from here.", file=sys.stderr)
+        print(f"{_INTERRUPTED} {left} are left.", file=sys.stderr)
         return EXIT_INTERRUPTED
     print(f"Class: {page}")
     return EXIT_OUR_FAULT if summary.errors else EXIT_GRADED

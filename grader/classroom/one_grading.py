@@ -28,6 +28,7 @@ import cattrs
 from grader import KIT
 from grader.classroom.class_folder import Status
 from grader.errors import GraderError, SubmissionError
+from grader.host import cgroup, procfs, shortage, tempdir
 
 _RESULT = "result: "
 
@@ -71,22 +72,30 @@ class Runner:
     def grade(self, order: Order) -> Ending:
         """Grade one submission into the folder `order.out` and return how it ended. It raises nothing."""
         started = time.monotonic()
+        try:
+            # The child may be killed and then cleans nothing up; all its temporary files are in here.
+            with tempdir.folder("batch") as temporary:
+                ending = self._run(order, temporary)
+        except OSError as error:
+            ending = Ending(Status.ERROR, shortage.explain(error) or f"The grading cannot be started ({error}).")
+        return Ending(ending.status, ending.why, time.monotonic() - started)
+
+    def _run(self, order: Order, temporary: Path) -> Ending:
         with self._lock:
             if self._stopped:
                 return Ending(Status.ERROR, "interrupted")
             child = subprocess.Popen(
                 [sys.executable, "-m", "grader.classroom.one_grading"],
-                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                text=True, errors="replace", start_new_session=True, cwd=KIT,
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
+                start_new_session=True, cwd=KIT, env=os.environ | {"TMPDIR": str(temporary)},
             )  # fmt: skip
             self._running.add(child)
         try:
-            ending = self._follow(child, order)
+            return self._follow(child, order)
         finally:
             _end(child)
             with self._lock:
                 self._running.discard(child)
-        return Ending(ending.status, ending.why, time.monotonic() - started)
 
     def stop(self) -> None:
         """End all gradings that are going on; no other will begin."""
@@ -156,10 +165,14 @@ def _unzip(packed: bytes, into: Path) -> None:
 
 
 def _end(child: subprocess.Popen[str]) -> None:
-    """Kill a child with its whole group, and wait until it is gone."""
+    """Kill a child with all processes below it, and wait until they are gone."""
     with contextlib.suppress(ProcessLookupError):
         if child.poll() is None:
+            below = procfs.descendants(child.pid)
             os.killpg(child.pid, signal.SIGKILL)
+            child.wait()
+            procfs.kill(below)
+            cgroup.sweep()
     child.wait()
     for stream in (child.stdin, child.stdout):
         if stream is not None:

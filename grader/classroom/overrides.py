@@ -18,19 +18,19 @@ The kit never writes this file.
 from __future__ import annotations
 
 import datetime as dt
-import difflib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
-from typing import NoReturn
 
 import yaml
 
+from grader import yaml_reader
 from grader.classroom.class_folder import ClassFacts, ClassFolder
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.scoring.rubric import Rubric
+from grader.yaml_reader import YamlReader
 
 
 @dataclass(frozen=True)
@@ -103,12 +103,10 @@ def load(path: Path, submissions: Iterable[str], people: Sequence[Person], rubri
     if not path.exists():
         return Decisions()
     try:
-        root = yaml.compose(path.read_text(encoding="utf-8"), yaml.SafeLoader)
+        text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise GraderError(f"{path} cannot be read ({error}).") from error
-    except yaml.MarkedYAMLError as error:
-        line = error.problem_mark.line + 1 if error.problem_mark else "?"
-        raise GraderError(f"{path}, line {line}: {error.problem}. Correct the YAML and run again.") from error
+    root = yaml_reader.compose(path, text)
     return _Reader(path, tuple(submissions), people, rubric).read(root)
 
 
@@ -122,11 +120,9 @@ def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decision
     return load(folder.overrides, [entry.id for entry in facts.entries], everyone, rubric)
 
 
-class _Reader:
-    """Walks the nodes of the file, which know their lines."""
-
+class _Reader(YamlReader):
     def __init__(self, path: Path, submissions: Sequence[str], people: Sequence[Person], rubric: Rubric) -> None:
-        self._path = path
+        super().__init__(path)
         self._submissions = submissions
         self._rubric = rubric
         self._keys: dict[str, str] = {}
@@ -140,14 +136,14 @@ class _Reader:
             return Decisions()
         submissions: dict[str, SubmissionDecision] = {}
         about: dict[str, PersonDecision] = {}
-        for key, node, value in self._mapping(root, ("submissions", "people")):
+        for key, node, value in self.mapping(root, ("submissions", "people")):
             del node
-            for name, where, decided in self._mapping(value):
+            for name, where, decided in self.mapping(value):
                 if key == "submissions":
-                    self._known(name, where, self._submissions, "a submission of this class")
+                    self.require_known(name, where, self._submissions, "a submission of this class")
                     submissions[name] = self._submission(decided)
                 else:
-                    self._known(name, where, self._keys, "a person of this class")
+                    self.require_known(name, where, self._keys, "a person of this class")
                     about[self._keys[name]] = self._person(decided)
         return Decisions(submissions, about)
 
@@ -155,9 +151,9 @@ class _Reader:
         points: list[PointsOverride] = []
         comments: tuple[str, ...] = ()
         submitted = None
-        for key, _, value in self._mapping(node, ("points", "comments", "submitted")):
+        for key, _, value in self.mapping(node, ("points", "comments", "submitted")):
             if key == "points":
-                points = [self._points(name, where, given) for name, where, given in self._mapping(value)]
+                points = [self._points(name, where, given) for name, where, given in self.mapping(value)]
             elif key == "comments":
                 comments = self._texts(value)
             else:
@@ -168,78 +164,39 @@ class _Reader:
         excused: Excuse | None = None
         extension: Extension | None = None
         comments: tuple[str, ...] = ()
-        for key, where, value in self._mapping(node, ("excused", "extension", "comments")):
+        for key, where, value in self.mapping(node, ("excused", "extension", "comments")):
             if key == "comments":
                 comments = self._texts(value)
             elif key == "excused":
-                given = self._fields(value, where, ("why", "by"))
-                excused = Excuse(self._text(given["why"]), self._text(given["by"]))
+                given = self.fields(value, where, ("why", "by"), "a decision")
+                excused = Excuse(self.text(given["why"]), self.text(given["by"]))
             else:
-                given = self._fields(value, where, ("until", "why", "by"))
-                extension = Extension(self._time(given["until"]), self._text(given["why"]), self._text(given["by"]))
+                given = self.fields(value, where, ("until", "why", "by"), "a decision")
+                extension = Extension(self._time(given["until"]), self.text(given["why"]), self.text(given["by"]))
         return PersonDecision(excused, extension, comments)
 
     def _points(self, name: str, where: yaml.Node, node: yaml.Node) -> PointsOverride:
         worth = {requirement.id: requirement.points for requirement in self._rubric.requirements}
-        self._known(name, where, worth, "a requirement of the rubric")
-        given = self._fields(node, where, ("points", "why", "by"))
-        text = self._text(given["points"])
+        self.require_known(name, where, worth, "a requirement of the rubric")
+        given = self.fields(node, where, ("points", "why", "by"), "a decision")
+        text = self.text(given["points"])
         try:
             value = Decimal(text)
         except ArithmeticError:
-            self._fail(given["points"], f"{text} is not a number of points")
+            self.fail(given["points"], f"{text} is not a number of points")
         if not 0 <= value <= Decimal(str(worth[name])):  # also refuses NaN, which compares False
-            self._fail(given["points"], f"{name} has {worth[name]:g} points; {text} is outside 0 to {worth[name]:g}")
-        return PointsOverride(name, value, self._text(given["why"]), self._text(given["by"]))
-
-    def _fields(self, node: yaml.Node, where: yaml.Node, names: tuple[str, ...]) -> dict[str, yaml.Node]:
-        """Return all the named fields of a mapping; every one of them is needed."""
-        found = {key: value for key, _, value in self._mapping(node, names)}
-        for name in names:
-            if name not in found:
-                self._fail(where, f"{name!r} is missing; a decision needs {', '.join(names)}")
-        return found
-
-    def _mapping(self, node: yaml.Node, allowed: tuple[str, ...] = ()) -> Iterator[tuple[str, yaml.Node, yaml.Node]]:
-        """Return a mapping's keys as text, their nodes and their values."""
-        if isinstance(node, yaml.ScalarNode) and node.value in ("", "null", "~"):
-            return
-        if not isinstance(node, yaml.MappingNode):
-            self._fail(node, "a mapping is expected here, such as `name: value`")
-        seen: set[str] = set()
-        for key, value in node.value:
-            name = self._text(key)
-            if allowed:
-                self._known(name, key, allowed, "allowed here")
-            if name in seen:
-                self._fail(key, f"{name} is written twice; join the two")
-            seen.add(name)
-            yield name, key, value
+            self.fail(given["points"], f"{name} has {worth[name]:g} points; {text} is outside 0 to {worth[name]:g}")
+        return PointsOverride(name, value, self.text(given["why"]), self.text(given["by"]))
 
     def _texts(self, node: yaml.Node) -> tuple[str, ...]:
         if isinstance(node, yaml.SequenceNode):
-            return tuple(self._text(item) for item in node.value)
-        return (self._text(node),)
-
-    def _text(self, node: yaml.Node) -> str:
-        if not isinstance(node, yaml.ScalarNode):
-            self._fail(node, "a plain text or number is expected here")
-        return str(node.value)
+            return tuple(self.text(item) for item in node.value)
+        return (self.text(node),)
 
     def _time(self, node: yaml.Node) -> dt.datetime:
-        text = self._text(node)
+        text = self.text(node)
         try:
             time = dt.datetime.fromisoformat(text)
         except ValueError:
-            self._fail(node, f"{text} is not a time; write it as 2026-11-21T10:00")
+            self.fail(node, f"{text} is not a time; write it as 2026-11-21T10:00")
         return time if time.tzinfo else time.astimezone()
-
-    def _known(self, name: str, node: yaml.Node, known: Iterable[str], what: str) -> None:
-        known = list(known)
-        if name not in known:
-            near = difflib.get_close_matches(name, known, 1, 0.4)
-            hint = f"Did you mean {near[0]}?" if near else f"There are: {', '.join(known[:10])}."
-            self._fail(node, f"{name} is not {what}. {hint}")
-
-    def _fail(self, node: yaml.Node, problem: str) -> NoReturn:
-        raise GraderError(f"{self._path}, line {node.start_mark.line + 1}: {problem}")

@@ -12,6 +12,7 @@ from decimal import Decimal
 from pathlib import Path
 
 from grader import collect, evidence, pipeline, report
+from grader.checks import checks_run
 from grader.classroom import hand_ins, overrides
 from grader.classroom.class_folder import RUBRIC, ClassFolder, Record, Status
 from grader.classroom.gradebook import rounded
@@ -60,7 +61,7 @@ def rescore(
     with folder.locked():
         facts = folder.facts()
         source = new_rubric or folder.path / RUBRIC
-        whole = rubric.load(source)
+        whole = rubric.load(source, checks_run.known())
         text = source.read_text(encoding="utf-8")
         if unknown := sorted(set(only) - {requirement.id for requirement in whole.requirements}):
             raise GraderError(f"The rubric has no requirement {', '.join(unknown)}.")

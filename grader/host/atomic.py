@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
+import signal
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -41,18 +42,34 @@ def replace_entries(out: Path) -> Iterator[Path]:
     """
     existed = out.exists()
     out.mkdir(parents=True, exist_ok=True)
-    for left in (*out.glob(f"{_FRESH}*"), *out.glob(".report.*")):  # by a grader that was killed
-        shutil.rmtree(left) if left.is_dir() else left.unlink()
+    remove_left(out)
     fresh = Path(tempfile.mkdtemp(prefix=_FRESH, dir=out))
     try:
         yield fresh
         # Everything is on the disk by now; moving takes no space.
-        for entry in sorted(fresh.iterdir()):
-            if (out / entry.name).is_dir():
-                (out / entry.name).rename(fresh / f"old-{entry.name}")
-            entry.rename(out / entry.name)
+        with _not_interrupted():
+            for entry in sorted(fresh.iterdir()):
+                if (out / entry.name).is_dir():
+                    (out / entry.name).rename(fresh / f"old-{entry.name}")
+                entry.rename(out / entry.name)
     finally:
-        shutil.rmtree(fresh, ignore_errors=True)
-        if not existed:
-            with contextlib.suppress(OSError):  # it is empty if nothing was graded
-                out.rmdir()
+        remove_left(out, new=not existed)
+
+
+def remove_left(out: Path, *, new: bool = False) -> None:
+    """Remove what is left in `out` of results that did not get to their place, and a `new` folder if it is empty."""
+    for left in (*out.glob(f"{_FRESH}*"), *out.glob(".report.*")):
+        shutil.rmtree(left, ignore_errors=True) if left.is_dir() else left.unlink()
+    if new:
+        with contextlib.suppress(OSError):  # something was written
+            out.rmdir()
+
+
+@contextmanager
+def _not_interrupted() -> Iterator[None]:
+    """Hold back Ctrl-C and SIGTERM, which would come between two files that belong together."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -118,18 +118,26 @@ def find_hierarchy(root: Path = ROOT) -> Hierarchy | None:
 
     Also removes what killed gradings have left, and starts this grader's own watchdog.
     """
+    hierarchy = _hierarchy(root)
+    if hierarchy is not None:
+        _sweep(hierarchy)
+        _start_watchdog(set(hierarchy.folders.values()))
+    return hierarchy
+
+
+def sweep() -> None:
+    """Remove the groups of graders that have ended, and kill what is left in them."""
+    if (hierarchy := _hierarchy(ROOT)) is not None:
+        _sweep(hierarchy)
+
+
+def _hierarchy(root: Path) -> Hierarchy | None:
     own = dict(re.findall(r"^\d+:([^:]*):(.*)$", _read(Path("/proc/self/cgroup")), re.MULTILINE))
     if (root / "cgroup.controllers").exists():
         folder = _version_2(root / own.get("", "/").lstrip("/"))
-        hierarchy = Hierarchy(2, {"memory": folder, "pids": folder}) if folder else None
-    else:
-        folders = {name: root / name / own.get(name, "/").lstrip("/") for name in ("memory", "pids")}
-        hierarchy = Hierarchy(1, folders) if all(_usable(folder) for folder in folders.values()) else None
-    if hierarchy is not None:
-        for folder in set(hierarchy.folders.values()):
-            _sweep(folder)
-        _start_watchdog(set(hierarchy.folders.values()))
-    return hierarchy
+        return Hierarchy(2, {"memory": folder, "pids": folder}) if folder else None
+    folders = {name: root / name / own.get(name, "/").lstrip("/") for name in ("memory", "pids")}
+    return Hierarchy(1, folders) if all(_usable(folder) for folder in folders.values()) else None
 
 
 def _start_watchdog(folders: set[Path]) -> None:
@@ -181,9 +189,8 @@ def _usable(folder: Path) -> bool:
     return True
 
 
-def _sweep(folder: Path) -> None:
-    """Remove the groups of graders that have ended, and kill what is left in them."""
-    for left in folder.glob(f"{_PREFIX}*.*"):
+def _sweep(hierarchy: Hierarchy) -> None:
+    for left in [left for folder in set(hierarchy.folders.values()) for left in folder.glob(f"{_PREFIX}*.*")]:
         pid = left.name.split(".")[1]
         if pid.isdigit() and not Path("/proc", pid).exists():
             # If bubblewrap is killed at the wrong moment, its child waits for ever; nothing else would end it.

@@ -1,11 +1,15 @@
-"""Read running processes from /proc, and set the cores on which their threads may run."""
+"""Read running processes from /proc, set the cores on which their threads may run, and kill them."""
 
 from __future__ import annotations
 
 import contextlib
 import os
+import signal
+import time
 from collections.abc import Iterable
 from pathlib import Path
+
+_GONE_S, _PERIOD_S = 5.0, 0.005  # killed processes are gone at once, unless the kernel holds them
 
 
 def children(pid: int) -> list[int]:
@@ -48,6 +52,24 @@ def pin_to(cores: Iterable[int], pids: Iterable[int]) -> None:
     for thread in _threads(pids):
         with contextlib.suppress(OSError):  # it has just ended
             os.sched_setaffinity(int(thread.name), wanted)
+
+
+def kill(pids: Iterable[int]) -> None:
+    """Kill the processes and wait until none of them runs any more, at most a few seconds."""
+    left = set(pids)
+    for pid in left:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(pid, signal.SIGKILL)
+    deadline = time.monotonic() + _GONE_S
+    while (left := {pid for pid in left if _runs(pid)}) and time.monotonic() < deadline:
+        time.sleep(_PERIOD_S)
+
+
+def _runs(pid: int) -> bool:
+    try:
+        return _status(pid)[0] not in "ZX"
+    except OSError:
+        return False
 
 
 def _threads(pids: Iterable[int]) -> list[Path]:

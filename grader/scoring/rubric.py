@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import yaml
 
-from grader import KIT
+from grader import KIT, yaml_reader
 from grader.errors import GraderError
+from grader.yaml_reader import YamlReader, line_of
 
 RUBRIC = KIT / "rubric.yaml"
 """The kit's own rubric."""
@@ -89,90 +90,116 @@ class Rubric:
         raise KeyError(name)
 
 
-def load(path: Path) -> Rubric:
-    """Return the rubric in `path`.
+def load(path: Path, checks: Collection[str] | None = None) -> Rubric:
+    """Return the rubric in `path`. `checks` are the ids that there are; None: any.
 
     Raises:
-        GraderError: the file cannot be read, or its points do not add up.
+        GraderError: the file cannot be read, names something unknown, or its points do not add up.
     """
     try:
         content = path.read_bytes()
-        rubric = replace(_rubric(yaml.safe_load(content)), sha256=hashlib.sha256(content).hexdigest())
-    except (OSError, yaml.YAMLError, KeyError, TypeError, AttributeError, ValueError) as error:
-        raise GraderError(f"{path} cannot be read as a rubric ({error!r}). Compare it with the kit's own.") from error
-    problems = _problems(rubric)
-    if problems:
+        text = content.decode()
+    except (OSError, UnicodeDecodeError) as error:
+        raise GraderError(f"{path} cannot be read as a rubric ({error}). Compare it with the kit's own.") from error
+    root = yaml_reader.compose(path, text)
+    if not isinstance(root, yaml.MappingNode):
+        raise GraderError(f"{path} is not a rubric: it begins with no `title: ...`. Compare it with the kit's own.")
+    reader = _Reader(path, checks)
+    rubric = replace(reader.rubric(root), sha256=hashlib.sha256(content).hexdigest())
+    if problems := [f"line {reader.points_lines[name]}: {words}" for name, words in _problems(rubric)]:
         raise GraderError(f"{path} does not add up: {'; '.join(problems)}. Fix the points and run again.")
     return rubric
 
 
-def _known(data: dict[str, Any], keys: str) -> dict[str, Any]:
-    """Return `data` if all its keys are in `keys`: a misspelt "checks" would silently leave a requirement ungraded."""
-    unknown = sorted(str(key) for key in set(data) - set(keys.split()))
-    if unknown:
-        raise KeyError(f"{data.get('id', 'the rubric')} has the unknown key {', '.join(unknown)}")
-    return data
+class _Reader(YamlReader):
+    """Makes the parts of a rubric. `points_lines` has the lines of their points, by id."""
+
+    def __init__(self, path: Path, checks: Collection[str] | None) -> None:
+        super().__init__(path)
+        self._checks = checks
+        self._lines: dict[str, int] = {}
+        self.points_lines: dict[str, int] = {}
+
+    def rubric(self, node: yaml.Node) -> Rubric:
+        given = self.fields(node, node, ("title", "version", "criteria"), "a rubric")
+        criteria = tuple(self._criterion(item) for item in self.items(given["criteria"]))
+        return Rubric(self.text(given["title"]), self.text(given["version"]), criteria)
+
+    def _criterion(self, node: yaml.Node) -> Criterion:
+        given = self.fields(node, node, ("id", "title", "points", "levels", "requirements"), "a criterion")
+        name = self._id(given)
+        return Criterion(
+            id=name,
+            title=self.text(given["title"]),
+            points=self._points(given["points"]),
+            levels={
+                level: self.text(words)
+                for level, words in self.fields(
+                    given["levels"], given["levels"], ("A", "B", "C", "D"), "a criterion"
+                ).items()
+            },
+            requirements=tuple(self._requirement(item, name) for item in self.items(given["requirements"])),
+        )
+
+    def _requirement(self, node: yaml.Node, criterion: str) -> Requirement:
+        needed, optional = ("id", "points", "text", "section"), ("title", "advanced", "checks")
+        given = self.fields(node, node, needed, "a requirement", optional)
+        name = self._id(given)
+        return Requirement(
+            id=name,
+            criterion=criterion,
+            points=self._points(given["points"]),
+            text=" ".join(self.text(given["text"]).split()),
+            section=self.text(given["section"]),
+            checks=tuple(self._check(item) for item in self.items(given["checks"])) if "checks" in given else (),
+            advanced=self._points(given["advanced"]) if "advanced" in given else 0.0,
+            title=self.text(given["title"]) if "title" in given else name,
+        )
+
+    def _check(self, node: yaml.Node) -> Check:
+        given = self.fields(node, node, ("id", "points"), "a check", ("level",))
+        name = self._id(given)
+        if self._checks is not None and name not in self._checks:
+            module = name.partition("::")[0]
+            same = [each for each in self._checks if each.partition("::")[0] == module]
+            self.require_known(name, given["id"], sorted(same or self._checks), "a check of the kit")
+        level = self.text(given["level"]) if "level" in given else "core"
+        self.require_known(level, given.get("level", node), ("core", "advanced"), "a level")
+        return Check(name, self._points(given["points"]), level)
+
+    def _id(self, given: dict[str, yaml.Node]) -> str:
+        name = self.text(given["id"])
+        if name in self._lines:
+            self.fail(given["id"], f"{name} is listed twice, first in line {self._lines[name]}")
+        self._lines[name] = line_of(given["id"])
+        self.points_lines[name] = line_of(given["points"])
+        return name
+
+    def _points(self, node: yaml.Node) -> float:
+        text = self.text(node)
+        try:
+            points = float(text)
+        except ValueError:
+            points = math.nan
+        if not 0 <= points < math.inf:
+            self.fail(node, f"{text} is not a number of points")
+        return points
 
 
-def _rubric(data: dict[str, Any]) -> Rubric:
-    _known(data, "title version criteria")
-    return Rubric(
-        title=data["title"], version=str(data["version"]), criteria=tuple(_criterion(c) for c in data["criteria"])
-    )
-
-
-def _criterion(data: dict[str, Any]) -> Criterion:
-    _known(data, "id title points levels requirements")
-    return Criterion(
-        id=data["id"],
-        title=data["title"],
-        points=float(data["points"]),
-        levels=dict(data["levels"]),
-        requirements=tuple(_requirement(r, data["id"]) for r in data["requirements"]),
-    )
-
-
-def _requirement(data: dict[str, Any], criterion: str) -> Requirement:
-    _known(data, "id title points advanced text section checks")
-    return Requirement(
-        id=data["id"],
-        criterion=criterion,
-        points=float(data["points"]),
-        text=" ".join(data["text"].split()),
-        section=data["section"],
-        checks=tuple(_check(c) for c in data.get("checks", ())),
-        advanced=float(data.get("advanced", 0)),
-        title=data.get("title", data["id"]),
-    )
-
-
-def _check(data: dict[str, Any]) -> Check:
-    _known(data, "id points level")
-    return Check(id=data["id"], points=float(data["points"]), level=data.get("level", "core"))
-
-
-def _problems(rubric: Rubric) -> list[str]:
+def _problems(rubric: Rubric) -> list[tuple[str, str]]:
+    """Return whose points do not add up, and why."""
     problems = []
     for criterion in rubric.criteria:
-        if sorted(criterion.levels) != ["A", "B", "C", "D"]:
-            problems.append(f"{criterion.id} needs words for the levels A, B, C and D")
         total = sum(r.points for r in criterion.requirements)
         if abs(total - criterion.points) > 1e-9:
-            problems.append(f"{criterion.id} has {criterion.points:g} points, its requirements {total:g}")
+            words = f"{criterion.id} has {criterion.points:g} points, its requirements {total:g}"
+            problems.append((criterion.id, words))
     for requirement in rubric.requirements:
-        total = sum(check.points for check in requirement.checks)
-        if requirement.checks and abs(total - requirement.points) > 1e-9:
-            problems.append(f"{requirement.id} has {requirement.points:g} points, its checks {total:g}")
-        advanced = sum(check.points for check in requirement.checks if check.level == "advanced")
-        if requirement.checks and abs(advanced - requirement.advanced) > 1e-9:
-            problems.append(f"{requirement.id} has {requirement.advanced:g} advanced points, its checks {advanced:g}")
-    problems += [
-        f"{check.id} has the level {check.level!r}, neither core nor advanced"
-        for check in rubric.checks
-        if check.level not in ("core", "advanced")
-    ]
-    parts: tuple[Criterion | Requirement | Check, ...] = (*rubric.criteria, *rubric.requirements, *rubric.checks)
-    problems += [f"{part.id} has {part.points:g} points" for part in parts if not 0 <= part.points < math.inf]
-    ids = [part.id for part in parts]
-    problems += [f"{name} is listed twice" for name in sorted({name for name in ids if ids.count(name) > 1})]
+        for kind, points, counted in (
+            ("", requirement.points, requirement.checks),
+            ("advanced ", requirement.advanced, [c for c in requirement.checks if c.level == "advanced"]),
+        ):
+            total = sum(check.points for check in counted)
+            if requirement.checks and abs(total - points) > 1e-9:
+                problems.append((requirement.id, f"{requirement.id} has {points:g} {kind}points, its checks {total:g}"))
     return problems

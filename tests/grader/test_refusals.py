@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from helpers.archives import NODE, PACKAGE, XML, below, write, zipped
 
-from grader import cli, pipeline
+from grader import KIT, cli, pipeline
 
 pytestmark = pytest.mark.sandbox  # which must be there before anything is taken in
 
@@ -241,3 +241,13 @@ def test_a_class_is_not_graded_as_its_first_student(tmp_path: Path, out: Path, s
 def test_one_students_copies_are_no_class(tmp_path: Path, out: Path, files: dict[str, str]):
     with pytest.raises(Collected):
         grade(write(tmp_path / "in", files), "--out", out)
+
+
+def test_a_check_that_there_is_not_is_named_before_anything_runs(documents: Path, out: Path, tmp_path: Path, capsys):
+    rubric = tmp_path / "rubric.yaml"
+    rubric.write_text((KIT / "rubric.yaml").read_text().replace("without_a_command", "without_command"))
+    assert grade(documents, "--rubric", rubric, "--out", out) == 3
+    said = capsys.readouterr().err
+    assert "check_idle::test_publishes_zero_without_command is not a check of the kit." in said
+    assert "Did you mean check_idle::test_publishes_zero_without_a_command?" in said
+    assert not out.exists()

@@ -7,6 +7,7 @@ import os
 import pty
 import re
 import select
+import signal
 import socket
 import struct
 import subprocess
@@ -57,6 +58,7 @@ def serve(requests: socket.socket) -> None:
         pid, fd = pty.fork()
         if pid == 0:
             requests.close()
+            signal.signal(signal.SIGINT, signal.SIG_DFL)  # ignored if the tests run in the background
             os.execvp("bash", ["bash", "--norc", "--noprofile", "-i"])
         shells.append(pid)
         socket.send_fds(requests, [b"+"], [fd])

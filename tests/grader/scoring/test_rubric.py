@@ -1,9 +1,12 @@
 """The rubric: the kit's own holds the contract, and one that does not add up is refused."""
 
+import re
+
 import pytest
 import yaml
 
 from grader import KIT
+from grader.checks import checks_run
 from grader.errors import GraderError
 from grader.scoring.rubric import load
 
@@ -37,9 +40,9 @@ def write(tmp_path):
     return write_rubric
 
 
-def refused(path):
+def refused(path, checks=None):
     with pytest.raises(GraderError) as error:
-        load(path)
+        load(path, checks)
     return str(error.value)
 
 
@@ -108,35 +111,64 @@ def change(data, where, key, value):
 @pytest.mark.parametrize(
     ("where", "key", "value", "says"),
     [
-        ("check", "points", 2, "F1 has 3 points, its checks 4"),
+        ("check", "points", 2, "line 18: F1 has 3 points, its checks 4"),
         ("requirement", "points", 4, "f has 5 points, its requirements 6"),
-        ("criterion", "points", 6, "f has 6 points, its requirements 5"),
+        ("criterion", "points", 6, "line 8: f has 6 points, its requirements 5"),
         ("requirement", "advanced", 1, "F1 has 1 advanced points, its checks 2"),
-        ("check", "id", "test_a::test_two", "test_a::test_two is listed twice"),
-        ("requirement", "id", "F2", "F2 is listed twice"),
-        ("check", "level", "hard", "test_a::test_one has the level 'hard', neither core nor advanced"),
-        ("check", "points", -1, "test_a::test_one has -1 points"),
-        ("check", "points", float("nan"), "test_a::test_one has nan points"),
-        ("criterion", "levels", {"A": "all"}, "f needs words for the levels A, B, C and D"),
-        ("rubric", "weights", {}, "the rubric has the unknown key weights"),
-        ("criterion", "level", {}, "f has the unknown key level"),
-        ("requirement", "check", [], "F1 has the unknown key check"),
-        ("check", "point", 1, "test_a::test_one has the unknown key point"),
-        ("check", "points", "one", "could not convert string to float"),
-        ("requirement", "text", None, "cannot be read as a rubric"),
-        ("requirement", "checks", None, "cannot be read as a rubric"),
+        ("check", "id", "test_a::test_two", "test_a::test_two is listed twice, first in line"),
+        ("requirement", "id", "F2", "F2 is listed twice, first in line"),
+        ("check", "level", "cor", "cor is not a level. Did you mean core? There are: core, advanced."),
+        ("check", "points", -1, "-1 is not a number of points"),
+        ("check", "points", float("nan"), ".nan is not a number of points"),
+        ("check", "points", "one", "one is not a number of points"),
+        ("criterion", "levels", {"A": "all"}, "'B' is missing; a criterion needs A, B, C, D"),
+        ("rubric", "weights", {}, "weights is not allowed here. There are: title, version, criteria."),
+        ("criterion", "level", {}, "level is not allowed here. Did you mean levels?"),
+        ("requirement", "check", [], "check is not allowed here. Did you mean checks?"),
+        ("check", "point", 1, "point is not allowed here. Did you mean points? There are: id, points, level."),
+        ("requirement", "text", None, "a plain text or number is expected here"),
+        ("requirement", "checks", None, "a list is expected here"),
     ],
 )
-def test_a_rubric_with_a_mistake_is_refused_by_name(write, where, key, value, says):
+def test_a_mistake_is_named_with_its_line(write, where, key, value, says):
     path = write(change(small(), where, key, value))
     message = refused(path)
     assert says in message
-    assert str(path) in message
+    assert re.match(re.escape(str(path)) + r"(, line \d+: | does not add up: line \d+: )", message)
 
 
-@pytest.mark.parametrize("text", ["", "[]", "just words", "{title: [", "title: A\nversion: 1\n"])
-def test_what_is_no_rubric_is_refused(write, text):
-    assert "cannot be read as a rubric" in refused(write(text))
+def test_the_line_is_the_mistakes_own(write):
+    path = write(RUBRIC.read_text().replace("points: 1.5,", "point: 1.5,", 1))
+    number = next(n for n, line in enumerate(path.read_text().splitlines(), 1) if "point: 1.5" in line)
+    assert refused(path).startswith(f"{path}, line {number}: point is not allowed here.")
+
+
+def test_a_check_that_there_is_not_is_refused_with_the_nearest_and_those_of_its_module(write):
+    known = ["test_a::test_one", "test_a::test_both", "test_b::test_two"]
+    assert refused(write(small()), known).endswith(
+        "line 14: test_a::test_two is not a check of the kit. Did you mean test_a::test_one? "
+        "There are: test_a::test_both, test_a::test_one."
+    )
+    assert len(load(write(small()), [*known, "test_a::test_two"]).checks) == 2
+
+
+def test_the_kits_checks_are_those_of_its_rubric():
+    assert {check.id for check in load(RUBRIC).checks} == set(checks_run.known())
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "is not a rubric"),
+        ("[]", "is not a rubric"),
+        ("just words", "is not a rubric"),
+        ("title: A\nx: {title: [", "line 2: "),
+        ("title: A\nversion: 1\n", "line 1: 'criteria' is missing; a rubric needs title, version, criteria"),
+        ("title: \x00", "is not YAML"),
+    ],
+)
+def test_what_is_no_rubric_is_refused(write, text, says):
+    assert says in refused(write(text))
 
 
 def test_a_missing_rubric_is_refused(tmp_path):

@@ -1,0 +1,108 @@
+"""Carry out work in a child process, so that Ctrl-C ends it at once and leaves nothing of it.
+
+A grading waits in several threads for builds, tests and trials, and a thread cannot be interrupted; a process can.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import NoReturn
+
+from grader.errors import GraderError
+from grader.host import cgroup, procfs, shortage, tempdir
+
+_PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
+_GRACE_S = 1.0  # for the moment in which results are moved to their place (atomic.replace_entries)
+_LIMIT_S = 10.0  # killed processes are gone at once, unless the kernel holds them
+
+
+def run(work: Callable[[], int]) -> int:
+    """Return the exit status of `work`, which is carried out in a child process with temporary files of its own.
+
+    For the main program, while it has no other threads.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C or SIGTERM. No process and no temporary file of the work is left; further signals of
+            these kinds are held back.
+        GraderError: the child was killed from outside. Nothing of it is left either.
+    """
+    # Orphans of the child become this process's children, so that all of them can be found and waited for.
+    ctypes.CDLL(None).prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
+    # A shell lets programs that it starts in the background ignore Ctrl-C.
+    ending = {number for number in (signal.SIGINT, signal.SIGTERM) if signal.getsignal(number) != signal.SIG_IGN}
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {*ending, signal.SIGCHLD})
+    with tempdir.folder("grader") as temporary:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        parent, child = os.getpid(), os.fork()
+        if child == 0:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+            _be_child(work, parent, temporary)
+        status, interrupted = _wait(child, ending)
+        if status >= 0:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+            return status
+        _kill_descendants()
+    if interrupted:
+        raise KeyboardInterrupt
+    raise GraderError(shortage.KILLED)
+
+
+def _be_child(work: Callable[[], int], parent: int, temporary: Path) -> NoReturn:
+    status = 1
+    try:
+        os.setsid()  # Ctrl-C reaches the parent alone
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:  # it died between the fork and here
+            os._exit(1)
+        os.environ["TMPDIR"] = tempfile.tempdir = str(temporary)
+        status = work()
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        with contextlib.suppress(OSError):  # nobody reads it any more
+            sys.stdout.flush()
+            sys.stderr.flush()
+        os._exit(status)
+
+
+def _wait(child: int, ending: set[signal.Signals]) -> tuple[int, bool]:
+    """Return the child's exit status, negative if it was killed, and whether an `ending` signal came."""
+    interrupted, deadline = False, float("inf")
+    while True:
+        for ended, status in _reaped():
+            if ended == child:
+                return os.waitstatus_to_exitcode(status), interrupted
+        if time.monotonic() > deadline:
+            return -signal.SIGKILL, interrupted
+        got = signal.sigtimedwait({*ending, signal.SIGCHLD}, _GRACE_S)
+        if got is not None and got.si_signo in ending and not interrupted:
+            interrupted, deadline = True, time.monotonic() + _GRACE_S
+            os.kill(child, signal.SIGTERM)
+
+
+def _reaped() -> list[tuple[int, int]]:
+    """Return the ids and the statuses of those of our children that have ended."""
+    found = []
+    with contextlib.suppress(ChildProcessError):
+        while (ended := os.waitpid(-1, os.WNOHANG))[0]:
+            found.append(ended)
+    return found
+
+
+def _kill_descendants() -> None:
+    """Kill all processes below this one, and wait until they are gone."""
+    deadline = time.monotonic() + _LIMIT_S
+    while (left := procfs.descendants(os.getpid())) and time.monotonic() < deadline:
+        procfs.kill(left)
+        _reaped()
+    cgroup.sweep()

@@ -1,0 +1,91 @@
+"""Read YAML that a person wrote: each mistake is named with file, line, what is allowed, and the nearest name."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import NoReturn
+
+import yaml
+
+from grader.errors import GraderError
+
+_LISTED = 12  # names; more are not read
+
+
+def compose(path: Path, text: str) -> yaml.Node | None:
+    """Return the YAML in `text` as nodes, which know their lines; None if there is nothing in it.
+
+    Raises:
+        GraderError: it is not YAML.
+    """
+    try:
+        return yaml.compose(text, yaml.SafeLoader)
+    except yaml.MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else "?"
+        raise GraderError(f"{path}, line {line}: {error.problem}. Correct the YAML and run again.") from error
+    except yaml.YAMLError as error:
+        raise GraderError(f"{path} is not YAML ({error}).") from error
+
+
+class YamlReader:
+    """Walks the nodes of one file. Its methods raise GraderError for what is not as it should be."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def mapping(self, node: yaml.Node, allowed: tuple[str, ...] = ()) -> Iterator[tuple[str, yaml.Node, yaml.Node]]:
+        """Yield a mapping's keys as text, their nodes and their values."""
+        if isinstance(node, yaml.ScalarNode) and node.value in ("", "null", "~"):
+            return
+        if not isinstance(node, yaml.MappingNode):
+            self.fail(node, "a mapping is expected here, such as `name: value`")
+        seen: set[str] = set()
+        for key, value in node.value:
+            name = self.text(key)
+            if allowed:
+                self.require_known(name, key, allowed, "allowed here")
+            if name in seen:
+                self.fail(key, f"{name} is written twice; join the two")
+            seen.add(name)
+            yield name, key, value
+
+    def fields(
+        self, node: yaml.Node, where: yaml.Node, needed: tuple[str, ...], what: str, optional: tuple[str, ...] = ()
+    ) -> dict[str, yaml.Node]:
+        """Return the values of a mapping that has all the `needed` keys, and maybe `optional` ones."""
+        found = {key: value for key, _, value in self.mapping(node, (*needed, *optional))}
+        for name in needed:
+            if name not in found:
+                self.fail(where, f"{name!r} is missing; {what} needs {', '.join(needed)}")
+        return found
+
+    def items(self, node: yaml.Node) -> list[yaml.Node]:
+        """Return the items of a list."""
+        if not isinstance(node, yaml.SequenceNode):
+            self.fail(node, "a list is expected here")
+        return list(node.value)
+
+    def text(self, node: yaml.Node) -> str:
+        """Return a scalar as it is written."""
+        if not isinstance(node, yaml.ScalarNode) or node.tag == "tag:yaml.org,2002:null":
+            self.fail(node, "a plain text or number is expected here")
+        return str(node.value)
+
+    def require_known(self, name: str, node: yaml.Node, known: Collection[str], what: str) -> None:
+        """Check that `name` is one of the `known` names."""
+        if name not in known:
+            near = difflib.get_close_matches(name, known, 1, 0.4)
+            hint = f" Did you mean {near[0]}?" if near else ""
+            rest = ", ..." if len(known) > _LISTED else "."
+            self.fail(node, f"{name} is not {what}.{hint} There are: {', '.join(list(known)[:_LISTED])}{rest}")
+
+    def fail(self, node: yaml.Node, problem: str) -> NoReturn:
+        """Refuse the file."""
+        raise GraderError(f"{self._path}, line {line_of(node)}: {problem}")
+
+
+def line_of(node: yaml.Node) -> int:
+    """Return the line in which a node begins, counted from 1."""
+    return int(node.start_mark.line) + 1
