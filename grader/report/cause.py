@@ -60,8 +60,8 @@ def find(grading: Grading) -> Cause | None:
     for loss in grading.losses:
         if id(loss) not in explained:
             others.setdefault(loss.requirement.id, []).append(loss)
-    dearest = max(map(_cost, others.values()), default=0.0)
-    if len({loss.requirement.id for loss in found}) < 2 or _cost(found) <= dearest:
+    rival = max(map(_cost, others.values()), default=0.0)
+    if len({loss.requirement.id for loss in found}) < 2 or _cost(found) <= rival:
         return None
     sentence = one_line(" ".join(_sentence(why, found, grading).split()), _LIMIT)
     return Cause(sentence, tuple(found))
@@ -121,10 +121,11 @@ def _sentence(why: str, found: Sequence[Loss], grading: Grading) -> str:
     if why == _BUILD:
         seen = next((loss.result.seen for loss in found if loss.result.outcome is Outcome.FAILED), "")
         return f"{why}: {seen.splitlines()[0]}" if seen else why
-    trials = [trial for loss in found if (trial := grading.evidence.trials.get(loss.result.trial)) is not None]
-    nodes = sorted({trial.node for trial in trials if not trial.ready})
-    if not nodes:
-        return why[:1].upper() + why[1:]
-    if not any(trial.ready for trial in grading.evidence.trials.values()):
+    trials = grading.evidence.trials
+    started = {trial.node for trial in trials.values() if trial.ready}
+    tried = {trials[loss.result.trial].node for loss in found if loss.result.trial in trials}
+    if tried and not started:
         return f"No node started: {why}"
-    return f"{' and '.join(nodes)} did not start: {why}"
+    # A node that started by itself was not what kept a launch file from starting both.
+    nodes = sorted(tried - started)
+    return f"{' and '.join(nodes)} did not start: {why}" if nodes else why[:1].upper() + why[1:]

@@ -51,9 +51,12 @@ def test_nodes_that_do_not_start_are_named_with_the_exception_and_its_place(rubr
 
 
 def test_only_the_node_that_did_not_start_is_named(rubric):
-    trials = {"drive_at_a_wall": not_up(), "other": replace(drive_at_a_wall(), name="other")}
-    made = grading(rubric, waiting(rubric, DIED, "drive_at_a_wall"), Evidence(INTAKE, BUILD, trials=trials))
-    assert str(cause.find(made)).startswith("robot_controller did not start: ModuleNotFoundError")
+    """A launch file of both nodes does not start either, and is a trial of the controller."""
+    fuses = not_up(node="sensor_processor")
+    trials = {"drive_at_a_wall": fuses, "launch_both": not_up(), "other": drive_at_a_wall()}
+    first, *others = waiting(rubric, DIED, "drive_at_a_wall")
+    made = grading(rubric, [replace(first, trial="launch_both"), *others], Evidence(INTAKE, BUILD, trials=trials))
+    assert str(cause.find(made)).startswith("sensor_processor did not start: ModuleNotFoundError")
 
 
 def test_what_the_packages_text_shows_comes_before_what_the_node_printed(rubric):
