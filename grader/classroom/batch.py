@@ -127,7 +127,7 @@ def run(source: Path, out: Path, people: Sequence[Person], options: Options, sai
         decided = overrides.of_class(folder, facts, whole)
         folder.write_facts(facts)
         write_atomically(folder.path / RUBRIC, text)
-        known = (hand_ins.hand_in(entry, facts, decided) for entry in found.entries)
+        known = (hand_ins.hand_in(entry, facts, decided) for entry in facts.entries)
         planned = [
             _planned(entry, each, text, rubric_hash, kit, options)
             for entry, each in zip(found.entries, known, strict=True)

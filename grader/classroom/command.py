@@ -187,7 +187,7 @@ def _refresh(folder: ClassFolder) -> None:
         print(f"note: the reports were left as they are: {error}", file=sys.stderr)
         return
     if changed:
-        print(f"{len(changed)} reports say now what people decided: {printable(', '.join(changed), 300)}")
+        print(f"Reports written anew: {printable(', '.join(changed), 300)}")
 
 
 def _gradebook(options: argparse.Namespace) -> int:

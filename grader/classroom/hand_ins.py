@@ -23,7 +23,7 @@ from grader.settings import Settings
 
 
 def hand_in(entry: Entry, facts: ClassFacts, decided: Decisions) -> HandIn:
-    """Return what is known of a submission."""
+    """Return what is known of one of the class's entries."""
     on = decided.on(entry.id)
     submitted = on.submitted or entry.submitted
     extended = {
@@ -35,7 +35,7 @@ def hand_in(entry: Entry, facts: ClassFacts, decided: Decisions) -> HandIn:
     return HandIn(
         people=tuple(person.name or person.key for person in entry.people),
         team=next((person.team for person in entry.people if person.team), ""),
-        name=entry.label,
+        name=entry.path.as_posix(),
         submitted=_time(submitted),
         deadline="; ".join(filter(None, deadline)),
         late=_late(entry, submitted, facts),

@@ -128,8 +128,10 @@ def _require_evidence(folder: ClassFolder, graded: Iterable[Record], wanted: Seq
     trials = catalog.serving(frozenset(wanted))
     for record in graded:
         found = evidence.load(folder.submission(record.id) / pipeline.EVIDENCE)
-        collected = set(found.origin.get("sources", "").split())
-        lacking = sorted({s.name for s in collect.SOURCES if s.serves & set(wanted)} - collected) if collected else []
+        collected = found.origin.get("sources", "")
+        needed = sorted(source.name for source in collect.SOURCES if source.serves & set(wanted))
+        # Not split: a source's name may have a space in it.
+        lacking = [name for name in needed if collected and name not in collected]
         if found.build.ok and (new := sorted(set(trials) - set(found.trials))):
             lacking.append(f"the trial {', '.join(new)}")
         if lacking:

@@ -12,9 +12,9 @@ import numpy as np
 
 from grader.contract.spec import HULL_RADIUS_M
 from grader.evidence import Trial
+from grader.report.replay import presences
 from sim.bag import BagMessage, write_bag
 from sim.geometry import Pose
-from sim.inventory import Presence
 from sim.recording import Recording
 from sim.robot import COURSE
 from sim.world import World
@@ -66,7 +66,7 @@ def recording(trial: Trial) -> Recording:
         scan_angles=beams.angles,
         lidar=COURSE.lidar.pose,
         odom_origin=Pose(),
-        presences=tuple(Presence(obstacle, 0.0) for obstacle in world.obstacles),
+        presences=tuple(presences(trial)),
     )
 
 

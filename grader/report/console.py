@@ -19,7 +19,7 @@ WORDS = {
     Outcome.FAILED: "FAILED",
     Outcome.NOT_REACHED: "not reached",
     Outcome.ERROR: "ERROR",
-    Outcome.NOT_GRADED: "not graded",
+    Outcome.NOT_GRADED: "by a person",
 }
 COLOURS = {
     Outcome.PASSED: "32",  # green
@@ -99,7 +99,7 @@ class _Page:
 
     def criterion(self, score: CriterionScore) -> Iterator[str]:
         if not score.max:
-            yield f"{score.criterion.title:<20} not graded yet ({points(score.criterion.points)} points)"
+            yield f"{score.criterion.title:<20} to be graded by a person ({points(score.criterion.points)} points)"
             return
         share = score.points / score.max
         filled = int(share * BAR + 1e-9)  # rounded down: a full bar means full points
@@ -119,7 +119,7 @@ class _Page:
     def not_graded(self, score: CriterionScore) -> Iterator[str]:
         names = [s.requirement.id for s in score.requirements if s.outcome is Outcome.NOT_GRADED]
         if names:
-            yield from self.wrap(f"not graded yet: {', '.join(names)}", indent=2)
+            yield from self.wrap(f"to be graded by a person: {', '.join(names)}", indent=2)
 
     def lost(self) -> Iterator[str]:
         waiting: dict[str, list[str]] = {}

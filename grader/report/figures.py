@@ -89,16 +89,16 @@ def failed_trials(grading: Grading) -> list[Trial]:
 
 def _figure(name: str, trial: Trial, result: CheckResult, album: Album, has_bag: bool) -> Figure | None:
     """Return the figure of a trial, None if there is nothing to see."""
-    if len(trial.samples) < 2:
-        return None
     picture = album.draw(trial)
     played = words = ""
     # As with a picture: whatever a trial holds, the grade must be shown.
     with contextlib.suppress(Exception):
         from grader.report import pictures
 
-        words = one_line(pictures.describe(trial), 1_000)
-        played = replay.data(trial, result.seen)
+        # A share of the points may rest on several trials, of which only the last is known.
+        if pictures.drawable(trial) or (result.outcome is Outcome.FAILED and len(trial.samples) > 1):
+            words = one_line(pictures.describe(trial), 1_000)
+            played = replay.data(trial, result.seen)
     if picture is None and not played:
         return None
     bag = f"evidence/trials/{trial.name}.mcap" if has_bag else ""

@@ -50,7 +50,8 @@ function addReplay(figure) {
     const t = data.t[index], ahead = data.ahead[index];
     robot.setAttribute("transform", `translate(${data.x[index]},${data.y[index]}) rotate(${data.yaw[index] * 180 / Math.PI})`);
     driven.setAttribute("points", data.x.slice(0, index + 1).map((x, i) => `${x},${data.y[i]}`).join(" "));
-    shapes.forEach((shape, i) => shape.classList.toggle("gone", data.until[i] !== null && data.until[i] <= t));
+    shapes.forEach((shape, i) => shape.classList.toggle("gone",
+      t < data.since[i] || (data.until[i] !== null && data.until[i] <= t)));
     for (const [at, mark] of touches) mark.classList.toggle("gone", at > t + 1e-9);
     slider.value = index;
     const words = [`${t.toFixed(2)} s`, `${data.v[index].toFixed(2)} m/s`];

@@ -14,7 +14,9 @@ from typing import Any, TypeVar
 
 from grader.contract.spec import HULL_RADIUS_M
 from grader.evidence import Command, Sample, ScanSummary, Trial
+from sim.inventory import Presence
 from sim.obstacles import CirclePart, Obstacle, PolygonPart, SegmentPart
+from sim.scene import Scene
 from sim.world import World, WorldError
 
 T = TypeVar("T")
@@ -23,6 +25,7 @@ BEFORE_S, AFTER_S = 5.0, 3.0
 FRAMES = 400  # 20 s of a trial without a moment of failure; longer ones are thinned out
 FAR_M = 30.0  # a goal farther away is meant to be refused; drawn, it would shrink the path to a dot
 _MARGIN_M = 0.9  # around the path driven, so that obstacles near it are visible
+_EXACT_M = 0.002  # two distances between the same things differ less
 _SPEED_LIMIT = 99.0  # m/s, for showing a command
 _MOMENT = re.compile(r"\bat (\d+(?:\.\d+)?) s\b")
 
@@ -43,7 +46,7 @@ def data(trial: Trial, seen: str) -> str:
     command: Callable[[float], Command | None] = _latest(trial.commands, [c.t for c in trial.commands])
     scan: Callable[[float], ScanSummary | None] = _latest(trial.scans, [s.t for s in trial.scans])
     goals = [goal for goal in trial.goals if math.hypot(goal.x, goal.y) < FAR_M]  # false for NaN
-    obstacles = _obstacles(trial)
+    there = presences(trial)
     made = {
         "box": _box([(s.x, s.y) for s in samples] + [(goal.x, goal.y) for goal in goals]),
         "radius": HULL_RADIUS_M,
@@ -57,10 +60,38 @@ def data(trial: Trial, seen: str) -> str:
         "ahead": [_rounded(last.ahead, 2) if (last := scan(s.t)) else None for s in samples],
         "goals": [[_rounded(g.x), _rounded(g.y), _rounded(g.tolerance) or 0] for g in goals],
         "touches": [_touch(t, trial.samples) for t in (touch.t for touch in trial.touches[:20])],
-        "shapes": [shape for obstacle in obstacles for shape in _shapes(obstacle)],
-        "until": [_until(obstacle) for obstacle in obstacles for _ in obstacle.parts()],
+        "shapes": [shape for each in there for shape in _shapes(each.obstacle)],
+        "since": [_rounded(each.since, 2) for each in there for _ in each.obstacle.parts()],
+        "until": [_rounded(each.until, 2) for each in there for _ in each.obstacle.parts()],
     }
     return json.dumps(made, separators=(",", ":"), allow_nan=False)
+
+
+def presences(trial: Trial) -> list[Presence]:
+    """Return the trial's obstacles with the times at which each may have been there.
+
+    The evidence says when an obstacle was taken away, not when it was put down: that was after the last moment at which
+    the robot had more room around it than the obstacle would leave.
+    """
+    try:
+        obstacles = World.from_dict(trial.scene).obstacles if trial.scene else ()
+    except WorldError:
+        return []
+    return [Presence(obstacle, *_times(obstacle, trial.samples)) for obstacle in obstacles]
+
+
+def _times(obstacle: Obstacle, samples: Sequence[Sample]) -> tuple[float, float]:
+    until = float(obstacle.vanishes) if isinstance(obstacle.vanishes, int | float) else math.inf
+    if obstacle.motion is not None:
+        return 0.0, until
+    scene, since, absent = Scene([obstacle]), 0.0, False
+    for sample in samples:
+        if sample.t >= until:
+            break
+        nearest = scene.nearest(sample.x, sample.y)
+        since = sample.t if absent else since
+        absent = nearest is not None and sample.clearance > nearest.distance - HULL_RADIUS_M + _EXACT_M
+    return since, until
 
 
 def _latest(values: Sequence[T], times: Sequence[float]) -> Callable[[float], T | None]:
@@ -82,13 +113,6 @@ def _touch(t: float, samples: Sequence[Sample]) -> list[float | None]:
     return [_rounded(t, 2), _rounded(at.x), _rounded(at.y)]
 
 
-def _obstacles(trial: Trial) -> tuple[Obstacle, ...]:
-    try:
-        return World.from_dict(trial.scene).obstacles if trial.scene else ()
-    except WorldError:
-        return ()
-
-
 def _shapes(obstacle: Obstacle) -> Iterator[list[float | None]]:
     """Yield an obstacle's parts: [x, y, radius] for a circle, the corners' coordinates for a line or a polygon."""
     place = obstacle.pose.point_to_parent
@@ -100,11 +124,6 @@ def _shapes(obstacle: Obstacle) -> Iterator[list[float | None]]:
                 yield _flat([place(part.start), place(part.end)])
             case PolygonPart():
                 yield _flat(map(place, part.corners))
-
-
-def _until(obstacle: Obstacle) -> float | None:
-    """Return when an obstacle was taken away, None if it stayed."""
-    return float(obstacle.vanishes) if isinstance(obstacle.vanishes, int | float) else None
 
 
 def _flat(points: Iterable[tuple[float, float]]) -> list[float | None]:

@@ -57,7 +57,7 @@ class HandIn:
     Attributes:
         people: who handed it in.
         team: of these people.
-        name: of what was handed in, as the class's source calls it.
+        name: of what was handed in: its path in the class's source.
         submitted, deadline: local times with their zone.
         late: by how much it is late, and what the class's rule says of that.
         decisions: points by people.

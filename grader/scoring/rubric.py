@@ -29,7 +29,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Requirement:
-    """One requirement of the contract. `advanced` of its `points` are advanced; without checks it is not graded yet."""
+    """One requirement of the contract. `advanced` of its `points` are advanced; without checks a person grades it."""
 
     id: str
     criterion: str

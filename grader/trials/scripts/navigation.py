@@ -50,7 +50,7 @@ def navigate_behind(stage: Stage) -> None:
 
 @trial(serves=["F8"])
 def navigate_short(stage: Stage) -> None:
-    """Navigate to a target with a large tolerance and an obstacle behind it, so that the robot ends beside the target.
+    """Navigate, with a large tolerance, to a target in front of an obstacle: the robot ends beside it.
 
     Elsewhere a robot ends so near to its target that a final_pose copied from the target agrees with odometry.
     """

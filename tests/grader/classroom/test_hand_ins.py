@@ -40,7 +40,7 @@ def graded(tmp_path: Path) -> ClassFolder:
     folder.path.mkdir()
     (folder.path / RUBRIC).write_text(rubric.RUBRIC.read_text())
     entries = (
-        Entry("team07", "Jane Doe_12345_file_", Path("team07.zip"), "a" * 64, (JANE, LI), LATER),
+        Entry("team07", "Jane Doe_12345_file_", Path("Jane Doe_12345_file_/team07.zip"), "a" * 64, (JANE, LI), LATER),
         Entry("team08", "team08", Path("team08.zip"), "b" * 64),
     )
     facts = ClassFacts("Robots", "x", "plain", whole.sha256, "k", "0", "", 0, entries, (), (), DEADLINE, RULE)
@@ -65,7 +65,7 @@ def said(folder: ClassFolder, name: str = "team07") -> dict:
 def test_people_team_time_and_lateness_are_in_the_report_and_its_data(graded: ClassFolder):
     known = said(graded)["hand_in"]
     assert known["people"] == ["Jane Doe", "Li Wu"]
-    assert (known["team"], known["name"]) == ("team07", "Jane Doe_12345_file_")
+    assert (known["team"], known["name"]) == ("team07", "Jane Doe_12345_file_/team07.zip")
     assert (known["submitted"], known["deadline"]) == ("2026-11-22 10:00:00+00:00", "2026-11-20 23:59:00+00:00")
     assert known["late"] == f"1 day, 10:01:00 after the deadline, 2 started days; the rule is: {RULE}"
     page = (graded.submission("team07") / report.PAGE).read_text()

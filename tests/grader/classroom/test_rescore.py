@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from helpers import recordings
 
-from grader import evidence, pipeline, report
+from grader import collect, evidence, pipeline, report
 from grader.classroom import comparison, gradebook
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
 from grader.classroom.discovery import Entry
@@ -87,6 +87,16 @@ def test_evidence_that_was_not_collected_is_named_with_the_command_that_collects
     with pytest.raises(
         GraderError, match=r"team07 lacks evidence of the trial idle.* `grader batch SOURCE --out CLASS`"
     ):
+        rescore(again, jobs=1)
+
+
+def test_evidence_from_every_source_is_enough_and_from_fewer_is_not(again: ClassFolder):
+    origin = again.submission("team07") / pipeline.EVIDENCE / "origin.json"
+    names = [source.name for source in collect.SOURCES]
+    origin.write_text(json.dumps({"sources": " ".join(names)}))
+    assert rescore(again, jobs=1).judged == 1
+    origin.write_text(json.dumps({"sources": " ".join(name for name in names if name != "mutation")}))
+    with pytest.raises(GraderError, match="team07 lacks evidence of mutation: it was collected by an earlier kit"):
         rescore(again, jobs=1)
 
 

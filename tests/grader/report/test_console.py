@@ -38,7 +38,7 @@ Functionality            5 / 8    ############........  C
   PARTIAL      F4   Stops before an obstacle               2 / 5
   passed       F8   Reaches a target                       3 / 3
 
-Testing              not graded yet (4 points)
+Testing              to be graded by a person (4 points)
 """
     assert text.startswith(expected)
 

@@ -10,6 +10,7 @@ import pytest
 from helpers.report_examples import (
     BUILD,
     CHOSEN,
+    HAND_IN,
     INTAKE,
     REFUSED,
     RUBRIC,
@@ -24,7 +25,7 @@ from helpers.report_examples import (
 )
 
 from grader.evidence import Evidence, Flag
-from grader.report import figures, html, write
+from grader.report import data, figures, html, write
 from grader.scoring.grading import Decision, HandIn
 from grader.scoring.rubric import load
 from grader.scoring.scorecard import CheckResult, Outcome
@@ -250,6 +251,44 @@ def test_an_incomplete_grade_says_which_requirements_a_person_must_look_at(rubri
 
 def test_code_in_a_requirement_is_shown_as_code(rubric):
     assert "<code>cmd_vel</code> is zero within 0.3 s" in html.render(grading(rubric, results(rubric)))
+
+
+def test_what_is_folded_is_printed():
+    """By the style sheet where the browser knows ::details-content, else by the script."""
+    text = html.render(REFUSED)
+    printed = text[text.index("@media print") :]
+    assert re.search(r"details::details-content \{ content-visibility: visible; block-size: auto; \}", printed)
+    assert 'addEventListener("beforeprint"' in text
+
+
+def test_the_seed_is_the_instructors(rubric):
+    """It decides speeds, places and noise of the trials."""
+    made = grading(rubric, results(rubric), seed=8_712_345)
+    assert "8712345" not in html.render(made)
+    assert "8712345" not in html.render(replace(REFUSED, seed=8_712_345))
+    assert data.as_data(made)["seed"] == 8_712_345
+
+
+def test_what_was_measured_is_shown_where_a_check_passed(rubric):
+    passed = CheckResult("check_navigation::test_reaches_a_target", Outcome.PASSED, 1.0, "reaches it", "0.04 m off")
+    assert '<span class="seen">0.04 m off</span>' in html.render(grading(rubric, results(rubric, passed)))
+
+
+def test_a_report_says_who_handed_in_what_and_by_what_it_was_graded(rubric):
+    made = grading(
+        rubric, results(rubric), rubric_title=rubric.title, commit="c0ffee", rescored="tomorrow",
+        graded="2026-11-22 15:00:00+01:00", environment={"ros2-course-kit": "0.1.0"},
+    )  # fmt: skip
+    text = html.render(replace(made, rubric=rubric.sha256), HAND_IN)
+    rows = dict(re.findall(r'<tr><th scope="row">(.*?)</th><td>(.*?)</td></tr>', text))
+    assert rows["graded"] == "2026-11-22 15:00:00+01:00"
+    assert (rows["judged again"], rows["people"], rows["team"]) == ("tomorrow", "Jane Doe, Li Wu", "team07")
+    assert (rows["handed in"], rows["SHA-256"]) == (HAND_IN.name, INTAKE.sha256)
+    assert (rows["submitted"], rows["deadline"], rows["late"]) == (HAND_IN.submitted, HAND_IN.deadline, HAND_IN.late)
+    assert (rows["package graded"], rows["rubric"]) == ("team07", "A small rubric")
+    assert (rows["SHA-256 of the rubric"], rows["kit"], rows["commit"]) == (rubric.sha256, "0.1.0", "c0ffee")
+    assert "<li><strong>F8</strong>: 1.5 points, by A. Lovelace: the target stood in a wall</li>" in text
+    assert "6.5 with the points that" in text
 
 
 def test_both_files_are_written_beside_each_other(rubric, tmp_path):

@@ -6,6 +6,8 @@ import html as markup
 import json
 import math
 import re
+import shutil
+import subprocess
 from dataclasses import replace
 
 import pytest
@@ -64,6 +66,14 @@ def test_obstacles_are_drawn_by_their_shapes_and_until_they_were_taken_away():
     data = json.loads(replay.data(recordings.load("reference").trials["blocked_goal"], ""))
     assert [len(shape) for shape in data["shapes"]] == [3, 3]
     assert data["until"] == [None, 14.5]
+
+
+def test_an_obstacle_is_there_from_when_the_robot_lost_room_by_it():
+    """The evidence does not say when one was put down; `blocked` is the script's own mark of that."""
+    trial = recordings.load("reference").trials["blocked_goal"]
+    post, circle = replay.presences(trial)
+    assert post.since == 0
+    assert trial.marks["blocked"] <= circle.since <= trial.marks["blocked"] + 0.1
 
 
 @pytest.mark.parametrize(
@@ -141,3 +151,20 @@ def test_a_trial_that_cannot_be_written_leaves_the_grade(rubric, tmp_path, monke
     _, page = report.write(made, tmp_path)
     assert "touched the wall ahead" in page.read_text()
     assert ".mcap" not in page.read_text()
+
+
+@pytest.mark.slow
+def test_the_replay_runs_in_a_browser_under_the_pages_own_policy(rubric, tmp_path):
+    """It opens at the moment of the failure."""
+    browser = shutil.which("chromium") or shutil.which("google-chrome")
+    if browser is None:
+        pytest.skip("no chromium: install it to test the page in a browser")
+    made = grading(rubric, results(rubric, TOUCHED), Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": WALL}))
+    _, page = report.write(made, tmp_path)
+    command = [browser, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}"]
+    done = subprocess.run(
+        [*command, "--dump-dom", page.as_uri()], capture_output=True, text=True, timeout=120, check=True
+    )
+    assert "4.90 s \u00b7 0.00 m/s \u00b7 commanded 0.40 \u00b7 0.17 m ahead</output>" in done.stdout
+    assert 'class="robot" transform="translate(1.829,0) rotate(0)"' in done.stdout
+    assert ">Play</button>" in done.stdout
