@@ -104,6 +104,7 @@ def _parser() -> argparse.ArgumentParser:
         classroom.add(verbs)
     if (KIT / "grader" / "authoring").exists():  # not in the students' kit
         _add_release(verbs)
+        _add_similar(verbs)
     if (KIT / "grader" / "selftest").exists():
         from grader.selftest import flakiness
         from grader.selftest.attacks import command as attacks
@@ -190,6 +191,25 @@ def _add_release(verbs: Any) -> None:
         "--without-solutions", action="store_true", help="leave out the packed solutions; `start_at` then does nothing"
     )
     parser.set_defaults(run=_release)
+
+
+def _add_similar(verbs: Any) -> None:
+    parser = verbs.add_parser(
+        "similar",
+        help="list the packages of a class that are most alike",
+        description="Compare the Python of all submissions of a class beyond what the course gives, and write "
+        "similar.html with the places side by side. Names, comments and strings do not count. Nothing is run.",
+        epilog="Example:  grader similar class",
+    )
+    parser.add_argument("folder", type=Path, metavar="CLASS", help="the folder that `grader batch` has made")
+    parser.add_argument(
+        "--base",
+        type=Path,
+        metavar="DIR",
+        help="what the course gives (default: the reference package and the files that the notebooks give)",
+    )
+    parser.add_argument("--top", type=int, default=20, metavar="N", help="pairs to list (default 20)")
+    parser.set_defaults(run=_similar)
 
 
 def _add_handout(verbs: Any) -> None:
@@ -317,6 +337,30 @@ def _release(options: argparse.Namespace) -> int:
     written = release(options.out, solutions=not options.without_solutions)
     print(f"{len(written.files)} files, {written.bytes / 1e6:.1f} MB; {written.words}")
     print(f"Kit: {options.out}")
+    return EXIT_GRADED
+
+
+def _similar(options: argparse.Namespace) -> int:
+    from grader.authoring import checkpoint_texts
+    from grader.classroom import similarity
+    from grader.classroom.class_folder import ClassFolder
+
+    if options.base is None:
+        base = checkpoint_texts.course_texts()
+    elif options.base.is_dir():
+        base = {str(path): path.read_text(encoding="utf-8") for path in options.base.rglob("*.py")}
+    else:
+        raise UsageError(f"There is no folder {printable(str(options.base))}.", "Check --base.")
+    progress = _Progress()
+    folder = ClassFolder(options.folder)
+    alike = similarity.of_class(folder, base, options.top, progress.say)
+    progress.done()
+    for note in alike.notes:
+        print(f"note: {note}")
+    print(f"{alike.compared} pairs; in half of them at most {alike.usual:.0%} of a package is in the other one, too")
+    for pair in alike.pairs:
+        print(f"{pair.one:<28} {pair.share_of_one:>4.0%}  {pair.other:<28} {pair.share_of_other:>4.0%}")
+    print(f"Places: {similarity.write(folder, alike)}")
     return EXIT_GRADED
 
 

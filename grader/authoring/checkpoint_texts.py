@@ -117,6 +117,19 @@ def given_texts(notebook: str) -> dict[str, str]:
     return {path: notebook_source.body(cell) for cell in given if (path := notebook_source.written_file(cell))}
 
 
+def course_texts() -> dict[str, str]:
+    """Return the Python that the course has: the reference's, and what the notebooks give.
+
+    Raises:
+        GraderError: jupytext is missing.
+    """
+    found = {str(path.relative_to(REFERENCE)): path.read_text(encoding="utf-8") for path in REFERENCE.rglob("*.py")}
+    for notebook in checkpoints.NOTEBOOKS:
+        if checkpoints.checkpoint(notebook).given:
+            found |= {f"{notebook}/{path}": text for path, text in given_texts(notebook).items()}
+    return found
+
+
 def pack() -> bytes:
     """Return the texts of all notebooks as checkpoints.PACKED holds them."""
     found = {checkpoints.number(notebook): texts(notebook) for notebook in checkpoints.NOTEBOOKS}

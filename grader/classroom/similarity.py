@@ -1,0 +1,278 @@
+"""Which packages of a class are most alike beyond what the course gives, and in which places. Nothing is run.
+
+copydetect turns Python into a text without names, strings and comments, and fingerprints every stretch of that text. It
+compares files; here a package is the sum of its files, so that it does not matter how they are cut or called.
+"""
+
+from __future__ import annotations
+
+import io
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from grader.classroom import discovery
+from grader.classroom.class_folder import ClassFacts, ClassFolder
+from grader.classroom.discovery import Entry
+from grader.errors import GraderError, SubmissionError
+from grader.host import tempdir
+from grader.host.atomic import write_atomically
+from grader.intake.submission import open_submission
+from grader.sandbox import untrusted
+from grader.sanitize import lines, one_line
+
+PAGE = "similar.html"
+# copydetect's default: shorter stretches, about two lines, are alike by chance.
+_STRETCH = 25
+_LEAST = 300  # stretches of its own; a package with fewer has hardly anything that could be compared
+_SHOWN_LEAST = 3 * _STRETCH  # characters of a place that is worth looking at
+_PLACES, _PLACE_LINES, _LINE_LENGTH = 30, 60, 160
+_CANDIDATES = 20  # places that begin alike, of which the longest is taken
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Some lines of a file; `first` counts from 1."""
+
+    path: str
+    first: int
+    last: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two submissions, the share of each (0 to 1) that the other has, too, and the longest places side by side."""
+
+    one: str
+    other: str
+    share_of_one: float
+    share_of_other: float
+    places: tuple[tuple[Lines, Lines], ...] = ()
+
+    @property
+    def share(self) -> float:
+        """Return the larger share: a package can be a part of another one."""
+        return max(self.share_of_one, self.share_of_other)
+
+
+@dataclass(frozen=True)
+class Alike:
+    """The pairs that are most alike; `compared` is the number of all pairs, `usual` their median share."""
+
+    pairs: tuple[Pair, ...]
+    compared: int
+    usual: float
+    notes: tuple[str, ...] = ()
+
+
+@dataclass
+class _File:
+    """One file: its text, the fingerprint at each place of the text without names, and where that place is."""
+
+    path: str
+    text: str
+    prints: Mapping[int, Sequence[int]]
+    offsets: np.ndarray
+
+    def line(self, place: int) -> int:
+        """Return the line of a place in the text without names."""
+        before = self.offsets[self.offsets[:, 0] <= place]
+        return self.text.count("\n", 0, place + int(before[-1, 1]) if len(before) else place) + 1
+
+
+@dataclass
+class _Package:
+    """A submission's files, and its own fingerprints one after the other: of which file, and where in it.
+
+    `end` is the index after the last fingerprint that is connected to each, side by side in one file.
+    """
+
+    files: list[_File]
+    prints: np.ndarray = field(init=False)
+    file_of: np.ndarray = field(init=False)
+    place: np.ndarray = field(init=False)
+    end: np.ndarray = field(init=False)
+
+    def leave_out(self, base: np.ndarray) -> None:
+        """Keep the fingerprints that `base` does not have."""
+        rows = sorted(
+            (number, place, mark)
+            for number, file in enumerate(self.files)
+            for mark, places in file.prints.items()
+            for place in places
+        )
+        table = np.array(rows, dtype=np.int64).reshape(-1, 3)
+        table = table[~np.isin(table[:, 2], base)]
+        self.file_of, self.place, self.prints = table[:, 0], table[:, 1], table[:, 2]
+        breaks = np.flatnonzero((np.diff(self.place) != 1) | (np.diff(self.file_of) != 0)) + 1
+        ends = np.append(breaks, len(table))
+        self.end = ends[np.searchsorted(ends, np.arange(len(table)), side="right")]
+
+
+def of_class(
+    folder: ClassFolder, base: Mapping[str, str], top: int, progress: Callable[[str], None] = lambda _what: None
+) -> Alike:
+    """Return the `top` pairs of a class that are most alike beyond the Python texts in `base`, which are keyed by path.
+
+    Submissions of the same people are not compared.
+
+    Raises:
+        GraderError: copydetect is not installed, there is no such class, or its submissions are no longer where they
+            were.
+    """
+    facts = folder.facts()
+    source = Path(facts.source)
+    if not source.exists():
+        raise GraderError(
+            f"The submissions are read again, but {source} is not there. Run this in the folder in which the class was "
+            "graded, or put them back."
+        )
+    texts, notes = {}, []
+    with discovery.opened(source) as root, tempdir.folder("similar") as scratch:
+        for entry in facts.entries:
+            progress(f"reading {entry.id}")
+            try:
+                texts[entry.id] = _python_of(root / entry.path, scratch / entry.id)
+            except SubmissionError as error:
+                notes.append(f"{entry.id} is not compared: {one_line(error.what)}")
+            tempdir.remove(scratch / entry.id)
+    progress("comparing")
+    return compare(texts, base, top, together=_of_same_people(facts), notes=notes)
+
+
+def compare(
+    texts: Mapping[str, Mapping[str, str]],
+    base: Mapping[str, str],
+    top: int,
+    together: Callable[[str, str], bool] = lambda _one, _other: False,
+    notes: Sequence[str] = (),
+) -> Alike:
+    """Return the `top` pairs of the packages in `texts` (path to text, by submission) that are most alike."""
+    made: dict[str, _File] = {}
+    given = [mark for path, text in base.items() for mark in _file(path, text, made).prints]
+    left_out = np.unique(np.array(given, dtype=np.int64))
+    packages, said = {}, list(notes)
+    for name, files in texts.items():
+        package = _Package([_file(path, text, made) for path, text in sorted(files.items())])
+        package.leave_out(left_out)
+        if len(package.prints) >= _LEAST:
+            packages[name] = package
+        else:
+            said.append(f"{name} is not compared: it has hardly any Python beyond what the course gives.")
+    pairs = [
+        Pair(one, other, _share(packages[one], packages[other]), _share(packages[other], packages[one]))
+        for one, other in itertools.combinations(packages, 2)
+        if not together(one, other)
+    ]
+    usual = median(pair.share for pair in pairs) if pairs else 0.0
+    best = sorted(pairs, key=lambda pair: -pair.share)[:top]
+    shown = tuple(
+        Pair(p.one, p.other, p.share_of_one, p.share_of_other, _places(packages[p.one], packages[p.other]))
+        for p in best
+    )
+    return Alike(shown, len(pairs), usual, tuple(said))
+
+
+def write(folder: ClassFolder, alike: Alike) -> Path:
+    """Write similar.html into a class folder and return its path."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip
+    labels = {entry.id: _label(entry) for entry in folder.facts().entries}
+    page = environment.get_template("similar.html.j2").render(alike=alike, labels=labels, title=folder.facts().title)
+    write_atomically(folder.path / PAGE, page)
+    return folder.path / PAGE
+
+
+def _label(entry: Entry) -> str:
+    people = ", ".join(one_line(person.name or person.key) for person in entry.people)
+    return f"{entry.id} ({people})" if people else entry.id
+
+
+def _of_same_people(facts: ClassFacts) -> Callable[[str, str], bool]:
+    people = {entry.id: {person.key for person in entry.people} for entry in facts.entries}
+    return lambda one, other: bool(people[one] & people[other])
+
+
+def _python_of(source: Path, into: Path) -> dict[str, str]:
+    """Return the Python texts of a submission, by path."""
+    found: dict[str, str] = {}
+    submission = open_submission(source, into)
+    for package in filter(None, (submission.package, submission.interfaces)):
+        for path in sorted(package.rglob("*.py")):
+            if (text := untrusted.read_python(path)) is not None:
+                found[f"{package.name}/{path.relative_to(package).as_posix()}"] = text
+    return found
+
+
+def _file(path: str, text: str, made: dict[str, _File]) -> _File:
+    """Return a file with its fingerprints, which are made once for each text."""
+    if text not in made:
+        detector = _copydetect()
+        # A window of 1 keeps every fingerprint: Python's hashes differ from run to run, and so would a choice of them.
+        found = detector.CodeFingerprint(path, _STRETCH, 1, fp=io.StringIO(text), language="python")
+        offsets = np.array(found.offsets, dtype=np.int64).reshape(-1, 2)
+        # A class's name has a wrong, smaller offset in copydetect 0.5.
+        offsets[:, 1] = np.maximum.accumulate(offsets[:, 1]) if len(offsets) else offsets[:, 1]
+        made[text] = _File(path, text, {int(k): [int(i) for i in v] for k, v in found.hash_idx.items()}, offsets)
+    known = made[text]
+    return _File(path, text, known.prints, known.offsets)
+
+
+def _copydetect() -> Any:
+    try:
+        import copydetect
+    except ImportError:
+        raise GraderError("`grader similar` needs copydetect: pip install 'ros2-course-kit[similar]'.") from None
+    return copydetect
+
+
+def _share(one: _Package, other: _Package) -> float:
+    """Return how much of `one` is in `other`, too, from 0 to 1."""
+    return float(np.isin(one.prints, other.prints).mean())
+
+
+def _places(one: _Package, other: _Package) -> tuple[tuple[Lines, Lines], ...]:
+    """Return the longest places that two packages have in common, each place of `one` once."""
+    return tuple(
+        (_lines(one, first, length), _lines(other, second, length))
+        for length, first, second in sorted(_runs(one, other), reverse=True)[:_PLACES]
+    )
+
+
+def _runs(one: _Package, other: _Package) -> Iterator[tuple[int, int, int]]:
+    """Yield what two packages have in common: its length, and where it begins in the lists of their fingerprints."""
+    at: dict[int, list[int]] = {}
+    for index, mark in enumerate(other.prints.tolist()):
+        at.setdefault(mark, []).append(index)
+    first = 0
+    while first < len(one.prints):
+        begins = at.get(int(one.prints[first]), [])[:_CANDIDATES]
+        length, second = max(((_length(one, first, other, begin), begin) for begin in begins), default=(1, 0))
+        if begins and length + _STRETCH >= _SHOWN_LEAST:
+            yield length, first, second
+        first += length
+
+
+def _length(one: _Package, first: int, other: _Package, second: int) -> int:
+    """Return how many fingerprints follow each other in both without a gap, within one file each."""
+    most = min(int(one.end[first]) - first, int(other.end[second]) - second)
+    differ = np.flatnonzero(one.prints[first : first + most] != other.prints[second : second + most])
+    return int(differ[0]) if len(differ) else most
+
+
+def _lines(package: _Package, index: int, length: int) -> Lines:
+    file, place = package.files[int(package.file_of[index])], int(package.place[index])
+    first, last = file.line(place), file.line(place + length + _STRETCH - 2)
+    rows = file.text.splitlines()[first - 1 : last]
+    cut = [*rows[:_PLACE_LINES], f"... {len(rows) - _PLACE_LINES} more lines"] if len(rows) > _PLACE_LINES else rows
+    return Lines(one_line(file.path), first, last, "\n".join(lines(row, _LINE_LENGTH) for row in cut))
