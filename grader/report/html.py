@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 
-DEAREST = 3  # losses at the top of a report, if they have no common cause
+DEAREST = 3  # requirements at the top of a report, if their losses have no common cause
 
 SIGNS = {
     Outcome.PASSED: "✓",
@@ -88,7 +88,10 @@ def _facts(grading: Grading) -> dict[str, Any]:
         "evidence": clean.evidence,
         "cause": first,
         "followers": _lost_by(first) if first else {},
-        "dearest": cause.dearest(clean.losses)[:DEAREST],
+        "dearest": sorted(
+            (score for score in clean.scorecard.requirements if score.max - score.points >= 0.005),
+            key=lambda score: score.points - score.max,
+        )[:DEAREST],
         "first_said": _first_said(clean.losses),
         "mutants": matrix(clean.evidence.mutation) if clean.evidence.mutation else None,
         "trials": [_row(trial) for trial in grading.evidence.trials.values()],
