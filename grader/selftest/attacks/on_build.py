@@ -126,8 +126,9 @@ env | grep -i -E 'secret|token'
         "installs_another_module",
         "The modules that are handed in are tidy and tested; CMake installs others over them.",
         put("hidden/conversions.txt", _CLAMPS),
-        cmake("install(FILES hidden/conversions.txt DESTINATION "
-              f"{_SITE}/${{PROJECT_NAME}}/utils RENAME conversions.py)"),
+        # A copy with a time of its own: CMake replaces no installed file by one of the same time.
+        cmake("configure_file(hidden/conversions.txt ${CMAKE_BINARY_DIR}/conversions.py @ONLY)\n"
+              f"install(FILES ${{CMAKE_BINARY_DIR}}/conversions.py DESTINATION {_SITE}/${{PROJECT_NAME}}/utils)"),
         needs="Q1 Q2 Q3 Q4 T1 T2 T3", weak="few tests", costs="Q1 Q2 Q3 Q4 T1 T2 T3", flag="not handed in",
         stopped="installed code has to be text that was handed in as Python, or generated from that by rosidl",
     ),

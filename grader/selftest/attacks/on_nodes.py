@@ -585,15 +585,14 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 spin_until(observed)
 names = [name for name, _ in node.get_service_names_and_types() if name.endswith('/set_parameters')]
-print('ATTACK sees', names, flush=True)
-for name in names:
-    if 'robot_controller' not in name and 'helper' not in name:
-        request = SetParameters.Request(parameters=[Parameter('use_sim_time', value=True).to_parameter_msg()])
-        node.create_client(SetParameters, name).call_async(request)
-        print('ATTACK set', name, flush=True)
+own = [name for name in names if 'robot_controller' in name or 'helper' in name]
+print('ATTACK sees its own' if own else 'sees nothing', 'and', sorted(set(names) - set(own)), flush=True)
+for name in set(names) - set(own):
+    request = SetParameters.Request(parameters=[Parameter('use_sim_time', value=True).to_parameter_msg()])
+    node.create_client(SetParameters, name).call_async(request)
 spin(1.0)
 """),
-        needs="F1", weak="creeps", costs="F1", proof="ATTACK sees ['/helper/set_parameters']",
+        needs="F1", weak="creeps", costs="F1", proof="ATTACK sees its own and []",
         stopped="the observer has no parameter services",
     ),
     attack(
