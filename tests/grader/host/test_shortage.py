@@ -154,7 +154,9 @@ def test_a_folder_that_cannot_be_written_is_reported_before_anything_is_graded(t
     (tmp_path / "file").write_text("")
     done = grader("grade", ROOT / "solution_pkg", "--out", tmp_path / "file" / "out")
     assert done.returncode == 2
-    assert f"grader: Cannot write to {tmp_path / 'file' / 'out'}: Not a directory. Choose another --out." in message(done)
+    assert f"grader: Cannot write to {tmp_path / 'file' / 'out'}: Not a directory. Choose another --out." in message(
+        done
+    )
     assert "taking in" not in done.stderr
 
 
