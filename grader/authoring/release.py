@@ -26,7 +26,7 @@ _STUDENT_KIT = KIT / "grader" / "authoring" / "student_kit"
 _PAGES = ("handout", "live-view", "ros2-command", "ros2-session", "simulator", "launch", "ros-from-wheels", "setup")
 # The tools with which instructors make, attack and release the course.
 _WITHHELD = ("grader/authoring/", "grader/classroom/", "grader/selftest/")
-_NO_EXTRAS = ("dev", "cluster")
+_NO_EXTRAS = ("dev", "cluster", "similar")
 _NO_SOURCE = ("__pycache__", ".pyc", ".ipynb_checkpoints")
 _SOLUTIONS = checkpoints.PACKED.relative_to(KIT).as_posix()
 
