@@ -18,18 +18,18 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from grader import KIT
+from variants import VARIANTS
+from variants import make as make_variant
+
 from submissions.edits import EDITS, apply
 
 DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)
-VARIANTS = KIT / "tests" / "variants"
 _DAMAGED = ("damaged_zip", "not_a_zip", "empty", "hostile")
 
 
 def kinds() -> Iterator[str]:
     """Return what is handed in: the reference, the variants, what cannot be graded, then each known-bad one."""
-    variants = sorted(path.parent.name for path in VARIANTS.glob("*/ros2_robot_controller"))
-    yield from ("reference", *variants, *_DAMAGED)
+    yield from ("reference", *VARIANTS, *_DAMAGED)
     yield from itertools.cycle(EDITS)
 
 
@@ -76,7 +76,7 @@ def hand_in(kind: str, folder: Path) -> None:
     elif kind in EDITS:
         apply(EDITS[kind], folder)
     else:
-        shutil.copytree(VARIANTS / kind, folder / kind)
+        make_variant(VARIANTS[kind], folder)
 
 
 def main(arguments: list[str]) -> int:
