@@ -144,7 +144,7 @@ class Judge:
         if calls[index].response is None:
             # A service that does not answer is there: nothing else is meant.
             there = calls[index].problem.startswith("no answer")
-            why = self._holding_on(trial) if there else near_miss(trial.graph, service)
+            why = self._changed(service) or (self._holding_on(trial) if there else near_miss(trial.graph, service))
             raise NotReached(calls[index].problem + last_output(trial) + why)
         return calls[index]
 
@@ -161,10 +161,17 @@ class Judge:
             raise Unjudged(f"the trial {trial.name} has no goal {index}")
         goal = trial.goals[index]
         if goal.problem:
-            raise NotReached(goal.problem + near_miss(trial.graph, "navigate_to_position"))
+            why = self._changed("navigate_to_position") or near_miss(trial.graph, "navigate_to_position")
+            raise NotReached(goal.problem + why)
         if not goal.accepted:
             raise Failed(f"the goal ({goal.x:.2f}, {goal.y:.2f}) was rejected", "accept goals with finite numbers")
         return goal
+
+    def _changed(self, name: str) -> str:
+        """Return that a service or action cannot be used because its definition is not the contract's, "" if it is."""
+        build, kind = self.evidence.build, OFFERED.get(name, "")
+        same = build.type_hashes.get(kind) == build.contract_hashes.get(kind)
+        return "" if same else f": {kind} differs from the contract, so nobody else can call it (I3)"
 
     @property
     def installer(self) -> str:

@@ -245,6 +245,15 @@ def test_a_callback_that_does_not_return_is_named_where_the_node_does_not_answer
     assert f"ros2_robot_controller/robot_controller.py:88 {words}" in said.seen
 
 
+def test_a_service_of_another_definition_is_why_nobody_can_call_it():
+    """`float64 speed` in SetSpeed.srv gave "no answer within 2 s" for F2 and F3, and nothing led to I3."""
+    call = Call(0.5, "set_speed", {"speed": 0.25}, None, problem="no answer within 2 s")
+    evidence = evidence_with(trials={"drive_forward": trial("drive_forward", calls=[call])})
+    build = replace(evidence.build, type_hashes={"srv/SetSpeed": "b"}, contract_hashes={"srv/SetSpeed": "a"})
+    said = ask(check_set_speed.test_drives_at_the_set_speed, replace(evidence, build=build))
+    assert said.seen == "no answer within 2 s: srv/SetSpeed differs from the contract, so nobody else can call it (I3)"
+
+
 def reversed_samples(recorded: Trial) -> Trial:
     """Return a trial as of a robot that drives against the sign of its speed: its way is mirrored."""
     first = recorded.samples[0]
