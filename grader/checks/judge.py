@@ -170,7 +170,7 @@ class Judge:
     def _changed(self, name: str) -> str:
         """Return that a service or action cannot be used because its definition is not the contract's, "" if it is."""
         build, kind = self.evidence.build, OFFERED.get(name, "")
-        same = build.type_hashes.get(kind) == build.contract_hashes.get(kind)
+        same = build.type_hashes.get(kind) in (None, build.contract_hashes.get(kind))
         return "" if same else f": {kind} differs from the contract, so nobody else can call it (I3)"
 
     @property
