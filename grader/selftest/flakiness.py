@@ -15,7 +15,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,7 @@ _BUSY = "import os\nwhile os.getppid() == {pid}:\n    sum(range(100000))"
 class GradingRun:
     """One grading: its number, whether it was under stress, and each requirement's points and outcome.
 
-    `sha256` is that of the submission, `kit` a hash of the code that graded.
+    `sha256` is that of the submission, `kit` a hash of the code that graded; `seen` says what cost points.
     """
 
     number: int
@@ -42,6 +42,7 @@ class GradingRun:
     outcomes: dict[str, str]
     sha256: str = ""
     kit: str = ""
+    seen: dict[str, str] = field(default_factory=dict)
 
 
 def flaky(runs: Sequence[GradingRun]) -> list[str]:
@@ -60,6 +61,8 @@ def render(runs: Sequence[GradingRun]) -> str:
         shown = ", ".join(f"{value:g}" if len(points) == 1 else f"{value:g} ({n} times)" for value, n in points.items())
         mark = "  FLAKY" if name in unsteady else ""
         lines.append(f"{name:<6}{_passed(calm, name):>9}{_passed(stressed, name):>9}   {shown}{mark}")
+        if mark:
+            lines += [f"        run {run.number + 1}: {run.seen[name]}" for run in runs if run.seen.get(name)]
     totals = sorted({round(sum(run.points.values()), 3) for run in runs})
     lines.append(f"{'total':<24}   {' to '.join(f'{total:g}' for total in dict.fromkeys((totals[0], totals[-1])))}")
     if unsteady:
@@ -152,6 +155,7 @@ def _grade(submission: Path, number: int, stress: bool, requirements: Sequence[s
         {r["id"]: r["outcome"] for r in graded},
         data["sha256"],
         kit,
+        {r["id"]: r["seen"] for r in graded if r["seen"]},
     )
 
 

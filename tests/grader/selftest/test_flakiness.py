@@ -83,3 +83,11 @@ def test_a_log_of_another_submission_is_refused_at_once_and_kept(graded, tmp_pat
         list(flakiness.grade_repeatedly(tmp_path, log, 3, stress=False))
     assert len(asked) == 2
     assert flakiness.load(log) == [one(0)]
+
+
+def test_what_cost_points_in_a_flaky_requirement_is_in_the_table():
+    """Points alone do not lead to the race."""
+    steady = GradingRun(0, False, {"F9": 2.0}, {"F9": "passed"})
+    lost = GradingRun(1, False, {"F9": 1.0}, {"F9": "partial"}, seen={"F9": "no feedback for 0.9 s"})
+    assert "run 2: no feedback for 0.9 s" in flakiness.render([steady, lost])
+    assert "no feedback" not in flakiness.render([lost])
