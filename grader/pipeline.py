@@ -158,7 +158,7 @@ def _collected(source: Path, out: Path, settings: Settings) -> Evidence:
         "kit": provenance.kit_hash(),
         "submission": found.intake.sha256,
         "source": report.fingerprint(source),
-        "sources": " ".join(each.name for each in SOURCES if each.serves & settings.checked),
+        "sources": ", ".join(each.name for each in SOURCES if each.serves & settings.checked),
     }
     found = replace(found, origin=made | provenance.environment())
     if namespaces.sandbox_disabled():

@@ -27,7 +27,8 @@ from grader.scoring import rubric
 from grader.scoring.grading import HandIn
 from grader.settings import MUTATION_BUDGET_S
 
-# One grading keeps two cores busy nearly all the time and needs up to 2 GB: build, trials and tests beside each other.
+# One grading keeps two cores busy nearly all the time: build, trials and tests beside each other. The memory is an
+# estimate with room to spare, not a measurement.
 CORES_EACH = 2
 MEMORY_EACH = 2 * 1024**3
 _ATTEMPTS = 2
@@ -139,7 +140,7 @@ def run(source: Path, out: Path, people: Sequence[Person], options: Options, sai
         with workforce as grade:
             loop = _Loop(folder, grade, said, len(planned))
             interrupted = loop.run(todo)
-    records = [folder.record(entry.id) for entry in found.entries]
+    records = [folder.current(entry, facts) for entry in found.entries]
     states = [record.status for record in records if record is not None]
     return Summary(
         entries=len(found.entries),

@@ -160,6 +160,15 @@ class ClassFolder:
         except (OSError, ValueError, AttributeError, KeyError, TypeError, cattrs.BaseValidationError):
             return None
 
+    def current(self, entry: Entry, facts: ClassFacts) -> Record | None:
+        """Return how a submission was graded; None if that was for other content, another rubric or another seed.
+
+        A run that was interrupted leaves results of the run before it.
+        """
+        record = self.record(entry.id)
+        wanted = (entry.content, facts.rubric, facts.seed)
+        return record if record and (record.content, record.rubric, record.seed) == wanted else None
+
     def report(self, name: str) -> dict[str, Any] | None:
         """Return a submission's report.json, None if there is none."""
         try:

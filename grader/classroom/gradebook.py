@@ -10,7 +10,7 @@ from enum import Enum
 from typing import Any
 
 from grader.classroom import lateness, overrides
-from grader.classroom.class_folder import RUBRIC, ClassFolder, Record, Status
+from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
 from grader.classroom.discovery import Entry
 from grader.classroom.lateness import LateRule
 from grader.classroom.overrides import Decisions, PointsOverride
@@ -118,7 +118,7 @@ def read(folder: ClassFolder) -> Gradebook:
     rows: dict[str, list[Row]] = {}
     for entry in facts.entries:
         for person in entry.people or (Person(name=entry.label),):
-            row = _row(person, entry, folder, whole, decisions, facts.deadline, rule)
+            row = _row(person, entry, folder, facts, whole, decisions, rule)
             rows.setdefault(person.key, []).append(row)
     for person in facts.missing:
         rows[person.key] = [_missing(person, decisions, whole)]
@@ -129,6 +129,11 @@ def read(folder: ClassFolder) -> Gradebook:
 def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
     """Return the gradebook of a single grading, such as one in a student's own repository."""
     name = str(report.get("submission", "submission"))
+    if "requirements" not in report:
+        why = str(report.get("refused", {}).get("because", "it could not be graded"))
+        maximum = rounded(sum(requirement.points for requirement in whole.requirements))
+        refused = Row(Person(name=name), State.REFUSED, name, max=maximum, total=NOTHING, why=why)
+        return Gradebook(whole, (refused,), Decisions(), None, None)
     found = _requirements(whole, report, {})
     reached = sum((each.points or NOTHING for each in found), NOTHING)
     record = Record(name, Status.GRADED)
@@ -149,12 +154,13 @@ def _row(
     person: Person,
     entry: Entry,
     folder: ClassFolder,
+    facts: ClassFacts,
     whole: Rubric,
     decisions: Decisions,
-    deadline: dt.datetime | None,
     rule: LateRule | None,
 ) -> Row:
-    record, report = folder.record(entry.id), folder.report(entry.id)
+    record = folder.current(entry, facts)
+    report = folder.report(entry.id) if record else None
     decided, about = decisions.on(entry.id), decisions.about(person)
     given = {override.requirement: override for override in decided.points}
     graded = record is not None and record.status is Status.GRADED and report is not None
@@ -162,7 +168,7 @@ def _row(
     reached = sum((each.points or NOTHING for each in found), NOTHING)
     maximum = sum((each.max for each in found), NOTHING)
     submitted = decided.submitted or entry.submitted
-    until = about.extension.until if about.extension else deadline
+    until = about.extension.until if about.extension else facts.deadline
     units = rule.units(submitted, until) if rule and submitted and until else 0
     deduction = rounded(rule.deduction(units, reached, maximum)) if rule and units else NOTHING
     state = State.EXCUSED if about.excused else _state(record, graded, found)

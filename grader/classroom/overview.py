@@ -100,8 +100,8 @@ def summarise(folder: ClassFolder, book: Gradebook) -> Overview:
     teams: dict[str, list[Row]] = {}
     for row in book.rows:
         teams.setdefault(row.submission or row.person.key, []).append(row)
-    records = {entry.id: folder.record(entry.id) for entry in facts.entries}
-    reports = {entry.id: folder.report(entry.id) or {} for entry in facts.entries}
+    records = {entry.id: folder.current(entry, facts) for entry in facts.entries}
+    reports = {name: folder.report(name) or {} if record else {} for name, record in records.items()}
     found = tuple(_line(rows, book, records.get(name)) for name, rows in sorted(teams.items()) if rows[0].submission)
     totals = tuple(
         line.row.total for line in found if line.row.total is not None and line.row.state is not State.REFUSED

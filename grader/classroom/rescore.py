@@ -72,20 +72,24 @@ def rescore(
         rubric_hash = hashlib.sha256(text.encode()).hexdigest()
         decided = overrides.of_class(folder, facts, whole)
         known = {entry.id: hand_ins.hand_in(entry, facts, decided) for entry in facts.entries}
-        changes: list[Change] = []
+        judged: list[tuple[Record, dict[str, Decimal]]] = []
         with ProcessPoolExecutor(jobs or os.cpu_count() or 1) as pool:
             made = {record.id: folder.working(record.id) for record in graded}
             orders = ((folder.submission(r.id), made[r.id], text, r.seed, tuple(only), known[r.id]) for r in graded)
             results = pool.map(_judge, orders, chunksize=_TOGETHER)
-            for done, (record, points) in enumerate(zip(graded, results, strict=True), 1):
-                before = _points(folder.report(record.id) or {})
-                changes += [
-                    Change(record.id, name, before.get(name), points.get(name))
-                    for name in dict.fromkeys([*before, *points])
-                    if before.get(name) != points.get(name)
-                ]
-                folder.keep(made[record.id], replace(record, rubric=rubric_hash, judge=provenance.kit_hash()))
-                progress(done, len(graded))
+            for record, points in zip(graded, results, strict=True):
+                judged.append((record, points))
+                progress(len(judged), len(graded))
+        # All or none: an interrupted run must not leave half a class judged by another rubric.
+        changes: list[Change] = []
+        for record, points in judged:
+            before = _points(folder.report(record.id) or {})
+            changes += [
+                Change(record.id, name, before.get(name), points.get(name))
+                for name in dict.fromkeys([*before, *points])
+                if before.get(name) != points.get(name)
+            ]
+            folder.keep(made[record.id], replace(record, rubric=rubric_hash, judge=provenance.kit_hash()))
         folder.write_facts(replace(facts, rubric=rubric_hash))
         write_atomically(folder.path / RUBRIC, text)
     return Rescored(len(graded), tuple(changes))
@@ -128,10 +132,9 @@ def _require_evidence(folder: ClassFolder, graded: Iterable[Record], wanted: Seq
     trials = catalog.serving(frozenset(wanted))
     for record in graded:
         found = evidence.load(folder.submission(record.id) / pipeline.EVIDENCE)
-        collected = found.origin.get("sources", "")
         needed = sorted(source.name for source in collect.SOURCES if source.serves & set(wanted))
-        # Not split: a source's name may have a space in it.
-        lacking = [name for name in needed if collected and name not in collected]
+        collected = found.origin["sources"].split(", ") if "sources" in found.origin else needed
+        lacking = [name for name in needed if name not in collected]
         if found.build.ok and (new := sorted(set(trials) - set(found.trials))):
             lacking.append(f"the trial {', '.join(new)}")
         if lacking:

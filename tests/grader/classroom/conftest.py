@@ -49,7 +49,9 @@ def class_of_four(tmp_path) -> Callable[..., ClassFolder]:
             made = folder.working(name)
             if status is Status.GRADED:
                 (made / "report.json").write_text(json.dumps(changed.get("report", report({"F4": 2.0}))))
-            folder.keep(made, Record(name, status, why))
+            content = next(entry.content for entry in entries if entry.id == name)
+            rubric_hash = hashlib.sha256(text.encode()).hexdigest()
+            folder.keep(made, Record(name, status, why, content, rubric_hash))
         if overrides:
             folder.overrides.write_text(overrides)
         return folder

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+from dataclasses import replace
 from decimal import Decimal
 
 import pytest
@@ -104,3 +105,20 @@ def test_a_requirement_without_checks_waits_for_a_person(class_of_four):
 def test_who_could_not_be_graded_may_be_graded_by_a_person_in_part(class_of_four):
     folder = class_of_four("submissions: {boek: {points: {F1: {points: 3, why: seen in the lab, by: Ada}}}}")
     assert row(gradebook.read(folder), "s3").total == Decimal("3.00")
+
+
+def test_a_result_for_another_rubric_or_an_earlier_submission_is_no_grade(class_of_four):
+    """An interrupted batch leaves them until the same command has gone on."""
+    folder = class_of_four()
+    facts = folder.facts()
+    folder.write_facts(replace(facts, rubric="0" * 64))
+    assert row(gradebook.read(folder), "s1").state is State.PENDING
+    newer = tuple(replace(entry, content="c" * 64) for entry in facts.entries)
+    folder.write_facts(replace(facts, entries=newer))
+    assert (row(gradebook.read(folder), "s1").state, row(gradebook.read(folder), "s1").total) == (State.PENDING, None)
+
+
+def test_a_single_refusal_has_a_reason_and_no_points():
+    refusal = {"submission": "x.zip", "refused": {"because": "it is empty", "try": "hand in the package"}}
+    (found,) = gradebook.of_one(refusal, rubric.load(rubric.RUBRIC)).rows
+    assert (found.state, found.total, found.why) == (State.REFUSED, Decimal("0.00"), "it is empty")

@@ -93,9 +93,9 @@ def test_evidence_that_was_not_collected_is_named_with_the_command_that_collects
 def test_evidence_from_every_source_is_enough_and_from_fewer_is_not(again: ClassFolder):
     origin = again.submission("team07") / pipeline.EVIDENCE / "origin.json"
     names = [source.name for source in collect.SOURCES]
-    origin.write_text(json.dumps({"sources": " ".join(names)}))
+    origin.write_text(json.dumps({"sources": ", ".join(names)}))
     assert rescore(again, jobs=1).judged == 1
-    origin.write_text(json.dumps({"sources": " ".join(name for name in names if name != "mutation")}))
+    origin.write_text(json.dumps({"sources": ", ".join(name for name in names if name != "mutation")}))
     with pytest.raises(GraderError, match="team07 lacks evidence of mutation: it was collected by an earlier kit"):
         rescore(again, jobs=1)
 
