@@ -18,6 +18,7 @@ from nbformat import NotebookNode
 from grader import KIT
 from grader.authoring import checkpoint_texts, notebook_source
 from grader.errors import GraderError
+from grader.notebook import pieces
 from grader.notebook.workspace import VARIABLE
 
 CELL_SECONDS = 600.0  # a cell that takes longer hangs; on a busy machine the tests of notebook 09 take minutes
@@ -122,8 +123,12 @@ def environment(workspace: Path, kit: Path = KIT) -> dict[str, str]:
 
 
 def solved(name: str, notebook: NotebookNode, solutions: Solutions) -> NotebookNode:
-    """Return the notebook with the solution in each exercise."""
+    """Return the notebook with the solution in each exercise, and in each piece of a skeleton."""
     for cell in notebook.cells:
+        if path := notebook_source.piece_file(cell):
+            cell.source = notebook_source.with_body(
+                cell, pieces.filled(notebook_source.body(cell), solutions(name, path))
+            )
         if notebook_source.EXERCISE in notebook_source.tags(cell) and (path := notebook_source.written_file(cell)):
             cell.source = notebook_source.with_body(cell, solutions(name, path))
     return notebook
