@@ -17,7 +17,8 @@ from nbformat import NotebookNode
 from grader import KIT
 from grader.authoring import notebook_source
 from grader.intake import course_marker
-from grader.notebook import checkpoints
+from grader.notebook import checkpoints, pieces
+from grader.notebook.file_backups import FileBackups
 from grader.notebook.workspace import VARIABLE, Workspace
 
 CELL_SECONDS = 600.0  # a cell that takes longer hangs; on a busy machine the tests of notebook 09 take minutes
@@ -122,17 +123,25 @@ def environment(workspace: Path, kit: Path = KIT) -> dict[str, str]:
 
 
 def solved(name: str, notebook: NotebookNode, solutions: Solutions) -> NotebookNode:
-    """Return the notebook with the solution in each exercise."""
+    """Return the notebook with the solution in each exercise, and in each piece of a skeleton."""
     for cell in notebook.cells:
+        if path := notebook_source.piece_file(cell):
+            cell.source = notebook_source.with_body(
+                cell, pieces.filled(notebook_source.body(cell), solutions(name, path))
+            )
         if notebook_source.EXERCISE in notebook_source.tags(cell) and (path := notebook_source.written_file(cell)):
             cell.source = notebook_source.with_body(cell, solutions(name, path))
     return notebook
 
 
 def lay_out(name: str, workspace: Path) -> None:
-    """Write the package as the notebooks before `name` leave it, without the mark of files that the course laid out."""
-    checkpoints.start_at(Workspace(workspace), name)
-    (Workspace(workspace).package / course_marker.MARKER).unlink(missing_ok=True)
+    """Write the package as a student leaves it who has worked through the notebooks before `name`."""
+    opened = Workspace(workspace)
+    checkpoints.start_at(opened, name)
+    (opened.package / course_marker.MARKER).unlink(missing_ok=True)
+    written = FileBackups(opened)
+    for path in checkpoints.paths_before(name):
+        written.after(f"%%writefile {opened.package / path}")
 
 
 def solve(name: str, notebook: NotebookNode, workspace: Path) -> NotebookRun:

@@ -68,7 +68,11 @@ def example(built_example: Path, tmp_path: Path) -> Path:
 
 def solution_of_the_example(_notebook: str, path: str) -> str:
     """Return the answer to the example's exercise."""
-    return {"answer.py": '"""Hold the answer."""\n\nANSWER = 42\n'}[path]
+    return {
+        "answer.py": '"""Hold the answer."""\n\nANSWER = 42\n',
+        "tail.py": '"""Hold a function that is written later."""\n\n\n'
+        'def first():\n    """Return the answer."""\n    return 42\n',
+    }[path]
 
 
 @pytest.fixture

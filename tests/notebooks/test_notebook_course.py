@@ -8,7 +8,7 @@ import pytest
 from helpers.notebook_rules import OF_PUBLISHED, OF_SOURCES, OF_STUDENTS, Page, Rule, sections_of_the_rubric_are_there
 
 from grader.authoring import book, checkpoint_texts, notebook_source
-from grader.notebook import checkpoints
+from grader.notebook import checkpoints, pieces
 from grader.scoring.rubric import Rubric
 
 NAMES = notebook_source.names()
@@ -57,9 +57,10 @@ def test_requirements_are_taught_where_the_rubric_says(name: str, rubric: Rubric
 @pytest.mark.parametrize("name", NAMES)
 def test_each_file_of_a_checkpoint_has_one_cell(name: str, source_page: Callable[[str], Page]):
     checkpoint = checkpoints.checkpoint(name)
-    for tag, files in ((notebook_source.EXERCISE, checkpoint.exercises), (notebook_source.GIVEN, checkpoint.given)):
-        cells = [cell for cell in source_page(name).code() if tag in notebook_source.tags(cell)]
-        assert sorted(filter(None, map(notebook_source.written_file, cells))) == sorted(files), f"cells tagged {tag}"
+    asked = {notebook_source.EXERCISE, notebook_source.SKELETON}
+    for tags, files in ((asked, checkpoint.exercises), ({notebook_source.GIVEN}, checkpoint.given)):
+        cells = [cell for cell in source_page(name).code() if tags & set(notebook_source.tags(cell))]
+        assert sorted(filter(None, map(notebook_source.written_file, cells))) == sorted(files), f"cells tagged {tags}"
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -68,6 +69,22 @@ def test_no_exercise_ships_its_solution(name: str, source_page: Callable[[str], 
         path = notebook_source.written_file(cell)
         if path and notebook_source.EXERCISE in notebook_source.tags(cell):
             assert notebook_source.body(cell) != checkpoint_texts.solution(name, path), path
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_skeleton_with_its_pieces_is_the_solution(name: str, source_page: Callable[[str], Page]):
+    """Who fills every piece has the file that the next notebook builds on, word for word."""
+    files: dict[str, str] = {}
+    for cell in source_page(name).code():
+        body = notebook_source.body(cell)
+        if notebook_source.SKELETON in notebook_source.tags(cell):
+            files[notebook_source.written_file(cell) or ""] = body
+        elif path := notebook_source.piece_file(cell):
+            solved = pieces.filled(body, checkpoint_texts.solution(name, path))
+            assert solved.rstrip() != body.rstrip(), f"the piece {cell['id']} ships its solution"
+            files[path] = pieces.merged(files[path], solved)
+    for path, text in files.items():
+        assert text == checkpoint_texts.solution(name, path), path
 
 
 def test_each_requirement_is_checked_in_some_notebook(rubric: Rubric, source_page: Callable[[str], Page]):

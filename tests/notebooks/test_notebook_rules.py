@@ -18,7 +18,7 @@ from helpers.notebook_rules import (
 )
 from helpers.notebook_validation import validate
 
-from grader.authoring import book, editions, notebook_source
+from grader.authoring import book, editions, notebook_run, notebook_source
 from grader.scoring.rubric import Rubric
 
 NAME = "02_example"
@@ -62,6 +62,12 @@ VIOLATIONS = [
     ("exercises_are_checked_and_hinted", "<summary>Hint 3</summary>", "<summary>More</summary>"),
     ("exercises_are_checked_and_hinted", '# %% tags=["check"]\ncheck("I3")', "# %%\n1"),
     ("tags_fit_the_cells", '# %% tags=["check"]', "# %%"),
+    ("pieces_are_tried_and_hinted", "# %%\n# The piece, tried", "# %% [markdown]\n# The piece, tried"),
+    ("pieces_are_tried_and_hinted", "<summary>Hint 3: the piece", "<summary>More: the piece"),
+    ("pieces_follow_their_skeleton", "# %%into tail.py\ndef first", "# %%into other.py\ndef first"),
+    ("pieces_follow_their_skeleton", "# %%into tail.py\ndef first", "# %%into tail.py\ndef second"),
+    ("tags_fit_the_cells", "# %%into tail.py\n", ""),
+    ("tags_fit_the_cells", '# %% tags=["piece"]', "# %%"),
     ("tags_fit_the_cells", '# %% tags=["given"]', '# %% tags=["gift"]'),
     ("tags_fit_the_cells", "# %%writefile given.py\n", ""),
     ("tags_fit_the_cells", 'check("I3")', 'check("I3")\nprint(1)'),
@@ -181,8 +187,10 @@ def test_nbval_notices_an_exception_and_a_wrong_published_output(example: Path, 
     assert "ValueError: no" in raised
 
 
-def test_a_solved_notebook_whose_check_does_not_pass_is_not_published(example: Path, rubric: Rubric):
+def test_a_solved_notebook_whose_check_does_not_pass_is_not_published(
+    example: Path, rubric: Rubric, answer: notebook_run.Solutions
+):
     before = editions.published_file(NAME, example).read_bytes()
-    run = book.publish(NAME, rubric, example, lambda _notebook, _path: "ANSWER = 41\n")
+    run = book.publish(NAME, rubric, example, lambda name, path: answer(name, path).replace("= 42", "= 41"))
     assert run.error == "02_example: solved, but these checks do not pass: I3"
     assert editions.published_file(NAME, example).read_bytes() == before
