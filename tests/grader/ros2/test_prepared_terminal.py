@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ from helpers.ros2_runs import COMMAND
 from helpers.terminal import needs_zsh
 
 from grader import KIT
+from grader.host import ros_env
 from grader.notebook import terminal
 from grader.notebook.workspace import Workspace, find
 
@@ -63,6 +65,13 @@ def test_names_are_completed(shell: str, tmp_path: Path):
 def test_it_can_be_sourced_twice_and_where_unset_variables_are_errors(shell: str, tmp_path: Path):
     said = type_into(shell, f"set -u; source {COMMAND}/setup.bash; source {COMMAND}/setup.bash; echo done", tmp_path)
     assert said == "done\n"
+
+
+def test_a_build_gets_the_hook_of_the_grader():
+    """Without it a package with interfaces does not build; a slow test does build one."""
+    named = re.search(r"\$\{CMAKE_CURRENT_LIST_DIR\}/(\S+\.cmake)", (COMMAND / "wheels.cmake").read_text())
+    assert named is not None
+    assert (COMMAND / named[1]).resolve() == ros_env.CMAKE_HOOK
 
 
 def test_without_an_environment_it_says_how_to_make_one(shell: str, tmp_path: Path):
