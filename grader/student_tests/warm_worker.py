@@ -23,6 +23,7 @@ from grader.student_tests.worker_report import ModuleRun, read_run
 
 _DATA_CAP = 100_000_000  # bytes
 _POLL_S = 0.01
+_LOOK_S = 0.2  # between two looks whether the worker has been stopped
 _START_SECONDS = 60.0
 # A run's limits leave out waiting for a core; by the clock it may take this many times as long.
 _BUSY_FACTOR = 10.0
@@ -76,13 +77,16 @@ class WarmWorker:
         began = time.monotonic()
         done = self.out / f"{number}.done"
         # The worker keeps the time itself; this is for a worker that the submission has stopped or killed.
-        ran_last = began
+        ran_last = looked = began
         while not done.exists() and self.alive:
+            time.sleep(_POLL_S)
             now = time.monotonic()
+            if now - looked < _LOOK_S:
+                continue
+            looked = now
             ran_last = ran_last if self._is_stopped() else now
             if now - began > _BUSY_FACTOR * request.total + _START_SECONDS or now - ran_last > _STOPPED_SECONDS:
                 self.process.kill()
-            time.sleep(_POLL_S)
         ran = read_run(self.out, number, time.monotonic() - began, self.package / request.module)
         # Coverage writes some of its data as it goes, and a run that is cut off leaves them without its reach.
         if request.coverage and (self.out / f"{number}.reach").exists():
