@@ -90,6 +90,8 @@ def run_module(prepared: Prepared, number: int, request: Request, modules: Path)
     write = None
     if request["coverage"]:
         measure = coverage.Coverage(config_file=RC, data_file=str(OUT / "coverage"), data_suffix=f"{number}.main")
+        # It would look at each of the modules imported so far, of which none is the package's.
+        measure._warn_preimported_source = False
         write = reach_writer(OUT / f"{number}.reach", measure)
         measure.start()
     with (OUT / f"{number}.report").open("a") as stream:
