@@ -142,7 +142,7 @@ def test_where_uv_cannot_be_had_or_fails_pip_installs_everything(broken: str):
         "    ran.append(command)\n"
         "    if failed or command[: len(broken)] != broken: return ''\n"
         "    failed.append(command); return 'no network'\n"
-        "setup.logged = logged; setup.install_pinned()\n"
+        "setup.logged, setup.index_settings = logged, dict; setup.install_pinned()\n"
         "print([word for word in ran[-1] if word == 'pip' or word.endswith('.txt')])"
     )
     assert done.stdout == "['pip', 'requirements.txt']\n"
