@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import math
+import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
+
+from grader.notebook import interface_types, workspace
 
 
 def tries(table: Mapping[str, object], of: str = "") -> None:
@@ -36,10 +40,24 @@ def tries(table: Mapping[str, object], of: str = "") -> None:
     print(f"{right} of {len(table)} right")
 
 
+_INTERFACES = re.compile(rf"^from {workspace.PACKAGE}\.(msg|srv|action) import", re.MULTILINE)
+
+
 def _read_in(file: Path, names: dict[str, object]) -> str:
-    """Run a file of the package in the notebook, and return why that failed, "" if it did not."""
+    """Run a file of the package in the notebook, and return why that failed, "" if it did not.
+
+    An import that fails is printed, and the functions that do without it can be tried all the same.
+    """
     try:
-        exec(compile(file.read_text(encoding="utf-8"), str(file), "exec"), names)  # the student's own text
+        text = file.read_text(encoding="utf-8")
+        if _INTERFACES.search(text):
+            interface_types.load(workspace.find())
+        for statement in ast.parse(text).body:
+            module = compile(ast.Module([statement], []), str(file), "exec", dont_inherit=True)
+            try:
+                exec(module, names)
+            except ImportError as error:
+                print(f"{file.name}, line {statement.lineno}: {error}")
     except FileNotFoundError:
         return "it is not there; run the cell above that writes it"
     except Exception as error:

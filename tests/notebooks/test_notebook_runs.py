@@ -44,6 +44,7 @@ def test_solved_its_checks_pass(name: str, course: Course):
     run = course.solved(name)
     assert run.error is None
     assert notebook_run.not_passed(run.notebook) == [], "\n".join(notebook_run.check_outputs(run.notebook))
+    assert notebook_run.cells_not_yet(run.notebook) == []
 
 
 @pytest.mark.slow

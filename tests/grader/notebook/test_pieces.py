@@ -128,11 +128,14 @@ def test_a_table_reads_the_functions_of_a_file_first(tmp_path: Path, capsys: pyt
     file = tmp_path / "halves.py"
     file.write_text("def halved(x):\n    return x / 2\n")
     tries({"halved(3)": 1.5}, of=str(file))
-    file.write_text("import nonsense\n")
-    tries({"halved(3)": 1.5}, of=str(file))
+    file.write_text("import nonsense\ndef halved(x):\n    return x / 2\n")
+    tries({"halved(4)": 2.0}, of=str(file))
+    file.write_text("halved(4)(5)\n")
+    tries({"halved(4)": 2.0}, of=str(file))
     assert capsys.readouterr().out.replace(str(tmp_path), "") == (
         "right    halved(3)  1.5\n1 of 1 right\n"
-        "NOT YET  /halves.py cannot be run: ModuleNotFoundError: No module named 'nonsense'\n"
+        "halves.py, line 1: No module named 'nonsense'\nright    halved(4)  2\n1 of 1 right\n"
+        "NOT YET  /halves.py cannot be run: TypeError: 'float' object is not callable\n"
     )
 
 
