@@ -68,7 +68,7 @@ def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None
     if own and notebook < "10" and (stub := next((name for name in wanted if _is_stub(package / name)), "")):
         expected = "the files of the layout so far, each finished"
         return Gap(
-            f"{stub} is still a stub: it has a `TODO`", expected, "do the exercise that writes it, and run its cell"
+            f"{stub} is still a stub: it has a `TODO`", expected, "do the exercise that writes it, replace the `TODO`, and run its cell"
         )
     modules = [name for name in wanted if name.startswith(f"{PACKAGE}/")]
     return _broken_module(package, modules, notebook)

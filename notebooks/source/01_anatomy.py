@@ -470,7 +470,7 @@ sys.exit(main())
 
 # %% [markdown]
 # The first line tells the system which program runs the script: `python3`, wherever it is found on the path.
-# `sys.exit(main())` hands the exit code on to whoever started it.
+# `sys.exit(main())` passes the exit code on to the program that started it.
 #
 # Write the other one, two lines.
 

@@ -204,7 +204,7 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 # Now write yours, one after the other; the fields are the contract's, in its order.
 # A comment in the first line is worth it: `ros2 interface show` prints it to everyone who asks. State units there.
 #
-# After each file, a table reads it with rosidl's own parser and compares; `fields` is the helper that does that, part by part.
+# After each file, a table reads it with rosidl's own parser, the one that the build uses, and compares names and types.
 
 # %%
 import re
@@ -213,10 +213,20 @@ from pathlib import Path
 from rosidl_adapter.parser import parse_message_string
 
 
-def fields(file):
-    """Return the fields of each part of an interface file as "type name"; [] for a part without fields."""
-    parts = re.split(r"^---\s*$", Path(file).read_text(), flags=re.MULTILINE)
-    return [[f"{f.type} {f.name}" for f in parse_message_string("any", "Name", part).fields] for part in parts]
+def parts(file):
+    """Return the fields of each part of an interface file."""
+    texts = re.split(r"^---\s*$", Path(file).read_text(), flags=re.MULTILINE)
+    return [parse_message_string("any", "Name", text).fields for text in texts]
+
+
+def names(file):
+    """Return the names of the fields in their order, with --- between the parts."""
+    return " --- ".join(" ".join(field.name for field in part) for part in parts(file))
+
+
+def types(file):
+    """Return the types that occur in the file, each once."""
+    return sorted({str(field.type) for part in parts(file) for field in part})
 
 
 # !mkdir -p msg srv action
@@ -236,11 +246,8 @@ def fields(file):
 # %%
 tries(
     {
-        "len(fields('msg/SensorFusionData.msg')[0])": 5,
-        "fields('msg/SensorFusionData.msg')[0][0]": "std_msgs/Header header",
-        "fields('msg/SensorFusionData.msg')[0][1].split()[1]": "closest_obstacle_distance",
-        "[f.split()[0] for f in fields('msg/SensorFusionData.msg')[0][1:3]]": ["float32", "float32"],
-        "fields('msg/SensorFusionData.msg')[0][4].split()[1]": "angular_velocity",
+        "names('msg/SensorFusionData.msg')": "header closest_obstacle_distance battery_level linear_acceleration angular_velocity",
+        "types('msg/SensorFusionData.msg')": ["float32", "geometry_msgs/Vector3", "std_msgs/Header"],
     }
 )
 
@@ -267,11 +274,10 @@ tries(
 # %%
 tries(
     {
-        "[len(part) for part in fields('srv/SetSpeed.srv')]": [1, 2],
-        "fields('srv/SetSpeed.srv')[0]": ["float32 speed"],
-        "fields('srv/SetSpeed.srv')[1][1].split()[1]": "message",
-        "[len(part) for part in fields('srv/GetRobotStatus.srv')]": [0, 4],
-        "fields('srv/GetRobotStatus.srv')[1][2]": "geometry_msgs/Pose pose",
+        "names('srv/SetSpeed.srv')": "speed --- success message",
+        "types('srv/SetSpeed.srv')": ["bool", "float32", "string"],
+        "names('srv/GetRobotStatus.srv')": " --- speed obstacle_detected pose status",
+        "types('srv/GetRobotStatus.srv')": ["bool", "float32", "geometry_msgs/Pose", "string"],
     }
 )
 
@@ -296,10 +302,8 @@ tries(
 # %%
 tries(
     {
-        "[len(part) for part in fields('action/NavigateToPosition.action')]": [2, 2, 1],
-        "fields('action/NavigateToPosition.action')[0][0]": "geometry_msgs/Pose target_pose",
-        "fields('action/NavigateToPosition.action')[1][0].split()[1]": "success",
-        "fields('action/NavigateToPosition.action')[2][0].split()[1]": "distance_remaining",
+        "names('action/NavigateToPosition.action')": "target_pose tolerance --- success final_pose --- distance_remaining",
+        "types('action/NavigateToPosition.action')": ["bool", "float32", "geometry_msgs/Pose"],
     }
 )
 

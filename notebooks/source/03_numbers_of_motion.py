@@ -136,7 +136,7 @@ def draw_arrow(axes, degrees, color, length=1.0, nudge=(0.0, 0.0)):
     x, y = length * math.cos(math.radians(degrees)), length * math.sin(math.radians(degrees))
     axes.quiver(0, 0, x, y, color=color, angles="xy", scale_units="xy", scale=1)
     label = {"color": color, "ha": "center", "va": "center"}
-    axes.text(1.15 * x + nudge[0], 1.15 * y + nudge[1], f"{degrees:g}°", **label)
+    axes.text(1.22 * x + nudge[0], 1.22 * y + nudge[1], f"{degrees:g}°", **label)
 
 
 figure, (arrows, points) = plt.subplots(1, 2, figsize=(9, 4.3), layout="constrained")

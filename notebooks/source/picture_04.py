@@ -25,7 +25,7 @@ def draw() -> Figure:
     )  # fmt: skip
     line.plot(recording.t, recording.closest, ".", markersize=4, color=COLORS["closest"], label="closest valid reading")
     line.axvline(SHOWN_S, color=COLORS["command"], linewidth=1.0, linestyle=":", label="the moment at the left")
-    line.set(xlabel="simulated time (s)", ylabel="nearest thing (m)", ylim=(0, None), title="how near the nearest thing is")
+    line.set(xlabel="simulated time (s)", ylabel="nearest thing (m)", ylim=(0, None), title="how near it is")
     line.legend(loc="lower left", fontsize=9)
     line.grid(alpha=0.3)
     return figure
