@@ -96,7 +96,7 @@ class Bridge:
         node_name: the node to stay in lockstep with.
         domain_id: the DDS domain; processes in other domains receive nothing.
         alive: returns whether the node's process is running, so that the bridge does not wait for a dead node.
-        reliable: whether the sensors are published reliably or, as real drivers do, best effort.
+        reliable: whether the sensors are published reliably or, as many drivers do, best effort.
     """
 
     def __init__(
@@ -144,6 +144,8 @@ class Bridge:
         self._asked: Future | None = None
         self.heard = 0
         """The number of signs of life so far: messages of the node's and answers to calls."""
+        self.served = 0
+        """The number of answers to calls so far, which only a node gives whose executor is free."""
         if topics.command:
             self.node.create_subscription(TwistMessage, topics.command, self._take_command, 10)
 
@@ -218,7 +220,7 @@ class Bridge:
             self.blocked = not self.spin_until(client.call_async(GetParameterTypes.Request()).done, limit)
         finally:
             self.node.destroy_client(client)
-        self.heard += not self.blocked
+        self._count_served(not self.blocked)
         return not self.blocked
 
     def drain(self) -> None:
@@ -360,7 +362,7 @@ class Bridge:
             self.blocked = True
             return
         self.blocked = False
-        self.heard += 1
+        self._count_served()
         self._serve(self._caught_up(), _CATCH_UP_CAP_S)
         self._idle = True
 
@@ -371,7 +373,11 @@ class Bridge:
             self._asked.add_done_callback(self._note_life)
 
     def _note_life(self, _answered: Future) -> None:
-        self.heard += 1
+        self._count_served()
+
+    def _count_served(self, count: int = 1) -> None:
+        self.heard += count
+        self.served += count
 
     def _note_answer(self) -> None:
         self._answers.note(self._tick)

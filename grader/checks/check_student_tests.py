@@ -15,7 +15,21 @@ def test_both_nodes_have_tests(judge: Judge) -> None:
         looked = ", ".join(_describe(module) for module in modules) or _nothing(judge)
         share = 1 - len(missing) / len(NODES)
         seen = f"no test that asserts something runs code of {' or '.join(missing)}; found {looked}"
-        judge.share(share, seen, "write test/test_<node>.py for each; importing a node is no test of it")
+        judge.share(share, seen, _try_tests(missing, {module.path.rpartition("/")[2] for module in modules}))
+
+
+def _try_tests(nodes: list[str], files: set[str]) -> str:
+    """Return what to do about nodes without tests; a file of tests that is there need not be written again."""
+    files_of = {node: f"test_{node}.py" for node in nodes}
+    written = [file for file in files_of.values() if file in files]
+    absent = [f"test/{file}" for file in files_of.values() if file not in files]
+    tries = [f"write {' and '.join(absent)}; importing a node is no test of it"] if absent else []
+    if written:
+        tries.append(
+            f"{' and '.join(written)} must run the node's own code: make the node (after rclpy.init()) or call its "
+            "functions. A mock in the node's place tests the mock"
+        )
+    return "; ".join(tries)
 
 
 def test_every_test_asserts_something(judge: Judge) -> None:

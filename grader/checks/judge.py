@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
+from grader import tracebacks
 from grader.checks.findings import place, some
 from grader.checks.first_cause import besides, sentence, shown_by
 from grader.evidence import Call, Evidence, Fault, Goal, Graph, Quality, StudentTests, Trial
@@ -16,7 +18,12 @@ OFFERED = {
 """The contract's services and action with their types. None of them is a near miss of another."""
 # What a trial is about, by how its name begins: see Fault.stops.
 _ABOUT = {"launch": "launch", "file": "parameters"}
-_HOLDS_ON = ("loop-in-callback", "sleep-in-callback")
+# What says more comes first: a loop that never ends, a wait for what cannot come, a pause.
+_HOLDS_ON = ("loop-in-callback", "wait-in-callback", "sleep-in-callback")
+HOLDS_ON = "while a callback runs the node answers nothing: "
+"""Begins the words that name the line which holds a node up."""
+# rclpy's own words for a service's callback that has returned something else than a response.
+_NO_RESPONSE = re.compile(r"in send_response\b(?:.*\n)*?\s*(?:raise )?TypeError")
 _OF_EVERY_NODE = {"rosout", "parameter_events"}
 
 
@@ -98,20 +105,23 @@ class Judge:
         if not trial.ready:
             raise NotReached(self._why_not_up(trial))
         if complete and trial.ended:
-            raise NotReached(trial.ended + last_output(trial) + self._holding_on(trial))
+            raise NotReached(trial.ended + self.why_ended(trial) + self._holding_on(trial))
         return trial
 
     def _holding_on(self, trial: Trial) -> str:
         """Return where the package's text shows why a node that still ran did not answer, "" where it does not."""
         if self.evidence.quality is None or (trial.process is not None and trial.process.by == "itself"):
             return ""
-        habits = self.evidence.quality.habits
-        # A loop that never ends says more than a pause.
-        found = sorted((habit for habit in habits if habit.rule in _HOLDS_ON), key=lambda habit: habit.rule)
-        if not found:
-            return ""
-        places = ", ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
-        return f"; while a callback runs the node answers nothing: {places}"
+        return holding_on(self.evidence.quality)
+
+    def why_ended(self, trial: Trial) -> str:
+        """Return as the end of a sentence why a node ended by itself: what it said last, or what its text shows."""
+        output = trial.process.output_tail if trial.process is not None and trial.process.by == "itself" else ""
+        if _NO_RESPONSE.search(output) and self.evidence.quality is not None:
+            found = [habit for habit in self.evidence.quality.habits if habit.rule == "no-response"]
+            shown = "; ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
+            return f"; {shown or 'the callback of a service returned None'}: `return response`?"
+        return last_output(trial)
 
     def _why_not_up(self, trial: Trial) -> str:
         """Return why a trial's node did not come up: first what the package's text shows, if the output agrees."""
@@ -138,14 +148,14 @@ class Judge:
         """
         calls = [call for call in trial.calls if call.service == service]
         if index >= len(calls) and trial.ended:
-            raise NotReached(trial.ended + last_output(trial))
+            raise NotReached(trial.ended + self.why_ended(trial))
         if index >= len(calls):
             raise Unjudged(f"the trial {trial.name} has no call {index} of {service}")
         if calls[index].response is None:
             # A service that does not answer is there: nothing else is meant.
             there = calls[index].problem.startswith("no answer")
             why = self._changed(service) or (self._holding_on(trial) if there else near_miss(trial.graph, service))
-            raise NotReached(calls[index].problem + last_output(trial) + why)
+            raise NotReached(calls[index].problem + self.why_ended(trial) + why)
         return calls[index]
 
     def goal(self, trial: Trial, index: int = 0) -> Goal:
@@ -156,7 +166,7 @@ class Judge:
             Failed: the goal was rejected.
         """
         if index >= len(trial.goals) and trial.ended:
-            raise NotReached(trial.ended + last_output(trial))
+            raise NotReached(trial.ended + self.why_ended(trial))
         if index >= len(trial.goals):
             raise Unjudged(f"the trial {trial.name} has no goal {index}")
         goal = trial.goals[index]
@@ -217,10 +227,22 @@ class Judge:
         self.fraction = min(1.0, max(0.0, fraction)) * self._weight
         self.seen, self.try_ = "\n".join(words for words in (seen, self._why) if words), try_
 
+    def remark(self, seen: str, try_: str = "") -> None:
+        """Say what was noticed and costs nothing."""
+        self.seen = "\n".join(words for words in (self.seen, seen) if words)
+        self.try_ = self.try_ or try_
+
     def weigh(self, weight: float, why: str) -> None:
         """Let all that the check gives count for `weight` of its points, 0 to 1, and say why."""
         self._weight, self._why = weight, why
         self.share(1.0, "", "")
+
+
+def holding_on(quality: Quality) -> str:
+    """Return as the end of a sentence which lines of a package keep a callback from returning, "" if none does."""
+    found = [habit for rule in _HOLDS_ON for habit in quality.habits if habit.rule == rule]
+    places = ", ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
+    return f"; {HOLDS_ON}{places}" if found else ""
 
 
 def near_miss(graph: Graph | None, wanted: str) -> str:
@@ -250,8 +272,8 @@ def short_types(types: Sequence[str]) -> str:
 
 
 def last_output(trial: Trial) -> str:
-    """Return words with the last line of output of a node that ended by itself, "" for any other node."""
+    """Return words with the last output of a node that ended by itself, and its place; "" for any other node."""
     if trial.process is None or trial.process.by != "itself":
         return ""
-    lines = [line for line in trial.process.output_tail.splitlines() if line.strip()]
-    return f"; its last output was: {lines[-1].strip()[:300]}" if lines else ""
+    said = tracebacks.last_words(trial.process.output_tail)
+    return f"; its last output was: {said}" if said else ""

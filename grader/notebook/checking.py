@@ -94,19 +94,21 @@ def _unjudged(requirement: Requirement, reason: str) -> Answer:
 
 
 def _judged(score: RequirementScore, grading: Grading) -> Answer:
-    notes = []
+    notes: list[Note] = []
+    unreached: set[str] = set()
     for loss in losses(score):
         result = loss.result
         if result.outcome is Outcome.NOT_REACHED:
-            rows = _not_reached(result.because, result.expected or result.sentence, grading)
+            if result.because in unreached:
+                continue  # the same reason again: once is enough
+            unreached.add(result.because)
+            notes.append(Note(loss.heading, _not_reached(result.because, result.expected or result.sentence, grading)))
         else:
             named = (
                 ("seen", result.seen), ("because", result.because), ("expected", result.expected), ("try", result.try_),
             )  # fmt: skip
             rows = tuple((name, value) for name, value in named if value)
-        notes.append(Note(loss.heading, rows))
-    if len(notes) > 1 and len({dict(note.rows).get("seen") for note in notes}) == 1:
-        del notes[1:]  # all checks failed for the same reason
+            notes.append(Note(loss.heading, rows))
     return _answer(
         score.requirement, tuple(notes), reached=score.points, passed=score.outcome is Outcome.PASSED,
         ours=score.outcome is Outcome.ERROR,

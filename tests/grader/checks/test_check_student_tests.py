@@ -91,6 +91,16 @@ def test_tests_that_run_no_code_of_the_package_earn_nothing():
     assert said.seen == "no test that passed runs code of the package: test/test_a.py"
 
 
+def test_a_file_of_tests_with_mocks_only_is_not_asked_for_again():
+    mocks = module("test/test_robot_controller.py", subjects=[], reaches=False)
+    said = judged(checks.test_both_nodes_have_tests, mocks)
+    assert said.try_ == (
+        "write test/test_sensor_processor.py; importing a node is no test of it; test_robot_controller.py must run the "
+        "node's own code: make the node (after rclpy.init()) or call its functions. A mock in the node's place tests the "
+        "mock"
+    )
+
+
 def test_passing_tests_of_nothing_do_not_hide_failing_ones():
     nothing = module("test/test_b.py", tests=96, asserting=96, passed=96, subjects=[], reaches=False)
     said = judged(checks.test_own_tests_pass, module(passed=3, failed=1), nothing)
