@@ -23,6 +23,8 @@ class Settings:
         mutation_budget_s: the time to spend on mutants, as wall time of a quiet machine.
         requirements: judge only these; by default all that have checks.
         package_path: the package to grade, by its place in the submission; by default the grader chooses.
+        best_effort: whether the simulated sensors publish best effort, as many drivers do. In a grading they are
+            reliable, so that a reliable subscription costs I4 alone; in the course they are as on a robot.
         overwrite: whether the reports may replace those of another submission.
         progress: called with a few words whenever something new begins.
     """
@@ -35,6 +37,7 @@ class Settings:
     mutation_budget_s: float = MUTATION_BUDGET_S
     requirements: tuple[str, ...] = ()
     package_path: str = ""
+    best_effort: bool = False
     overwrite: bool = True
     progress: Callable[[str], None] = lambda _what: None
 

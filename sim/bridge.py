@@ -96,6 +96,7 @@ class Bridge:
         node_name: the node to stay in lockstep with.
         domain_id: the DDS domain; processes in other domains receive nothing.
         alive: returns whether the node's process is running, so that the bridge does not wait for a dead node.
+        namespace: the node's, "" for the root namespace.
         reliable: whether the sensors are published reliably or, as many drivers do, best effort.
     """
 
@@ -108,10 +109,12 @@ class Bridge:
         domain_id: int,
         alive: Callable[[], bool] = lambda: True,
         reliable: bool = True,
+        namespace: str = "",
     ) -> None:
         self.simulator = simulator
         self.topics = topics
         self.node_name = node_name
+        self._namespace = namespace
         self.alive = alive
         self.pace = "lockstep"
         self.blocked = False
@@ -405,7 +408,9 @@ class Bridge:
     # -- topics ---------------------------------------------------------------------------------------------------
 
     def _client(self) -> Client:
-        return self.node.create_client(GetParameterTypes, f"{self.node_name}/get_parameter_types")
+        return self.node.create_client(
+            GetParameterTypes, f"{self._namespace}/{self.node_name}/get_parameter_types".lstrip("/")
+        )
 
     def _make_publishers(self, reliable: bool) -> None:
         policy = QoSReliabilityPolicy.RELIABLE if reliable else QoSReliabilityPolicy.BEST_EFFORT
@@ -459,7 +464,7 @@ class Bridge:
         names = tuple(sorted(self.node.get_node_names()))
         if self.node_name not in names:
             return names
-        own = (self.node_name, "/")
+        own = (self.node_name, f"/{self._namespace}")
         try:
             return (
                 names,

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from grader import tracebacks
 from grader.checks.findings import place, some
 from grader.checks.first_cause import besides, sentence, shown_by
-from grader.evidence import Call, Evidence, Fault, Goal, Graph, Quality, StudentTests, Trial
+from grader.evidence import Call, Evidence, Fault, Finding, Goal, Graph, Quality, StudentTests, Trial
 
 OFFERED = {
     "set_speed": "srv/SetSpeed",
@@ -24,6 +24,13 @@ HOLDS_ON = "while a callback runs the node answers nothing: "
 """Begins the words that name the line which holds a node up."""
 # rclpy's own words for a service's callback that has returned something else than a response.
 _NO_RESPONSE = re.compile(r"in send_response\b(?:.*\n)*?\s*(?:raise )?TypeError")
+NAMESPACE = "robot7"
+"""Where the trial launch_remapped has put the nodes."""
+DEAF_TO = (
+    "{topics}: subscribed reliably, and the sensors here publish best effort, as many drivers do, so nothing arrives. "
+    "Subscribe with qos_profile_sensor_data"
+)
+"""Names the subscriptions that receive nothing."""
 _OF_EVERY_NODE = {"rosout", "parameter_events"}
 
 
@@ -108,20 +115,35 @@ class Judge:
             raise NotReached(trial.ended + self.why_ended(trial) + self._holding_on(trial))
         return trial
 
+    @property
+    def habits(self) -> list[Finding]:
+        """Return the habits that the package's text shows, [] if it was not read."""
+        return self.evidence.quality.habits if self.evidence.quality is not None else []
+
+    @property
+    def holding_on(self) -> str:
+        """Return as the end of a sentence which lines keep a callback from returning, "" if none does."""
+        return holding_on(self.evidence.quality) if self.evidence.quality is not None else ""
+
     def _holding_on(self, trial: Trial) -> str:
         """Return where the package's text shows why a node that still ran did not answer, "" where it does not."""
-        if self.evidence.quality is None or (trial.process is not None and trial.process.by == "itself"):
-            return ""
-        return holding_on(self.evidence.quality)
+        return "" if trial.process is not None and trial.process.by == "itself" else self.holding_on
 
     def why_ended(self, trial: Trial) -> str:
         """Return as the end of a sentence why a node ended by itself: what it said last, or what its text shows."""
         output = trial.process.output_tail if trial.process is not None and trial.process.by == "itself" else ""
-        if _NO_RESPONSE.search(output) and self.evidence.quality is not None:
-            found = [habit for habit in self.evidence.quality.habits if habit.rule == "no-response"]
+        if _NO_RESPONSE.search(output):
+            found = [habit for habit in self.habits if habit.rule == "no-response"]
             shown = "; ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
             return f"; {shown or 'the callback of a service returned None'}: `return response`?"
         return last_output(trial)
+
+    @property
+    def deaf_to(self) -> str:
+        """Return in words the sensors of which the node received nothing in the trials so far, "" if there are none."""
+        ran = [self.evidence.trials[name] for name in self.trials if name in self.evidence.trials]
+        topics = dict.fromkeys(topic for trial in ran for topic in trial.deaf_to)
+        return f"{DEAF_TO.format(topics=', '.join(topics))} (I4)" if topics else ""
 
     def _why_not_up(self, trial: Trial) -> str:
         """Return why a trial's node did not come up: first what the package's text shows, if the output agrees."""
@@ -243,6 +265,14 @@ def holding_on(quality: Quality) -> str:
     found = [habit for rule in _HOLDS_ON for habit in quality.habits if habit.rule == rule]
     places = ", ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
     return f"; {HOLDS_ON}{places}" if found else ""
+
+
+def absolute(graph: Graph | None, name: str) -> bool:
+    """Return whether a node that runs in NAMESPACE has a topic, service or action of this name outside of it."""
+    if graph is None:
+        return False
+    names = {endpoint.topic for endpoint in graph.endpoints} | {*graph.services, *graph.actions}
+    return name in names and f"{NAMESPACE}/{name}" not in names
 
 
 def near_miss(graph: Graph | None, wanted: str) -> str:

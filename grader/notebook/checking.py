@@ -69,7 +69,7 @@ def _requirement(whole: Rubric, name: str) -> Requirement:
 def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Progress) -> Grading:
     settings = Settings(
         rubric=whole, cache=build.cache_folder(), requirements=tuple(requirement.id for requirement in wanted),
-        mutation_budget_s=MUTATION_BUDGET_S, progress=progress.say,
+        mutation_budget_s=MUTATION_BUDGET_S, best_effort=True, progress=progress.say,
     )  # fmt: skip
     with _LOCK, tempfile.TemporaryDirectory(prefix="check-") as scratch:
         return pipeline.grade(package, Path(scratch) / "out", settings)
@@ -109,10 +109,17 @@ def _judged(score: RequirementScore, grading: Grading) -> Answer:
             )  # fmt: skip
             rows = tuple((name, value) for name, value in named if value)
             notes.append(Note(loss.heading, rows))
+    notes += [Note("", (("seen", remark),)) for remark in _remarks_on(score)]
     return _answer(
         score.requirement, tuple(notes), reached=score.points, passed=score.outcome is Outcome.PASSED,
         ours=score.outcome is Outcome.ERROR,
     )  # fmt: skip
+
+
+def _remarks_on(score: RequirementScore) -> list[str]:
+    """Return what was noticed by checks that passed, each remark once."""
+    said = [result.seen for result in score.results if result.outcome is Outcome.PASSED and result.seen]
+    return list(dict.fromkeys(said))
 
 
 def _not_reached(because: str, expected: str, grading: Grading) -> tuple[tuple[str, str], ...]:

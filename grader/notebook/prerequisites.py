@@ -92,6 +92,8 @@ def advice(because: str) -> str:
     """Return what to do about the reason why a check could not be judged."""
     if named := re.search(r"\(([FITQ]\d+)\)", because):
         return f'fix {named[1]} first: `check("{named[1]}")` says more'
+    if "not tried yet" in because:
+        return "make the robot drive first, then check again"
     if "there is no executable" in because:
         return 'install it with install(PROGRAMS ...) in CMakeLists.txt; `check("I1")` says more'
     if "there is no service" in because or "there is no action" in because:

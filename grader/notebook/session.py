@@ -254,6 +254,8 @@ class Run:
         self._finish.atexit = False
         try:
             self._stage.open()
+            if deaf_to := self._stage.deaf_to():
+                print(deaf_to)
         except TrialOver as over:
             self._give_up(self._why(str(over)))
 

@@ -12,6 +12,7 @@ from typing import Any
 
 from std_msgs.msg import Float32
 
+from grader.checks.judge import DEAF_TO
 from grader.trials.interfaces import SERVICES, SensorFusionData
 from grader.trials.messages import fill
 from grader.trials.observation import Program, TrialOver, has_one_thread
@@ -41,7 +42,7 @@ class WatchedStage(Stage):
         plan = TrialPlan(
             "notebook", "", lambda _stage: None, node, simulator.world.name, (), remappings=dict(remappings)
         )
-        super().__init__(plan, simulator.seed, simulator, process, domain_id)
+        super().__init__(plan, simulator.seed, simulator, process, domain_id, reliable=False)
         self._work_limit_s = math.inf
         self.has_one_thread = has_one_thread(package)
         self._recorder = recorder
@@ -71,6 +72,11 @@ class WatchedStage(Stage):
             return None, f"{service} gave no answer"
         self.bridge.settle()
         return future.result(), ""
+
+    def deaf_to(self) -> str:
+        """Return in words which sensors the node receives nothing of, "" if there are none."""
+        topics = self._deaf_to()
+        return DEAF_TO.format(topics=", ".join(topics)) if topics else ""
 
     @property
     def takes_goals(self) -> bool:

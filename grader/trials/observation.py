@@ -91,8 +91,18 @@ def has_one_thread(package: Path) -> bool:
 class Observation:
     """A node, a robot and a world under observation. Times are simulated seconds since the start."""
 
-    def __init__(self, plan: TrialPlan, seed: int, simulator: Simulator, process: Program, domain_id: int) -> None:
+    def __init__(
+        self,
+        plan: TrialPlan,
+        seed: int,
+        simulator: Simulator,
+        process: Program,
+        domain_id: int,
+        *,
+        reliable: bool = True,
+    ) -> None:
         self.plan = plan
+        self._reliable = reliable
         self.patience_s = PATIENCE_S
         self.simulator = simulator
         self.process = process
@@ -104,6 +114,8 @@ class Observation:
             plan.node,
             domain_id=domain_id,
             alive=lambda: process.exit_code() is None,
+            reliable=reliable,
+            namespace=plan.namespace,
         )
         self.bridge.on_command = self._take_command
         self.bridge.on_published = self._take_published
@@ -136,9 +148,10 @@ class Observation:
         self.action: Any = None
         self._parameter_clients = {name: AsyncParameterClient(node, name) for name in {plan.node, *plan.awaits}}
         if plan.node == "robot_controller":
-            names = {name: plan.remappings.get(name, name) for name in SERVICES}
+            space = f"{plan.namespace}/" if plan.namespace else ""
+            names = {name: space + plan.remappings.get(name, name) for name in SERVICES}
             self._clients = {name: node.create_client(SERVICES[name], names[name]) for name in SERVICES}
-            self.action = ActionClient(node, NavigateToPosition, ACTION)
+            self.action = ActionClient(node, NavigateToPosition, space + ACTION)
         else:
             self.bridge.watch_answers(SensorFusionData)
 
@@ -185,6 +198,7 @@ class Observation:
             others={name: _end(process) for name, process in self.others.items()},
             foreign=self._foreign_publishers(),
             dropped=self._dropped,
+            deaf_to=self._deaf_to(),
             stopped=self.process.stopped(),
         )
 
@@ -275,6 +289,12 @@ class Observation:
         """Return the sensors' topics, which only the simulator should publish."""
         topics = self.bridge.topics
         return [f"/{name}" for name in (topics.scan, topics.odom, topics.imu, topics.battery) if name]
+
+    def _deaf_to(self) -> list[str]:
+        """Return the sensors' topics of which the node can receive nothing because it asks for reliable ones."""
+        ends = self.graph.endpoints if self.graph and not self._reliable else []
+        wanted = {end.topic for end in ends if end.kind == "subscription" and end.reliability == "reliable"}
+        return sorted(wanted & {name.lstrip("/") for name in self._own_topics()})
 
     def _all_there(self) -> bool:
         services = all(client.service_is_ready() for client in self._clients.values())

@@ -43,6 +43,8 @@ class TrialRequest:
     """The package's source folder, for a trial that runs a script of it."""
     ros_name: str = PACKAGE
     """The package's name, by which `ros2 run` finds it."""
+    best_effort: bool = False
+    """Whether the simulated sensors publish best effort."""
     patience_s: float = PATIENCE_S
     """How long to wait for the node to come up, excluding time spent waiting for a CPU."""
 

@@ -30,6 +30,7 @@ class Trials:
         ran = scheduler.run(
             plans.values(), install=subject.install, contract=subject.contract.install, folder=subject.folder,
             package=subject.submission.package, ros_name=subject.ros_name, seed=settings.seed,
+            best_effort=settings.best_effort,
             progress=lambda name: settings.progress(f"trial {name}: {plans[name].sentence}"),
         )  # fmt: skip
         return Collected({"trials": ran}, tuple(integrity_flags(ran)))

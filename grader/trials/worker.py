@@ -94,7 +94,7 @@ def run_trial(plan: TrialPlan, request: TrialRequest) -> None:
     box, telltales = _sandbox(plan, request)
     with ExitStack() as others, sandbox.Process(_command(plan, request.ros_name), box, _LIMITS) as process:
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
-        stage = Stage(plan, request.seed, simulator, process, request.domain_id)
+        stage = Stage(plan, request.seed, simulator, process, request.domain_id, reliable=not request.best_effort)
         stage.start = lambda command: others.enter_context(sandbox.Process(command, box, _LIMITS))
         stage.patience_s = request.patience_s
         stage.package = request.ros_name

@@ -49,6 +49,6 @@ def test_a_wrong_answer_comes_with_its_case_and_the_right_one():
         "normalize_angle(-3.1416) gave -3.1416",
         "3.1416; quaternion_from_yaw(3.1416) gave (0.000, 1.000, 0.000, 0.000)",
         "(0.000, 0.000, 1.000, 0.000); yaw_from_quaternion((-0.300, 0.600, 0.200, 0.714)) gave 0.5461",
-        "-0.3558; clamp(-3.0000, -1.0000, -0.5000) gave -3.0000",
+        "-0.3559; clamp(-3.0000, -1.0000, -0.5000) gave -3.0000",
         "-1.0000",
     ]
