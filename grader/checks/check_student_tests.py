@@ -1,6 +1,6 @@
 """T1 and T2: the package's own tests, and their coverage."""
 
-from grader.checks.findings import some
+from grader.checks.findings import place, some
 from grader.checks.judge import Judge, NotReached
 from grader.contract.spec import CONVERSIONS_MODULE, NODE_MODULES, NODES
 from grader.evidence import StudentTests, TestModule
@@ -65,6 +65,10 @@ def test_own_tests_pass(judge: Judge) -> None:
         seen = "; ".join([f"{passed} of {ran} tests passed", *problems[:3], *([f"and {more} more"] if more else [])])
         try_ = "run pytest in a clean folder; a test that fails only sometimes depends on the speed of the machine"
         judge.share(passed / ran, seen, try_)
+    if sleeps := [habit for habit in judge.habits if habit.rule == "sleep-in-test"]:
+        places = some([f"{place(habit)} {habit.text}" for habit in sleeps], 3)
+        seen = f"these tests sleep, which costs no points, and time in every run: {places}"
+        judge.remark(seen, "wait for what the test is about, with a deadline: spin until the message is there")
 
 
 def test_coverage_of_lines_and_branches(judge: Judge) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from grader import tracebacks
 from grader.checks.findings import place, some
 from grader.checks.first_cause import besides, sentence, shown_by
+from grader.contract.spec import NODES
 from grader.evidence import Call, Evidence, Fault, Finding, Goal, Graph, Quality, StudentTests, Trial
 
 OFFERED = {
@@ -24,6 +25,8 @@ HOLDS_ON = "while a callback runs the node answers nothing: "
 """Begins the words that name the line which holds a node up."""
 # rclpy's own words for a service's callback that has returned something else than a response.
 _NO_RESPONSE = re.compile(r"in send_response\b(?:.*\n)*?\s*(?:raise )?TypeError")
+# What launch says of a process that died, and the last line of that process's traceback.
+_LAUNCH_ERROR = re.compile(r"\[ERROR\]|process has died|^(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
 NAMESPACE = "robot7"
 """Where the trial launch_remapped has put the nodes."""
 DEAF_TO = (
@@ -147,7 +150,7 @@ class Judge:
 
     def _why_not_up(self, trial: Trial) -> str:
         """Return why a trial's node did not come up: first what the package's text shows, if the output agrees."""
-        because = trial.ended + last_output(trial)
+        because = launch_words(trial) if trial.launch else trial.ended + last_output(trial)
         faults = self.faults("install", "start", *filter(None, [_ABOUT.get(trial.name.partition("_")[0])]))
         output = trial.process.output_tail if trial.process is not None else ""
         cause = shown_by(faults, f"{trial.ended}\n{output}", by_path=True)
@@ -286,6 +289,21 @@ def near_miss(graph: Graph | None, wanted: str) -> str:
     if not others:
         return ""
     return "; found " + ", ".join(f"{name} ({short_types(types)})" for name, types in sorted(others.items())[:4])
+
+
+def launch_words(trial: Trial) -> str:
+    """Return why a launched node did not come up: what the graph has instead, and what `ros2 launch` itself printed."""
+    output = trial.process.output_tail if trial.process is not None else ""
+    errors = [line.strip() for line in output.splitlines() if _LAUNCH_ERROR.search(line)]
+    said = f"; `ros2 launch` said: {' | '.join(errors[-3:])[:600]}" if errors else ""
+    others = sorted({name.rpartition("/")[2] for name in trial.graph.nodes} - {*NODES}) if trial.graph else []
+    others = [name for name in others if not name.startswith("launch_ros")]
+    named = (
+        f"; is {' or '.join(f'`{name}`' for name in others[:2])} its name? name= in the launch file, the key in the "
+    )
+    named += "YAML file and the node's own name have to be the same"
+    ended = trial.ended.replace("the node ended before it came up", f"{trial.launch} ended before a node came up")
+    return ended + (named if others else "") + said
 
 
 def near_topic(graph: Graph | None, wanted: str) -> str:

@@ -10,14 +10,16 @@ from pathlib import Path
 
 from grader import build, pipeline
 from grader.errors import KitError, SubmissionError
+from grader.evidence import Mutant, short_name
 from grader.notebook import prerequisites
-from grader.notebook.feedback import Answer, Checked, Note, Progress
+from grader.notebook.feedback import Answer, Checked, Note, Progress, Table
 from grader.notebook.workspace import NOTEBOOK, Workspace
 from grader.report.album import Album, Picture
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, losses, place, points
 from grader.scoring.rubric import RUBRIC, Requirement, Rubric
 from grader.scoring.scorecard import Outcome, RequirementScore
+from grader.settings import MUTATION_BUDGET_S as GRADING_BUDGET_S
 from grader.settings import Settings
 
 MUTATION_BUDGET_S = 3.0  # for T3: one or two rounds of ten mutants, where the grading tries forty
@@ -41,13 +43,14 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
     possible = [r for r in wanted if r.id not in answers]
     pictures: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
     if possible:
         progress = Progress()
         try:
             grading = _grade(workspace.package, whole, possible, progress)
             scores = grading.shown().scorecard.requirements
             answers |= {s.requirement.id: _judged(s, grading) for s in scores if s.outcome is not Outcome.NOT_GRADED}
-            pictures, notes = _pictures(grading), _remarks(grading)
+            pictures, notes, tables = _pictures(grading), _remarks(grading), _tables(grading.shown())
         except SubmissionError as error:
             gap = prerequisites.Gap(str(error), "a package that can be read", "fix the problem named here")
             answers |= {r.id: _lacking(r, gap) for r in possible}
@@ -55,7 +58,7 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
             answers |= {r.id: _unjudged(r, str(error)) for r in possible}
         finally:
             progress.done()
-    return Checked(tuple(answers[r.id] for r in wanted), pictures, notes)
+    return Checked(tuple(answers[r.id] for r in wanted), pictures, notes, tables)
 
 
 def _requirement(whole: Rubric, name: str) -> Requirement:
@@ -133,11 +136,39 @@ def _not_reached(because: str, expected: str, grading: Grading) -> tuple[tuple[s
 
 def _remarks(grading: Grading) -> tuple[str, ...]:
     """Return how this check differs from the grading, in sentences."""
-    mutation = grading.evidence.mutation
-    if mutation is None:
+    tried = _tried(grading)
+    if not tried:
         return ()
-    tried = sum(mutant.outcome != "not tried" for mutant in mutation.mutants)
-    return (f"A sample of T3: {tried} mutants were tried here. The grading tries more, and different ones.",)
+    return (
+        f"A sample of T3: {len(tried)} mutants, what fits into {MUTATION_BUDGET_S:g} s of running your tests. "
+        f"The grading has {GRADING_BUDGET_S:g} s, so it tries more, and different ones.",
+    )
+
+
+def _tables(grading: Grading) -> tuple[Table, ...]:
+    """Return every mutant that was tried, what it changed, and which test noticed it."""
+    tried = _tried(grading)
+    if not tried:
+        return ()
+    rows = tuple(
+        (
+            "✓ " + short_name(mutant.by)
+            if mutant.outcome == "noticed"
+            else _MISSED.get(mutant.outcome, mutant.outcome),
+            f"{mutant.path}:{mutant.line}",
+            mutant.words,
+        )
+        for mutant in sorted(tried, key=lambda mutant: (mutant.path, mutant.line))
+    )
+    return (Table(f"All {len(tried)} mutants", ("noticed by", "place", "change"), rows),)
+
+
+_MISSED = {"unnoticed": "no test", "unreached": "no test reaches this line"}
+
+
+def _tried(grading: Grading) -> list[Mutant]:
+    mutation = grading.evidence.mutation
+    return [mutant for mutant in mutation.mutants if mutant.outcome != "not tried"] if mutation else []
 
 
 def _pictures(grading: Grading) -> tuple[Picture, ...]:

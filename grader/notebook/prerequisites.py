@@ -94,6 +94,10 @@ def advice(because: str) -> str:
         return f'fix {named[1]} first: `check("{named[1]}")` says more'
     if "not tried yet" in because:
         return "make the robot drive first, then check again"
+    if "`ros2 launch`" in because:
+        return "start the file yourself, with the YAML files beside it: `!ros2 launch ros2_robot_controller ...`"
+    if "there is no launch/" in because or "there is no config/" in because:
+        return 'install it with install(DIRECTORY launch config ...) in CMakeLists.txt; `check("I1")` says more'
     if "there is no executable" in because:
         return 'install it with install(PROGRAMS ...) in CMakeLists.txt; `check("I1")` says more'
     if "there is no service" in because or "there is no action" in because:

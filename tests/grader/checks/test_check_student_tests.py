@@ -8,7 +8,7 @@ from helpers.judging import Check, Judged, ask, evidence_with
 from grader import evidence
 from grader.checks import check_student_tests as checks
 from grader.checks.judge import Unjudged
-from grader.evidence import FileCoverage, StudentTests
+from grader.evidence import FileCoverage, Finding, Manifest, Quality, StudentTests
 
 BOTH_NODES = ["robot_controller", "sensor_processor"]
 
@@ -145,6 +145,17 @@ def test_a_node_without_tests_costs_half():
 def test_failing_tests_cost_their_share_and_say_how():
     said = judged(checks.test_own_tests_pass, module(passed=3, failed=1, failures=["test_d: assert 1 == 2"]))
     assert (said.share, said.seen) == (0.75, "3 of 4 tests passed; test_d: assert 1 == 2")
+
+
+def test_tests_that_sleep_are_named_and_lose_nothing():
+    """The contract asks for tests that assert and pass; a sleep only makes them slow and fickle."""
+    naps = Finding("test/test_a.py", 12, "sleep-in-test", "`time.sleep(0.5)`")
+    quality = Quality(manifest=Manifest(found=True), habits=[naps])
+    said = ask(checks.test_own_tests_pass, evidence_with(tests=StudentTests([module()]), quality=quality))
+    assert (said.share, said.seen) == (
+        1.0,
+        "these tests sleep, which costs no points, and time in every run: test/test_a.py:12 `time.sleep(0.5)`",
+    )
 
 
 def test_skipping_everything_does_not_pass():
