@@ -1,7 +1,8 @@
 """Read a notebook's source, notebooks/source/NN_topic.py (jupytext, py:percent). Runs nothing.
 
-`exercise` and `given` cells are whole files of the package (`%%writefile PATH`), `check` cells call the grader. Ids are
-made from the section and the cell's position in it, so a new cell renames only the cells after it in its own section.
+`exercise`, `skeleton` and `given` cells are whole files of the package (`%%writefile PATH`), `piece` cells fill
+functions of a skeleton (`%%into PATH`), `check` cells call the grader. Ids are made from the section and the cell's
+position in it, so a new cell renames only the cells after it in its own section.
 """
 
 from __future__ import annotations
@@ -17,14 +18,16 @@ from nbformat import NotebookNode
 
 from grader import KIT
 from grader.errors import GraderError
+from grader.notebook import pieces
 from grader.scoring.rubric import Rubric
 
 NOTEBOOKS = KIT / "notebooks"
 SOURCE = NOTEBOOKS / "source"
-EXERCISE, GIVEN, CHECK = "exercise", "given", "check"
+EXERCISE, SKELETON, PIECE, GIVEN, CHECK = "exercise", "skeleton", "piece", "given", "check"
 
 _NAME = re.compile(r"\d\d_\w+")
 _WRITES = re.compile(r"%%writefile +(\S+) *\n?")
+_INTO = re.compile(rf"%%{pieces.MAGIC} +(\S+) *\n")
 _CALL = re.compile(r"\bcheck\(([^)]*)\)")
 _SHIELD = "\N{ZERO WIDTH NO-BREAK SPACE}"
 _MAX_ID = 64  # characters of a cell's id, by the notebook format
@@ -125,6 +128,9 @@ def _name_cells(notebook: NotebookNode) -> None:
         position += 1
         if file := written_file(cell):
             wanted = f"file-{_slug(file)}"
+        elif file := piece_file(cell):
+            functions = pieces.definitions(body(cell))
+            wanted = f"piece-{_slug(file.rpartition('/')[2])}-{_slug(' '.join(f.name for f in functions))}"
         elif CHECK in tags(cell) and checked(cell):
             wanted = f"check-{_slug(' '.join(checked(cell)))}"
         else:
@@ -166,13 +172,13 @@ def _add_nbgrader_metadata(name: str, notebook: NotebookNode, rubric: Rubric, no
     worth = {requirement.id: requirement.points for requirement in rubric.requirements}
     scored = scored_requirements(name, notebook, notebooks)
     for cell in notebook.cells:
-        kind = {EXERCISE, GIVEN, CHECK} & set(tags(cell))
+        kind = {EXERCISE, SKELETON, PIECE, GIVEN, CHECK} & set(tags(cell))
         if not kind:
             continue
         points = sum(worth.get(asked, 0.0) for asked in scored.get(cell["id"], []))
         added: dict[str, Any] = {
             "schema_version": 3, "grade_id": cell["id"], "task": False,
-            "grade": points > 0, "solution": kind == {EXERCISE}, "locked": kind != {EXERCISE},
+            "grade": points > 0, "solution": not kind & {GIVEN, CHECK}, "locked": bool(kind & {GIVEN, CHECK}),
         }  # fmt: skip
         cell.metadata["nbgrader"] = added | ({"points": points} if points else {})
 
@@ -212,16 +218,22 @@ def sections(notebook: NotebookNode) -> dict[str, list[NotebookNode]]:
 
 
 def written_file(cell: NotebookNode) -> str | None:
-    """Return the path in the package that an exercise or given cell writes, None for other cells."""
-    if not {EXERCISE, GIVEN} & set(tags(cell)):
+    """Return the path in the package that an exercise, skeleton or given cell writes, None for other cells."""
+    if not {EXERCISE, SKELETON, GIVEN} & set(tags(cell)):
         return None
     match = _WRITES.match(cell.source)
     return match[1] if match else None
 
 
+def piece_file(cell: NotebookNode) -> str | None:
+    """Return the path in the package of the file that a piece fills, None for other cells."""
+    match = _INTO.match(cell.source) if PIECE in tags(cell) else None
+    return match[1] if match else None
+
+
 def body(cell: NotebookNode) -> str:
-    """Return the text that the cell writes to its file; IPython ends it with a line break."""
-    text = _WRITES.sub("", cell.source, count=1)
+    """Return the text that the cell writes to its file, or into it; IPython ends it with a line break."""
+    text = _INTO.sub("", _WRITES.sub("", cell.source, count=1), count=1)
     return text if text.endswith("\n") else text + "\n"
 
 

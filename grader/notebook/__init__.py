@@ -1,4 +1,4 @@
-"""The functions that the notebooks import: `begin`, `start_at`, `check`, `run_node`."""
+"""The functions that the notebooks import: `begin`, `start_at`, `check`, `run_node`, `tries`."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 from grader.notebook import cell_hooks, checkpoints, feedback
 from grader.notebook.feedback import Checked
+from grader.notebook.tables import tries
 from grader.notebook.workspace import find, open_workspace
 
 if TYPE_CHECKING:
     from grader.notebook.session import Run
     from sim import World
 
-__all__ = ["begin", "check", "run_node", "start_at"]
+__all__ = ["begin", "check", "run_node", "start_at", "tries"]
 
 
 def begin(notebook: str) -> None:

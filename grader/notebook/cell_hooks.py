@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from grader.notebook import pieces
 from grader.notebook.file_backups import FileBackups
 from grader.notebook.workspace import PACKAGE, Workspace, prepare
 
@@ -31,7 +32,10 @@ class CellHooks:
 
 
 def install(workspace: Workspace) -> None:
-    """Call the hooks around each cell from now on, in place of older ones. Outside a notebook, do nothing."""
+    """Call the hooks around each cell from now on, in place of older ones, and make `%%into` known.
+
+    Outside a notebook, do nothing.
+    """
     # Python's bytecode cache would take two versions of a file written within one second for the same.
     sys.dont_write_bytecode = True
     module = sys.modules.get("IPython")
@@ -44,6 +48,7 @@ def install(workspace: Workspace) -> None:
             if isinstance(getattr(older, "__self__", None), CellHooks):
                 shell.events.unregister(event, older)
         shell.events.register(event, callback)
+    shell.register_magic_function(pieces.into, "cell", pieces.MAGIC)
 
 
 def forget_changed_modules(package: Path) -> None:

@@ -15,12 +15,12 @@ from pathlib import Path
 
 from grader.notebook.workspace import Workspace, ignored_by_colcon
 
-_WRITES = re.compile(r"\s*%%(?:writefile|file) +([^\n]+)")
+_WRITES = re.compile(r"\s*%%(?:writefile|file|into) +([^\n]+)")
 _CHECKSUMS = "written.json"  # path -> checksum of the text that a cell last wrote there
 
 
 def target(cell: str) -> Path | None:
-    """Return the file that a cell's `%%writefile` writes, None for another cell."""
+    """Return the file that a cell's `%%writefile` or `%%into` writes, None for another cell."""
     match = _WRITES.match(cell)
     try:
         words = [word for word in shlex.split(match[1]) if word not in ("-a", "--append")] if match else []

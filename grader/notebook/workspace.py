@@ -144,7 +144,8 @@ def _defaults_file(workspace: Workspace) -> Path:
 
 def _write_colcon_defaults(workspace: Workspace) -> None:
     path = _defaults_file(workspace)
-    handlers = '["status-", "terminal_title-"]'
+    # The status line says how far a build is; notebooks and terminals draw it anew in place.
+    handlers = '["status+", "terminal_title-"]'
     text = f'build:\n  event-handlers: {handlers}\n  cmake-args: ["-DCMAKE_PROJECT_INCLUDE={ros_env.CMAKE_HOOK}"]\n'
     if not path.is_file() or path.read_text() != text:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -14,14 +14,18 @@ from statistics import median
 from nbformat import NotebookNode
 
 from grader.authoring import notebook_run, notebook_source
+from grader.notebook import pieces
 from grader.scoring.rubric import Rubric
 
-# Lines of code. Exercises and given cells, which are whole files, may be longer; plots need more than the usual.
+# Lines of code. Cells that write a file may be longer; plots need more than the usual.
 LONGEST_CELL, USUAL_CELL = 30, 8
 MOST_BYTES = 1_500_000  # of a notebook with its pictures: code-hosting sites stop showing larger ones
 HINTS = 3
 RECALL = 3
 IGNORED = "nbval-ignore-output"
+
+# The tags of cells that write a file of the package, or into one.
+WRITTEN = {notebook_source.EXERCISE, notebook_source.SKELETON, notebook_source.PIECE, notebook_source.GIVEN}
 
 # Traces of this machine, this day or this process in an output.
 MACHINE = re.compile(
@@ -120,35 +124,66 @@ def folds_are_closed(page: Page) -> Iterator[str]:
 
 
 def exercises_are_checked_and_hinted(page: Page) -> Iterator[str]:
-    """Exercises without a check between them share the next check and its hints."""
-    open_: list[str] = []
-    hints, asked = 0, True
+    """Exercises without a check between them share the next check and its hints; a skeleton's pieces have their own."""
+    open_: dict[str, bool] = {}  # what is written, and whether it needs hints
+    hints, asked, of_a_piece = 0, True, False
     for cell in [*page.notebook.cells, None]:
-        exercise = cell is not None and notebook_source.EXERCISE in notebook_source.tags(cell)
+        tags = set(notebook_source.tags(cell)) if cell is not None else set()
+        exercise = bool({notebook_source.EXERCISE, notebook_source.SKELETON} & tags)
         if (cell is None or exercise) and open_ and (asked or cell is None):
             if not asked:
                 yield f"no check follows the exercise {', '.join(open_)}"
-            if hints < HINTS:
+            if any(open_.values()) and hints < HINTS:
                 yield f"the exercise {', '.join(open_)} has {hints} folded hints, expected {HINTS}"
-            open_ = []
+            open_ = {}
         if cell is None:
             return
         if exercise:
-            open_.append(notebook_source.written_file(cell) or cell["id"])
-            hints, asked = (0, False) if len(open_) == 1 else (hints, asked)
-        if notebook_source.CHECK in notebook_source.tags(cell):
-            asked = True
-        if cell.cell_type == "markdown":
+            hints, asked = (0, False) if not open_ else (hints, asked)
+            open_[notebook_source.written_file(cell) or cell["id"]] = notebook_source.EXERCISE in tags
+        of_a_piece = (of_a_piece or notebook_source.PIECE in tags) and not exercise
+        asked = asked or notebook_source.CHECK in tags
+        if cell.cell_type == "markdown" and not of_a_piece:
             hints += len(re.findall(r"<summary>[^<]*hint", cell.source, re.IGNORECASE))
+
+
+def pieces_are_tried_and_hinted(page: Page) -> Iterator[str]:
+    """Each piece of a file can be tried on the spot, and has hints of its own."""
+    for position, cell in enumerate(page.notebook.cells):
+        if notebook_source.piece_file(cell) is None:
+            continue
+        after = []
+        for other in page.notebook.cells[position + 1 :]:
+            if WRITTEN & set(notebook_source.tags(other)):
+                break
+            after.append(other)
+        if not any(other.cell_type == "code" for other in after):
+            yield f"the piece {cell['id']} is not tried before the next file or piece"
+        hints = sum(len(re.findall(r"<summary>[^<]*hint", o.source, re.IGNORECASE)) for o in after)
+        if hints < HINTS:
+            yield f"the piece {cell['id']} has {hints} folded hints, expected {HINTS}"
+
+
+def pieces_follow_their_skeleton(page: Page) -> Iterator[str]:
+    written: dict[str, set[str]] = {}
+    for cell in page.code():
+        if notebook_source.SKELETON in notebook_source.tags(cell) and (path := notebook_source.written_file(cell)):
+            written[path] = {found.name for found in pieces.definitions(notebook_source.body(cell))}
+        elif path := notebook_source.piece_file(cell):
+            for found in pieces.definitions(notebook_source.body(cell)):
+                if found.name not in written.get(path, set()):
+                    yield f"the piece {cell['id']}: {found.name} is not in a skeleton of {path} above"
 
 
 def tags_fit_the_cells(page: Page) -> Iterator[str]:
     for cell in page.notebook.cells:
         tags = set(notebook_source.tags(cell))
-        if unknown := tags - {notebook_source.EXERCISE, notebook_source.GIVEN, notebook_source.CHECK, IGNORED}:
+        if unknown := tags - WRITTEN - {notebook_source.CHECK, IGNORED}:
             yield f"cell {cell['id']} has the unknown tag {', '.join(sorted(unknown))}"
-        if {notebook_source.EXERCISE, notebook_source.GIVEN} & tags and notebook_source.written_file(cell) is None:
+        if WRITTEN & tags - {notebook_source.PIECE} and notebook_source.written_file(cell) is None:
             yield f"cell {cell['id']} is tagged {', '.join(sorted(tags))} but does not begin with %%writefile"
+        if (notebook_source.PIECE in tags) != cell.source.startswith(f"%%{pieces.MAGIC} "):
+            yield f"cell {cell['id']}: the tag `piece` and %%{pieces.MAGIC} belong together"
         if cell.cell_type == "code" and bool(notebook_source.checked(cell)) != (notebook_source.CHECK in tags):
             yield f"cell {cell['id']}: the tag `check` and a call of check() belong together"
         if notebook_source.CHECK in tags and not re.fullmatch(r"(#.*\n)*check\([^)]*\);?", cell.source.strip()):
@@ -158,11 +193,7 @@ def tags_fit_the_cells(page: Page) -> Iterator[str]:
 
 
 def cells_are_short(page: Page) -> Iterator[str]:
-    cells = [
-        cell
-        for cell in page.code()
-        if not {notebook_source.EXERCISE, notebook_source.GIVEN} & set(notebook_source.tags(cell))
-    ]
+    cells = [cell for cell in page.code() if not WRITTEN & set(notebook_source.tags(cell))]
     lines = {cell["id"]: len([line for line in cell.source.splitlines() if line.strip()]) for cell in cells}
     for name, count in lines.items():
         if count > LONGEST_CELL:
@@ -204,7 +235,17 @@ def sections_of_the_rubric_are_there(page: Page, rubric: Rubric) -> Iterator[str
             yield f"{requirement.id} is not named in its section `## {title}`"
 
 
-# Rules for stored outputs.
+# Rules for the student edition.
+
+
+def has_no_outputs(page: Page) -> Iterator[str]:
+    """What a question asks for must not stand below it."""
+    for cell in page.code():
+        if cell.outputs or cell.execution_count is not None:
+            yield f"cell {cell['id']} has outputs or was run"
+
+
+# Rules for a notebook that was run.
 
 
 def ran_without_an_exception(page: Page) -> Iterator[str]:
@@ -221,6 +262,11 @@ def ran_without_an_exception(page: Page) -> Iterator[str]:
 def checks_say_not_yet(page: Page) -> Iterator[str]:
     for name in notebook_run.passed_too_early(page.notebook):
         yield f"{name}: the check of an untouched notebook does not say `{name} not yet`"
+
+
+def checks_say_passed(page: Page) -> Iterator[str]:
+    for name in notebook_run.not_passed(page.notebook):
+        yield f"{name}: the check of a solved notebook does not say `{name} passed`"
 
 
 def outputs_name_no_machine(page: Page) -> Iterator[str]:
@@ -258,10 +304,21 @@ OF_SOURCES: tuple[Rule, ...] = (
     asks_recall_questions,
     folds_are_closed,
     exercises_are_checked_and_hinted,
+    pieces_are_tried_and_hinted,
+    pieces_follow_their_skeleton,
     tags_fit_the_cells,
     cells_are_short,
     pictures_are_ours,
     links_lead_somewhere,
     says_why_an_output_is_not_compared,
 )
-OF_OUTPUTS: tuple[Rule, ...] = (ran_without_an_exception, checks_say_not_yet, outputs_name_no_machine, is_small)
+OF_STUDENTS: tuple[Rule, ...] = (has_no_outputs, is_small)
+OF_UNTOUCHED_RUNS: tuple[Rule, ...] = (ran_without_an_exception, checks_say_not_yet)
+OF_PUBLISHED: tuple[Rule, ...] = (
+    ran_without_an_exception,
+    checks_say_passed,
+    outputs_name_no_machine,
+    is_small,
+    pictures_are_ours,
+    links_lead_somewhere,
+)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 import pytest
-from helpers.notebook_rules import OF_OUTPUTS, OF_SOURCES, Page, Rule, sections_of_the_rubric_are_there
+from helpers.notebook_rules import OF_PUBLISHED, OF_SOURCES, OF_STUDENTS, Page, Rule, sections_of_the_rubric_are_there
 
 from grader.authoring import book, checkpoint_texts, notebook_source
-from grader.notebook import checkpoints
+from grader.notebook import checkpoints, pieces
 from grader.scoring.rubric import Rubric
 
 NAMES = notebook_source.names()
-BUILT = [name for name in NAMES if (notebook_source.NOTEBOOKS / f"{name}.ipynb").exists()]
 
 
 def expect_none(problems: Iterable[str]) -> None:
@@ -28,7 +27,7 @@ def test_the_course_has_all_its_notebooks(rubric: Rubric):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_notebook_matches_its_source(name: str, rubric: Rubric):
+def test_both_editions_match_their_source(name: str, rubric: Rubric):
     expect_none(book.differences(name, rubric))
 
 
@@ -38,10 +37,16 @@ def test_the_source_keeps_the_rule(rule: Rule, name: str, source_page: Callable[
     expect_none(rule(source_page(name)))
 
 
-@pytest.mark.parametrize("rule", OF_OUTPUTS, ids=lambda rule: rule.__name__)
-@pytest.mark.parametrize("name", BUILT)
-def test_the_stored_outputs_keep_the_rule(rule: Rule, name: str, stored_page: Callable[[str], Page]):
-    expect_none(rule(stored_page(name)))
+@pytest.mark.parametrize("rule", OF_STUDENTS, ids=lambda rule: rule.__name__)
+@pytest.mark.parametrize("name", NAMES)
+def test_the_student_edition_keeps_the_rule(rule: Rule, name: str, student_page: Callable[[str], Page]):
+    expect_none(rule(student_page(name)))
+
+
+@pytest.mark.parametrize("rule", OF_PUBLISHED, ids=lambda rule: rule.__name__)
+@pytest.mark.parametrize("name", NAMES)
+def test_the_published_edition_keeps_the_rule(rule: Rule, name: str, published_page: Callable[[str], Page]):
+    expect_none(rule(published_page(name)))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -52,9 +57,10 @@ def test_requirements_are_taught_where_the_rubric_says(name: str, rubric: Rubric
 @pytest.mark.parametrize("name", NAMES)
 def test_each_file_of_a_checkpoint_has_one_cell(name: str, source_page: Callable[[str], Page]):
     checkpoint = checkpoints.checkpoint(name)
-    for tag, files in ((notebook_source.EXERCISE, checkpoint.exercises), (notebook_source.GIVEN, checkpoint.given)):
-        cells = [cell for cell in source_page(name).code() if tag in notebook_source.tags(cell)]
-        assert sorted(filter(None, map(notebook_source.written_file, cells))) == sorted(files), f"cells tagged {tag}"
+    asked = {notebook_source.EXERCISE, notebook_source.SKELETON}
+    for tags, files in ((asked, checkpoint.exercises), ({notebook_source.GIVEN}, checkpoint.given)):
+        cells = [cell for cell in source_page(name).code() if tags & set(notebook_source.tags(cell))]
+        assert sorted(filter(None, map(notebook_source.written_file, cells))) == sorted(files), f"cells tagged {tags}"
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -63,6 +69,22 @@ def test_no_exercise_ships_its_solution(name: str, source_page: Callable[[str], 
         path = notebook_source.written_file(cell)
         if path and notebook_source.EXERCISE in notebook_source.tags(cell):
             assert notebook_source.body(cell) != checkpoint_texts.solution(name, path), path
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_skeleton_with_its_pieces_is_the_solution(name: str, source_page: Callable[[str], Page]):
+    """Who fills every piece has the file that the next notebook builds on, word for word."""
+    files: dict[str, str] = {}
+    for cell in source_page(name).code():
+        body = notebook_source.body(cell)
+        if notebook_source.SKELETON in notebook_source.tags(cell):
+            files[notebook_source.written_file(cell) or ""] = body
+        elif path := notebook_source.piece_file(cell):
+            solved = pieces.filled(body, checkpoint_texts.solution(name, path))
+            assert solved.rstrip() != body.rstrip(), f"the piece {cell['id']} ships its solution"
+            files[path] = pieces.merged(files[path], solved)
+    for path, text in files.items():
+        assert text == checkpoint_texts.solution(name, path), path
 
 
 def test_each_requirement_is_checked_in_some_notebook(rubric: Rubric, source_page: Callable[[str], Page]):

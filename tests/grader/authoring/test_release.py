@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -11,7 +12,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from helpers.notebook_rules import Page, links_lead_somewhere
+from helpers.notebook_rules import Page, has_no_outputs, links_lead_somewhere
 
 from grader.authoring import book, checkpoint_texts, notebook_run, notebook_source, release
 from grader.contract.spec import PACKAGE
@@ -20,7 +21,7 @@ from grader.scoring.rubric import Rubric
 
 WITHHELD = (
     "solution_pkg/", "tests/", ".git/", ".github/", "grader/authoring", "grader/classroom",
-    "grader/selftest", "notebooks/source", "out/",
+    "grader/selftest", "notebooks/published", "notebooks/source", "out/",
 )  # fmt: skip
 
 
@@ -55,6 +56,19 @@ def test_the_kit_is_one_folder_with_everything_a_student_needs(kit: Path):
 
 def test_the_kit_holds_nothing_meant_for_instructors(kit: Path):
     assert [name for name in names(kit) if name.startswith(WITHHELD) or "__pycache__" in name] == []
+
+
+def test_the_notebooks_of_the_kit_have_no_outputs(kit: Path):
+    for name in checkpoints.NOTEBOOKS:
+        page = Page(name, book.read_stored(kit / "notebooks" / f"{name}.ipynb"), kit / "notebooks")
+        assert list(has_no_outputs(page)) == []
+
+
+def test_the_kits_page_on_the_notebooks_tells_of_one_edition(kit: Path):
+    page = (kit / "notebooks" / "README.md").read_text()
+    assert "published" not in page
+    assert page.startswith("# The notebooks\n")
+    assert "## Open them" in page
 
 
 def test_the_kit_holds_no_solved_exercise(kit: Path):
@@ -141,6 +155,43 @@ def test_the_links_of_the_kit_lead_to_files_in_it(kit: Path):
             path.stem, nbformat.v4.new_notebook(cells=[nbformat.v4.new_markdown_cell(path.read_text())]), path.parent
         )
         assert list(links_lead_somewhere(page)) == [], path.name
+
+
+PATH = re.compile(r"`[^`\n]*?\b((?:grader|sim|tests|docs|notebooks|benchmarks|solution_pkg|\.ci|\.github)/[\w./-]*)")
+
+
+def pages_of(kit: Path) -> dict[str, str]:
+    """Return the text of every page and notebook that a student reads."""
+    found = {path.relative_to(kit).as_posix(): path.read_text() for path in kit.rglob("*.md")}
+    for path in (kit / "notebooks").glob("*.ipynb"):
+        cells = book.read_stored(path).cells
+        found[path.name] = "\n".join(cell.source for cell in cells if cell.cell_type == "markdown")
+    return found
+
+
+def test_the_pages_of_the_kit_name_only_files_in_it(kit: Path):
+    """No test, benchmark or instructors' tool that a student would look for in vain."""
+    missing = [
+        f"{page}: {name}"
+        for page, text in pages_of(kit).items()
+        for name in PATH.findall(text)
+        if not (kit / name).exists()
+    ]
+    assert missing == []
+
+
+def test_the_pages_of_the_kit_name_only_its_own_make_targets(kit: Path):
+    targets = set(re.findall(r"(?m)^([a-z-]+):", (kit / "Makefile").read_text()))
+    for page, text in pages_of(kit).items():
+        named = set(re.findall(r"(?m)(?:`|^ {4})make ([a-z-]+)", text))
+        assert named <= targets, page
+
+
+def test_the_pages_of_the_kit_name_only_verbs_of_its_own_grader(kit: Path):
+    verbs = set(re.findall(r"(?m)^ {4}([a-z-]+)", in_kit(kit, "--help").stdout))
+    for page, text in pages_of(kit).items():
+        named = set(re.findall(r"(?m)(?:`|^ {4})(?:\.venv/bin/)?grader ([a-z][a-z-]*)", text))
+        assert named <= verbs, page
 
 
 def test_make_help_lists_every_target(kit: Path):

@@ -1,0 +1,121 @@
+"""Put single functions into a file of the package: the cell magic `%%into FILE`, and the texts behind it."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from grader import python_ast
+
+MAGIC = "into"
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A function in a text: its name ("Driver.stop"), and its lines, from `start` up to and without `end`."""
+
+    name: str
+    start: int
+    end: int
+
+
+def definitions(text: str) -> list[Definition]:
+    """Return the functions of a module and the methods of its classes, in their order; nested functions are no part.
+
+    Raises:
+        SyntaxError: it is no valid Python; or another of python_ast.UNPARSABLE.
+    """
+    return list(_definitions(python_ast.tree_of(text).body, text.splitlines(), ""))
+
+
+def _definitions(body: list[ast.stmt], lines: list[str], prefix: str) -> Iterator[Definition]:
+    for node in body:
+        if isinstance(node, python_ast.Function):
+            start = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)]) - 1
+            end = _past_comments(lines, node.end_lineno or node.lineno, node.col_offset)
+            yield Definition(prefix + node.name, start, end)
+        elif isinstance(node, ast.ClassDef) and not prefix:
+            yield from _definitions(node.body, lines, f"{node.name}.")
+
+
+def _past_comments(lines: list[str], end: int, column: int) -> int:
+    """Return the end of a function with the comments that follow its last statement: a TODO may be one."""
+    found = end
+    for number in range(end, len(lines)):
+        text = lines[number].lstrip()
+        if text and not (text.startswith("#") and len(lines[number]) - len(text) > column):
+            break
+        if text:
+            found = number + 1
+    return found
+
+
+def merged(text: str, piece: str) -> str:
+    """Return `text` with the functions of `piece` in place of those of the same name.
+
+    A function that is new goes to the end of its class or of the module.
+
+    Raises:
+        ValueError: `piece` holds something else than functions and methods, or a method of a class that `text` lacks.
+        SyntaxError: one of the two is no valid Python; or another of python_ast.UNPARSABLE.
+    """
+    _refuse_all_but_functions(piece)
+    wanted = {found.name: piece.splitlines()[found.start : found.end] for found in definitions(piece)}
+    lines = text.splitlines()
+    for found in reversed(definitions(text)):
+        if found.name in wanted:
+            lines[found.start : found.end] = wanted.pop(found.name)
+    for name, new in wanted.items():
+        _append(lines, name, new)
+    return "\n".join(lines) + "\n"
+
+
+def filled(piece: str, solution: str) -> str:
+    """Return `piece` with each of its functions as `solution` has it."""
+    there = {found.name: solution.splitlines()[found.start : found.end] for found in definitions(solution)}
+    lines = piece.splitlines()
+    for found in reversed(definitions(piece)):
+        lines[found.start : found.end] = there[found.name]
+    return "\n".join(lines)
+
+
+def _refuse_all_but_functions(piece: str) -> None:
+    for node in python_ast.tree_of(piece).body:
+        inner = node.body if isinstance(node, ast.ClassDef) else [node]
+        if other := next((item for item in inner if not isinstance(item, python_ast.Function)), None):
+            what = ast.unparse(other).splitlines()[0]
+            raise ValueError(f"only functions can go in; `{what}` belongs into the cell that writes the file")
+
+
+def _append(lines: list[str], name: str, new: list[str]) -> None:
+    owner, _, method = name.rpartition(".")
+    if not owner:
+        lines += ["", "", *new]
+        return
+    classes = {node.name: node for node in python_ast.tree_of("\n".join(lines)).body if isinstance(node, ast.ClassDef)}
+    if owner not in classes:
+        raise ValueError(f"the file has no class {owner} for {method}")
+    end = classes[owner].end_lineno or len(lines)
+    lines[end:end] = ["", *new]
+
+
+def into(line: str, cell: str) -> None:
+    """Put the functions of a cell `%%into FILE` into that file, and print what is there now."""
+    name = line.strip()
+    path = Path(name).expanduser()
+    if not path.is_file():
+        print(f"There is no {name or 'file'} yet. Run the cell above that writes it, then this one again.")
+        return
+    try:
+        text = merged(path.read_text(encoding="utf-8"), cell)
+    except SyntaxError as error:
+        where, text = (error.lineno or 0) + 1, (error.text or "").strip()
+        print(f"Nothing was written. Line {where} of this cell: {error.msg}: {text}")
+        return
+    except (ValueError, *python_ast.TOO_COMPLEX) as error:
+        print(f"Nothing was written: {error}.")
+        return
+    path.write_text(text, encoding="utf-8")
+    print(f"{name} has now: {', '.join(found.name for found in definitions(cell))}")

@@ -1,0 +1,143 @@
+"""`%%into FILE`: a cell's functions go into a file of the package; `tries`: a table of cases on the spot."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+
+import pytest
+
+from grader.notebook import pieces, tables, tries
+
+FILE = '''\
+"""A file in steps."""
+
+import math
+
+
+# How far.
+def reach(v):
+    """Step 1."""
+    return 0.0  # TODO 1
+    # more about TODO 1
+
+
+class Driver:
+    """It drives."""
+
+    # The end of the way
+
+    @property
+    def speed(self):
+        return 0.0
+
+    def stop(self):
+        """Step 2."""
+'''
+
+
+def test_a_function_takes_the_place_of_the_one_with_its_name():
+    piece = "def reach(v):\n    return v * math.pi\n"
+    assert pieces.merged(FILE, piece) == FILE.replace(
+        '    """Step 1."""\n    return 0.0  # TODO 1\n    # more about TODO 1\n', "    return v * math.pi\n"
+    )
+
+
+def test_a_method_goes_into_its_class_and_comments_around_it_stay():
+    speed = "    @property\n    def speed(self):\n        return 1.0\n"
+    piece = f"class Driver:\n{speed}\n    def stop(self):\n        return 2\n"
+    merged = pieces.merged(FILE, piece)
+    assert merged == FILE.replace("        return 0.0\n", "        return 1.0\n").replace(
+        '        """Step 2."""\n', "        return 2\n"
+    )
+    assert "# The end of the way" in merged
+
+
+def test_a_function_of_ones_own_goes_to_the_end():
+    merged = pieces.merged(
+        FILE, "def helper():\n    return 1\n\n\nclass Driver:\n    def mine(self):\n        return 2\n"
+    )
+    assert merged == FILE + "\n    def mine(self):\n        return 2\n\n\ndef helper():\n    return 1\n"
+    assert pieces.merged(merged, "def helper():\n    return 3\n") == merged.replace("return 1", "return 3")
+
+
+def test_what_is_no_function_is_refused_in_words():
+    with pytest.raises(ValueError, match="`import time` belongs into the cell that writes the file"):
+        pieces.merged(FILE, "import time\n\n\ndef reach(v):\n    return time.time()\n")
+    with pytest.raises(ValueError, match="no class Pilot for stop"):
+        pieces.merged(FILE, "class Pilot:\n    def stop(self):\n        pass\n")
+
+
+def test_a_piece_is_filled_with_the_solution_of_its_functions_only():
+    piece = 'def reach(v):\n    """Return it."""\n    return 0.0  # TODO\n'
+    assert pieces.filled(piece, "def other():\n    pass\n\n\ndef reach(v):\n    return 2 * v\n") == (
+        "def reach(v):\n    return 2 * v"
+    )
+
+
+def test_the_magic_says_what_is_in_the_file_now(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    path = tmp_path / "reach.py"
+    path.write_text(FILE)
+    pieces.into(f" {path} ", "def reach(v):\n    return 7\n")
+    assert "return 7" in path.read_text()
+    assert capsys.readouterr().out == f"{path} has now: reach\n"
+
+
+def test_a_piece_before_its_file_and_a_typing_error_write_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    path = tmp_path / "reach.py"
+    pieces.into(str(path), "def reach(v):\n    return 7\n")
+    assert not path.exists()
+    assert "Run the cell above that writes it" in capsys.readouterr().out
+    path.write_text(FILE)
+    pieces.into(str(path), "def reach(v)\n    return 7\n")
+    assert path.read_text() == FILE
+    assert capsys.readouterr().out == "Nothing was written. Line 2 of this cell: expected ':': def reach(v)\n"
+
+
+@dataclasses.dataclass
+class Command:
+    v: float = 0.0
+
+
+def doubled(x: float) -> float:
+    return 2 * x
+
+
+def test_a_table_says_of_each_call_whether_it_is_right(capsys: pytest.CaptureFixture[str]):
+    tries(
+        {
+            "doubled(0.1)": 0.2,
+            "doubled(3)": 7,
+            "doubled([])": 0.0,
+            "doubled({})": 0.0,
+            "Command(doubled(0.15))": Command(0.3),
+        }
+    )
+    assert capsys.readouterr().out == (
+        "right    doubled(0.1)            0.2\n"
+        "NOT YET  doubled(3)              6, wanted 7\n"
+        "NOT YET  doubled([])             [], wanted 0\n"
+        "NOT YET  doubled({})             TypeError: unsupported operand type(s) for *: 'int' and 'dict', wanted 0\n"
+        "right    Command(doubled(0.15))  Command(v=0.3)\n"
+        "2 of 5 right\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("got", "wanted", "equal"),
+    [
+        (0.1 + 0.2, 0.3, True),
+        (math.nan, math.nan, True),
+        (0.0, math.nan, False),
+        (math.inf, math.inf, True),
+        (1, True, False),
+        (None, 0.0, False),
+        ([0.1 + 0.2], [0.3], True),
+        ([0.3], [0.3, 0.3], False),
+        (Command(0.1), Command(0.1 + 1e-12), True),
+        (0.1, Command(0.1), False),
+    ],
+)
+def test_values_are_equal_as_a_reader_would_say(got: object, wanted: object, equal: bool):
+    assert tables.same(got, wanted) is equal
