@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import math
 import time
+import warnings
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -41,7 +42,7 @@ from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState, Imu, LaserScan
 
-from sim.messages import START_S, set_stamp, to_message
+from sim.messages import START_S, no_float, set_stamp, to_message
 from sim.pace import Answers, Probe, Repeatability
 from sim.sensors import BatteryReading, ImuReading, OdometryReading, Reading, ScanReading
 from sim.simulator import Simulator
@@ -121,6 +122,7 @@ class Bridge:
         self.topics = topics
         self.node_name = node_name
         self._namespace = namespace
+        self._told: set[str] = set()
         self.alive = alive
         self._runnable = runnable
         self.pace = "lockstep"
@@ -464,6 +466,10 @@ class Bridge:
             self._answers.note(self._tick)
         self.on_command(self.simulator.time, message)
         v, omega = message.linear.x, message.angular.z
+        for field, value in (("linear.x", v), ("angular.z", omega)):
+            if (said := no_float(value)) and field not in self._told:
+                self._told.add(field)
+                warnings.warn(f"{self.topics.command}: {field} is {said}", RuntimeWarning, stacklevel=1)
         if math.isfinite(v) and math.isfinite(omega):
             self.simulator.command(v, omega)
 

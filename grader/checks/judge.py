@@ -27,6 +27,8 @@ HOLDS_ON = "while a callback runs the node answers nothing: "
 _NO_RESPONSE = re.compile(r"in send_response\b(?:.*\n)*?\s*(?:raise )?TypeError")
 # What launch says of a process that died, and the last line of that process's traceback.
 _LAUNCH_ERROR = re.compile(r"\[ERROR\]|process has died|^(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
+_SMALLEST = 1e-300  # rclpy reads an int as a float far below any speed, such as 5e-324
+_NO_FLOAT = "cmd_vel has an int where a float is needed, and rclpy does not convert: write 1.0, not 1"
 NAMESPACE = "robot7"
 """Where the trial launch_remapped has put the nodes."""
 DEAF_TO = (
@@ -147,6 +149,13 @@ class Judge:
         ran = [self.evidence.trials[name] for name in self.trials if name in self.evidence.trials]
         topics = dict.fromkeys(topic for trial in ran for topic in trial.deaf_to)
         return f"{DEAF_TO.format(topics=', '.join(topics))} (I4)" if topics else ""
+
+    @property
+    def no_floats(self) -> str:
+        """Return in words that a command in the trials so far was no float, "" if all were."""
+        ran = [self.evidence.trials[name] for name in self.trials if name in self.evidence.trials]
+        numbers = (number for trial in ran for command in trial.commands for number in (command.v, command.omega))
+        return _NO_FLOAT if any(0.0 < abs(number) < _SMALLEST for number in numbers) else ""
 
     def _why_not_up(self, trial: Trial) -> str:
         """Return why a trial's node did not come up: first what the package's text shows, if the output agrees."""

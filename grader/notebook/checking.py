@@ -9,9 +9,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from grader import build, pipeline
+from grader.collect import needs_build
 from grader.errors import KitError, SubmissionError
 from grader.evidence import Mutant, short_name
-from grader.notebook import prerequisites, so_far
+from grader.notebook import check_process, prerequisites, so_far
 from grader.notebook.feedback import Answer, Checked, Note, Progress, Table
 from grader.notebook.workspace import NOTEBOOK, Workspace
 from grader.report.album import Album, Picture
@@ -84,8 +85,10 @@ def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Pr
         rubric=whole, cache=build.cache_folder(), requirements=tuple(requirement.id for requirement in wanted),
         mutation_budget_s=MUTATION_BUDGET_S, best_effort=True, progress=progress.say,
     )  # fmt: skip
+    # Text alone is read in a second; a process of its own for it would take as long.
+    grade = check_process.grade if needs_build(settings.checked) else pipeline.grade
     with _LOCK, tempfile.TemporaryDirectory(prefix="check-") as scratch:
-        return pipeline.grade(package, Path(scratch) / "out", settings)
+        return grade(package, Path(scratch) / "out", settings)
 
 
 def _answer(
