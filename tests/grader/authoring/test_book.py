@@ -194,6 +194,22 @@ def test_the_published_edition_lies_one_folder_deeper(example: Path, rubric: Rub
     )
 
 
+def test_a_change_of_the_prose_needs_no_run(example: Path, rubric: Rubric, answer: notebook_run.Solutions):
+    """The new words stand in both editions, over the outputs of the last run."""
+    before = cells(book.read_stored(editions.published_file(NAME, example)))
+    source(example).write_text(source(example).read_text().replace("Predict what this shows", "Guess what this shows"))
+    book.reword(NAME, rubric, example, answer)
+    assert book.differences(NAME, rubric, example, answer) == []
+    after = cells(book.read_stored(editions.published_file(NAME, example)))
+    assert after["check-i3"].outputs == before["check-i3"].outputs
+
+
+def test_a_change_of_the_code_needs_a_run(example: Path, rubric: Rubric, answer: notebook_run.Solutions):
+    source(example).write_text(source(example).read_text().replace('print("two")', 'print("three")'))
+    with pytest.raises(GraderError, match="The code of 02_example has changed too"):
+        book.reword(NAME, rubric, example, answer)
+
+
 def test_a_changed_source_is_noticed_in_both_editions(example: Path, rubric: Rubric, answer: notebook_run.Solutions):
     assert book.differences(NAME, rubric, example, answer) == []
     source(example).write_text(source(example).read_text().replace('print("two")', 'print("three")'))
