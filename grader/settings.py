@@ -25,6 +25,8 @@ class Settings:
         package_path: the package to grade, by its place in the submission; by default the grader chooses.
         best_effort: whether the simulated sensors publish best effort, as many drivers do. In a grading they are
             reliable, so that a reliable subscription costs I4 alone; in the course they are as on a robot.
+        keep: keep evidence for the next grading, and take what was kept where all that decides it is the same.
+        fresh: collect everything anew, whatever is kept.
         overwrite: whether the reports may replace those of another submission.
         progress: called with a few words whenever something new begins.
     """
@@ -38,6 +40,8 @@ class Settings:
     requirements: tuple[str, ...] = ()
     package_path: str = ""
     best_effort: bool = False
+    keep: bool = False
+    fresh: bool = False
     overwrite: bool = True
     progress: Callable[[str], None] = lambda _what: None
 

@@ -23,7 +23,7 @@ def _try_tests(nodes: list[str], files: set[str]) -> str:
     files_of = {node: f"test_{node}.py" for node in nodes}
     written = [file for file in files_of.values() if file in files]
     absent = [f"test/{file}" for file in files_of.values() if file not in files]
-    tries = [f"write {' and '.join(absent)}; importing a node is no test of it"] if absent else []
+    tries = [f"write {' and '.join(absent)}; importing a node does not test it"] if absent else []
     if written:
         tries.append(
             f"{' and '.join(written)} must run the node's own code: make the node (after rclpy.init()) or call its "

@@ -33,21 +33,24 @@ def begin(notebook: str) -> None:
     print(feedback.welcome(key, workspace))
 
 
-def check(*requirements: str) -> Checked:
+def check(*requirements: str, fresh: bool = False) -> Checked:
     """Check your package against the named requirements ("F4"), as the grader does, and show the findings.
+
+    What has not changed since an earlier check is not run again; the answer says so. `fresh` runs everything anew.
 
     Raises:
         ValueError: there is no such requirement.
     """
     from grader.notebook import checking  # takes a second to import, and `begin` should answer at once
 
-    return checking.check(find(), requirements)
+    return checking.check(find(), requirements, fresh=fresh)
 
 
 def run_node(
     node: str = "robot_controller",
     world: str | World = "open_field",
     *,
+    program: str = "",
     seed: int = 0,
     parameters: Mapping[str, object] | None = None,
     remappings: Mapping[str, str] | None = None,
@@ -60,6 +63,7 @@ def run_node(
 
     Args:
         node: the executable, "robot_controller" or "sensor_processor".
+        program: a Python file that makes this node, to be run in place of the executable.
         world: a world's name (`sim.world_names()`) or a World.
         seed: the seed of the sensors' noise.
         parameters: the node's parameters, by name.
@@ -69,7 +73,14 @@ def run_node(
     from grader.notebook import session  # takes a second to import, and `begin` should answer at once
 
     return session.start(
-        find(), node, world, seed=seed, parameters=parameters or {}, remappings=remappings or {}, profile=profile
+        find(),
+        node,
+        world,
+        program=program,
+        seed=seed,
+        parameters=parameters or {},
+        remappings=remappings or {},
+        profile=profile,
     )
 
 

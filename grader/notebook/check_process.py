@@ -36,7 +36,7 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
     wanted = {
         "package": str(package), "out": str(out), "requirements": settings.requirements,
         "mutation_budget_s": settings.mutation_budget_s, "best_effort": settings.best_effort,
-        "cache": str(settings.cache),
+        "cache": str(settings.cache), "keep": settings.keep, "fresh": settings.fresh,
     }  # fmt: skip
     process = subprocess.Popen(
         [sys.executable, "-P", "-m", __spec__.name, json.dumps(wanted)],
@@ -78,6 +78,7 @@ def main(wanted: dict[str, Any]) -> int:
     settings = Settings(
         rubric=rubric.load(rubric.RUBRIC), cache=Path(wanted["cache"]), requirements=tuple(wanted["requirements"]),
         mutation_budget_s=wanted["mutation_budget_s"], best_effort=wanted["best_effort"],
+        keep=wanted["keep"], fresh=wanted["fresh"],
         progress=lambda what: print(f"{_STEP}{what}", flush=True),
     )  # fmt: skip
     try:

@@ -14,7 +14,7 @@ from grader.errors import KitError, SubmissionError
 from grader.evidence import Mutant, short_name
 from grader.notebook import check_process, prerequisites, so_far
 from grader.notebook.feedback import Answer, Checked, Note, Progress, Table
-from grader.notebook.workspace import NOTEBOOK, Workspace
+from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace
 from grader.report.album import Album, Picture
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, Loss, losses, place, points
@@ -30,8 +30,8 @@ _PICTURES = 2
 _LOCK = threading.Lock()
 
 
-def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
-    """Return the results of the named requirements for the workspace's package.
+def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = False) -> Checked:
+    """Return the results of the named requirements for the workspace's package; `fresh` runs everything anew.
 
     Raises:
         ValueError: there is no such requirement.
@@ -50,7 +50,9 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
     if possible:
         progress = Progress()
         try:
-            grading = _grade(workspace.package, whole, list(dict.fromkeys(asked[r.id] for r in possible)), progress)
+            grading = _grade(
+                workspace.package, whole, list(dict.fromkeys(asked[r.id] for r in possible)), progress, fresh=fresh
+            )
             scores = {score.requirement.id: score for score in grading.shown().scorecard.requirements}
             for r in possible:
                 score = scores[asked[r.id].id]
@@ -80,10 +82,11 @@ def _requirement(whole: Rubric, name: str) -> Requirement:
         raise ValueError(f"There is no requirement {name!r}. There are {known}.") from None
 
 
-def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Progress) -> Grading:
+def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Progress, *, fresh: bool) -> Grading:
     settings = Settings(
         rubric=whole, cache=build.cache_folder(), requirements=tuple(requirement.id for requirement in wanted),
-        mutation_budget_s=MUTATION_BUDGET_S, best_effort=True, progress=progress.say,
+        mutation_budget_s=MUTATION_BUDGET_S, best_effort=True, keep=True,
+        fresh=fresh or FRESH in os.environ, progress=progress.say,
     )  # fmt: skip
     # Text alone is read in a second; a process of its own for it would take as long.
     grade = check_process.grade if needs_build(settings.checked) else pipeline.grade
@@ -174,10 +177,12 @@ def _not_reached(because: str, expected: str, grading: Grading) -> tuple[tuple[s
 
 def _remarks(grading: Grading) -> tuple[str, ...]:
     """Return how this check differs from the grading, in sentences."""
+    unchanged = (grading.unchanged,) if grading.unchanged else ()
     tried = _tried(grading)
     if not tried:
-        return ()
+        return unchanged
     return (
+        *unchanged,
         f"A sample of T3: {len(tried)} mutants, what fits into {MUTATION_BUDGET_S:g} s of running your tests. "
         f"The grading has {GRADING_BUDGET_S:g} s, so it tries more, and different ones.",
     )
