@@ -95,7 +95,7 @@ def test_a_file_of_tests_with_mocks_only_is_not_asked_for_again():
     mocks = module("test/test_robot_controller.py", subjects=[], reaches=False)
     said = judged(checks.test_both_nodes_have_tests, mocks)
     assert said.try_ == (
-        "write test/test_sensor_processor.py; importing a node is no test of it; test_robot_controller.py must run the "
+        "write test/test_sensor_processor.py; importing a node does not test it; test_robot_controller.py must run the "
         "node's own code: make the node (after rclpy.init()) or call its functions. A mock in the node's place tests "
         "the mock"
     )
