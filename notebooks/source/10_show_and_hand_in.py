@@ -350,7 +350,7 @@ for future, what in ((early, 'The first'), (Future(), 'The second')):
 class Demo:
     def call(self, client: Client, request: Any) -> Any:
         """Return a service's response."""
-        raise NoAnswer(f'{client.srv_name} was not called.')  # TODO: somebody there? call, wait_for
+        raise NoAnswer(f'{client.srv_name} was not called.')  # TODO: is somebody there? call
 
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>

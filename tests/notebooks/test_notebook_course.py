@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable, Iterable
+from pathlib import Path
 
+import ament_flake8
 import pytest
 from helpers.notebook_rules import OF_OUTPUTS, OF_SOURCES, Page, Rule, sections_of_the_rubric_are_there
 
@@ -68,7 +72,10 @@ def test_no_exercise_ships_its_solution(name: str, source_page: Callable[[str], 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_skeleton_with_its_pieces_is_the_solution(name: str, source_page: Callable[[str], Page]):
-    """Who fills every piece has the file that the next notebook builds on, word for word."""
+    """Who fills every piece has the file that the next notebook builds on, word for word.
+
+    Of the solution's tests the notebook may ask for a part: those it has are the solution's.
+    """
     files: dict[str, str] = {}
     for cell in source_page(name).code():
         body = notebook_source.body(cell)
@@ -79,7 +86,47 @@ def test_a_skeleton_with_its_pieces_is_the_solution(name: str, source_page: Call
             assert solved.rstrip() != body.rstrip(), f"the piece {cell['id']} ships its solution"
             files[path] = pieces.merged(files[path], solved)
     for path, text in files.items():
-        assert text == checkpoint_texts.solution(name, path), path
+        solution = checkpoint_texts.solution(name, path)
+        if path.startswith("test/"):
+            assert functions_of(text).items() <= functions_of(solution).items(), path
+        else:
+            assert text == solution, path
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_linter_finds_nothing_in_what_the_notebook_writes(
+    name: str, source_page: Callable[[str], Page], tmp_path: Path
+):
+    """Q1's rules hold for stubs, skeletons and given files; an unfinished piece may hold a variable to be used."""
+    whole: dict[str, str] = {}
+    unfinished: dict[str, str] = {}
+    for number, cell in enumerate(source_page(name).code()):
+        if path := notebook_source.written_file(cell):
+            whole[path] = notebook_source.body(cell)
+        elif path := notebook_source.piece_file(cell):
+            unfinished[f"{number}/{path}"] = pieces.merged(whole[path], notebook_source.body(cell))
+    assert findings(whole, tmp_path) == ""
+    assert findings(unfinished, tmp_path, "--extend-ignore=F841") == ""
+
+
+def findings(files: dict[str, str], folder: Path, *options: str) -> str:
+    """Return what flake8 finds in the Python files under the rules of ament_flake8."""
+    python = {path: text for path, text in files.items() if path.endswith(".py") or text.startswith("#!")}
+    for path, text in python.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_text(text)
+    rules = Path(ament_flake8.__file__).parent / "configuration" / "ament_flake8.ini"
+    command = [sys.executable, "-m", "flake8", f"--config={rules}", "--disable-noqa", *options, *python]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False).stdout if python else ""
+
+
+def functions_of(text: str) -> dict[str, str]:
+    """Return the text of each function of a module by its name, without the comments below it."""
+    lines = text.splitlines()
+    return {
+        found.name: "\n".join(line for line in lines[found.start : found.end] if not line.startswith("#"))
+        for found in pieces.definitions(text)
+    }
 
 
 def test_each_requirement_is_checked_in_some_notebook(rubric: Rubric, source_page: Callable[[str], Page]):
