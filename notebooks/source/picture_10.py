@@ -1,4 +1,4 @@
-"""The picture at the head of notebook 10: a drive to three goals, and the hundred points, a box for each requirement."""
+"""The picture at the head of notebook 10: a drive to three goals, and the hundred points in boxes, by requirement."""
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
