@@ -803,7 +803,7 @@ print(f"in 2 s at 5 Hz: {commands} commands, wanted 10 (or 9, or 11)")
 # %% [markdown]
 # ### A second look at the other node
 #
-# `sensor_processor` has a timer too, made from `fusion_frequency` in notebook 04.
+# `sensor_processor` has a timer too, made from `fusion_frequency` in notebook 04; look into the file for a method `_on_parameters_changed`, which you can now read.
 # **Does yours follow a change?** The parameter goes from 20 to 5 Hz; count the messages of one second.
 
 # %%
@@ -815,6 +815,7 @@ with run_node("sensor_processor", world="open_field") as run:
     print(len(run.messages("obstacle_distance")) - before, "messages in a second, wanted 5 (or 4, or 6)")
 
 # %% [markdown]
+# Five? Then go on.
 # If it says about 20, the parameter says 5 and the node does 20: the silent mistake from above.
 # Open `ros2_robot_controller/sensor_processor.py` in JupyterLab (a double click in the file browser, below `ws/src`), and mend it as you have mended the controller, then run the cell again:
 #
