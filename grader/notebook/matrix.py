@@ -170,7 +170,7 @@ def _draw(found: Matrix) -> None:
     _, axes = plt.subplots(figsize=(9, 1.4 + 0.24 * rows), layout="constrained")
     axes.pcolormesh(seen[::-1], cmap=ListedColormap(["0.9", "#3a9d6a"]), vmin=0, vmax=1, edgecolors="w", lw=2)
     axes.set_yticks(np.arange(rows) + 0.5, found.mutants[::-1], fontsize=8)
-    width = max(8, 50 // columns)  # characters that fit below a column
+    width = max(8, 42 // columns)  # characters that fit below a column
     names = [fill(name.replace("_", " "), width, break_long_words=False) for name in found.tests]
     axes.set_xticks(np.arange(columns) + 0.5, names, fontsize=8)
     axes.set(ylabel="line and mistake", title=f"{seen.any(axis=1).sum()} of {rows} mutants noticed (green)")
