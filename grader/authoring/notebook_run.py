@@ -19,7 +19,7 @@ from grader.authoring import notebook_source
 from grader.intake import course_marker
 from grader.notebook import checkpoints, pieces
 from grader.notebook.file_backups import FileBackups
-from grader.notebook.workspace import VARIABLE, Workspace
+from grader.notebook.workspace import FRESH, VARIABLE, Workspace
 
 CELL_SECONDS = 600.0  # a cell that takes longer hangs; on a busy machine the tests of notebook 09 take minutes
 
@@ -108,14 +108,36 @@ def _raised(cell: NotebookNode) -> bool:
     return any(output.output_type == "error" for output in cell.get("outputs", []))
 
 
+# Where nobody watches, the picture of a live view would be that of its start.
+_LIVE_VIEWS = """
+import contextlib, sys
+
+def let_it_run(_result):
+    views = sys.modules.get("sim.live.view")
+    for live in {*views.Live._shown.values()} if views else ():
+        if live.simulator.time == 0.0 and not live.is_running and not live.is_stopped:
+            with contextlib.suppress(Exception):  # the view itself shows what a driver raises
+                live.run(10.0)
+
+get_ipython().events.register("post_run_cell", let_it_run)
+"""
+
+
 def environment(workspace: Path, kit: Path = KIT) -> dict[str, str]:
-    """Return the environment of a kernel whose workspace is `workspace`, with the `grader` and `sim` of `kit`."""
+    """Return the environment of a kernel whose workspace is `workspace`, with the `grader` and `sim` of `kit`.
+
+    In that kernel each live view runs for ten simulated seconds after the cell that shows it.
+    """
     workspace.mkdir(parents=True, exist_ok=True)
+    startup = workspace.parent / "ipython" / "profile_default" / "startup"
+    startup.mkdir(parents=True, exist_ok=True)
+    (startup / "live_views.py").write_text(_LIVE_VIEWS)
     path = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     # Not `os.environ | ...`: another thread may remove a variable in between, as pytest does with PYTEST_CURRENT_TEST.
     outer = {name: value for name in list(os.environ) if (value := os.environ.get(name)) is not None}
     return outer | {
         VARIABLE: str(workspace),
+        FRESH: "1",
         "PYTHONPATH": os.pathsep.join([str(kit), *filter(None, path)]),
         "IPYTHONDIR": str(workspace.parent / "ipython"),
         "PYDEVD_DISABLE_FILE_VALIDATION": "1",  # or the debugger prints a warning in each kernel

@@ -141,11 +141,15 @@ class Process:
 
     def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return for each thread of the whole tree the seconds that it has run, and has waited for a core."""
-        return procfs.thread_times(procfs.descendants(self._init_pid))
+        return procfs.thread_times(procfs.descendants_at_a_glance(self._init_pid))
+
+    def runnable_threads(self) -> dict[int, float]:
+        """Return for each thread of the whole tree that runs, or waits for a core, the seconds that it has run."""
+        return procfs.runnable_threads(procfs.descendants_at_a_glance(self._init_pid))
 
     def cpu_seconds(self) -> float:
         """Return the CPU time that the whole tree has used, with the processes in it that have ended."""
-        return procfs.cpu_seconds([self._init_pid, *procfs.descendants(self._init_pid)])
+        return procfs.cpu_seconds([self._init_pid, *procfs.descendants_at_a_glance(self._init_pid)])
 
     def pin_to(self, cores: Iterable[int]) -> None:
         """Let the whole tree run on these cores only."""
@@ -232,7 +236,7 @@ def run(command: Sequence[str], box: Sandbox, limits: Limits | None = None) -> R
     if exit_code is not None and output.startswith("bwrap: "):
         raise GraderError(
             f"The sandbox could not be set up: {output.strip()[:500]}. Run `grader doctor`; it prints the fix. "
-            "--unsafe-no-sandbox grades almost without a sandbox, which is no basis for a real grade."
+            "--unsafe-no-sandbox grades almost without a sandbox, which is not enough for a real grade."
         )
     stopped = process.stopped()
     return RunResult(exit_code, output, timed_out=exit_code is None, wall_seconds=seconds, stopped=stopped)
