@@ -27,7 +27,7 @@ setup:  ## Set up whatever is missing (.venv, bubblewrap); PYTHON=python3.12 pic
 jupyter: setup  ## Open the course in JupyterLab
 	@$(BIN)/jupyter lab $(AS_ROOT) --notebook-dir=. notebooks/00_first_drive.ipynb
 
-notebooks: setup  ## Rebuild the notebooks from notebooks/source; NN="04 05" rebuilds only those
+notebooks: setup  ## Make both editions of the notebooks from notebooks/source; NN="04 05" makes only those
 	@$(BIN)/python -m grader.authoring.book build $(NN)
 
 grade: setup  ## Grade the reference package; the report goes to out/reference

@@ -1,7 +1,7 @@
-"""Make the notebooks: `python -m grader.authoring.book build 05` writes notebooks/05_topic.ipynb from its source.
+"""Make the notebooks: `python -m grader.authoring.book build 05` writes both editions of a notebook from its source.
 
-The notebook is run in an empty workspace as students first see it, with the exercises as stubs. Its cleaned outputs are
-stored with it.
+The student edition has no outputs, so nothing is run for it. The published edition is run with the solutions in its
+exercises, after the notebooks before it, and stored with its cleaned outputs; `editions` says more.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import io
 import runpy
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ import nbformat
 from nbformat import NotebookNode
 
 from grader import KIT
-from grader.authoring import nbgrader, notebook_run, notebook_source, stored_outputs
+from grader.authoring import checkpoint_texts, editions, nbgrader, notebook_run, notebook_source, stored_outputs
 from grader.errors import KitError
 from grader.scoring.rubric import RUBRIC, Rubric, load
 
@@ -27,12 +27,14 @@ PICTURE_WIDTH = 1000  # pixels: as wide as a notebook's column on most screens
 PAGE = KIT / "docs" / "course.md"
 _TABLE_MARK = "<!-- Written by `python -m grader.authoring.book table`; do not edit by hand. -->"
 _VERBS = {
-    "build": "run the source and write notebooks/NN_topic.ipynb",
+    "build": "write both editions; the published one is run with the solutions, and every check must pass",
+    "student": "write the student edition alone; this runs nothing",
     "pictures": "draw notebooks/pictures/NN.png",
     "check": "list the notebooks that differ from their source",
     "nbgrader": "write the notebooks as an nbgrader assignment into an nbgrader course folder",
     "table": "write the table of requirements and sections into docs/course.md",
     "solve": "run each notebook with the solutions in its exercises, after the notebooks before it; store nothing",
+    "untouched": "run each notebook as students first see it, in an empty workspace; store nothing",
 }
 
 
@@ -67,10 +69,6 @@ def _parser() -> argparse.ArgumentParser:
         subparser = verbs.add_parser(verb, help=words, description=words[0].upper() + words[1:] + ".")
         subparser.add_argument("notebooks", nargs="*", metavar="NN", help="such as 05 (default: all)")
         subparser.add_argument("--folder", type=Path, default=notebook_source.NOTEBOOKS, help=argparse.SUPPRESS)
-        if verb == "build":
-            subparser.add_argument(
-                "--no-run", action="store_true", help="run nothing; keep the outputs of unchanged cells"
-            )
         if verb == "nbgrader":
             subparser.add_argument("--out", type=Path, required=True, help="the nbgrader course folder")
     return parser
@@ -84,13 +82,15 @@ def _run_verb(options: argparse.Namespace, name: str, rubric: Rubric, folder: Pa
         return not problems
     if options.verb == "pictures":
         return _draw(name, folder)
-    if options.verb == "solve":
-        return _print_run(name, notebook_run.solve(name, notebook_source.read(name, rubric, folder)))
-    if options.no_run:
-        target = build_without_running(name, rubric, folder)
-        print(f"{target.name} written; nothing was run")
+    if options.verb == "student":
+        print(f"{write_student(name, rubric, folder).name} written")
         return True
-    return _print_run(name, build(name, rubric, folder))
+    if options.verb == "untouched":
+        return _print_run(name, run_untouched(name, rubric, folder))
+    if options.verb == "solve":
+        return _print_run(name, run_solved(name, rubric, folder))
+    write_student(name, rubric, folder)
+    return _print_run(name, publish(name, rubric, folder))
 
 
 def _print_run(name: str, run: notebook_run.NotebookRun) -> bool:
@@ -123,29 +123,49 @@ def with_table(page: str, rubric: Rubric) -> str:
     return before + mark + "\n\n" + "\n".join(rows) + "\n"
 
 
-def build(name: str, rubric: Rubric, folder: Path = notebook_source.NOTEBOOKS) -> notebook_run.NotebookRun:
-    """Run the notebook `name` as it is shipped and write it with its outputs; keep the old file if a cell raises."""
-    with tempfile.TemporaryDirectory(prefix="book-") as scratch:
-        workspace = Path(scratch) / "ws"
-        run = notebook_run.execute(notebook_source.read(name, rubric, folder), workspace)
-        stored_outputs.clean(run.notebook, workspace)
+def write_student(name: str, rubric: Rubric, folder: Path = notebook_source.NOTEBOOKS) -> Path:
+    """Write the student edition of the notebook `name` and return its file."""
+    target = editions.student_file(name, folder)
+    write(editions.student(name, rubric, folder), target)
+    return target
+
+
+def publish(
+    name: str,
+    rubric: Rubric,
+    folder: Path = notebook_source.NOTEBOOKS,
+    solutions: notebook_run.Solutions = checkpoint_texts.solution,
+) -> notebook_run.NotebookRun:
+    """Run the notebook `name` solved and write its published edition; keep the old file if the run has an error."""
+    run = run_solved(name, rubric, folder, solutions)
     if run.error is None:
-        write(run.notebook, folder / f"{name}.ipynb")
+        target = editions.published_file(name, folder)
+        target.parent.mkdir(exist_ok=True)
+        write(run.notebook, target)
     return run
 
 
-def build_without_running(name: str, rubric: Rubric, folder: Path = notebook_source.NOTEBOOKS) -> Path:
-    """Write the notebook `name` with the stored outputs of the cells that are unchanged; return the file."""
-    notebook = notebook_source.read(name, rubric, folder)
-    target = folder / f"{name}.ipynb"
-    if target.exists():
-        stored = {cell["id"]: cell for cell in read_stored(target).cells}
-        for cell in notebook.cells:
-            old = stored.get(cell["id"])
-            if old is not None and cell.cell_type == "code" and cell.source == old.source:
-                cell.outputs, cell.execution_count = old.outputs, old.execution_count
-    write(notebook, target)
-    return target
+def run_solved(
+    name: str,
+    rubric: Rubric,
+    folder: Path = notebook_source.NOTEBOOKS,
+    solutions: notebook_run.Solutions = checkpoint_texts.solution,
+) -> notebook_run.NotebookRun:
+    """Run the published edition of the notebook `name` in a new workspace, and clean its outputs."""
+    with tempfile.TemporaryDirectory(prefix="book-") as scratch:
+        workspace = Path(scratch) / "ws"
+        run = notebook_run.solve(name, editions.published(name, rubric, folder, solutions), workspace)
+        stored_outputs.clean(run.notebook, workspace)
+    return run
+
+
+def run_untouched(name: str, rubric: Rubric, folder: Path = notebook_source.NOTEBOOKS) -> notebook_run.NotebookRun:
+    """Run the student edition of the notebook `name` in an empty workspace, and clean its outputs."""
+    with tempfile.TemporaryDirectory(prefix="book-") as scratch:
+        workspace = Path(scratch) / "ws"
+        run = notebook_run.execute(editions.student(name, rubric, folder), workspace)
+        stored_outputs.clean(run.notebook, workspace)
+    return run
 
 
 def read_stored(path: Path) -> NotebookNode:
@@ -158,24 +178,37 @@ def write(notebook: NotebookNode, path: Path) -> None:
     path.write_text(nbformat.writes(notebook, version=4).rstrip("\n") + "\n", encoding="utf-8")
 
 
-def differences(name: str, rubric: Rubric, folder: Path = notebook_source.NOTEBOOKS) -> list[str]:
-    """Return how the notebook's file differs from its source, one sentence each."""
-    target = folder / f"{name}.ipynb"
+def differences(
+    name: str,
+    rubric: Rubric,
+    folder: Path = notebook_source.NOTEBOOKS,
+    solutions: notebook_run.Solutions = checkpoint_texts.solution,
+) -> list[str]:
+    """Return how the two editions of a notebook differ from its source, one sentence each."""
+    student, published = editions.student_file(name, folder), editions.published_file(name, folder)
     advice = f"Run `python -m grader.authoring.book build {name[:2]}`."
-    if not target.exists():
-        return [f"{name}.ipynb is missing. {advice}"]
-    made, stored = notebook_source.read(name, rubric, folder), read_stored(target)
-    found = []
+    missing = [file.relative_to(folder) for file in (student, published) if not file.exists()]
+    found = [f"{file} is missing. {advice}" for file in missing]
+    if student.exists() and read_stored(student) != editions.student(name, rubric, folder):
+        found.append(f"{student.name} is not what its source says. {advice}")
+    if published.exists():
+        made = editions.published(name, rubric, folder, solutions)
+        where = f"{editions.FOLDER}/{published.name}"
+        found += [f"{where}: {problem}. {advice}" for problem in _problems(made, read_stored(published))]
+    return found
+
+
+def _problems(made: NotebookNode, stored: NotebookNode) -> Iterator[str]:
+    """Yield where a stored notebook differs from the one made of its source, whatever their outputs."""
     if [cell["id"] for cell in made.cells] != [cell["id"] for cell in stored.cells]:
-        found.append(f"{name}.ipynb has other cells than its source. {advice}")
+        yield "it has other cells than its source"
     old = {cell["id"]: cell for cell in stored.cells}
     for cell in made.cells:
         other = old.get(cell["id"])
         if other is not None and _without_outputs(cell) != _without_outputs(other):
-            found.append(f"{name}.ipynb: cell {cell['id']} differs from its source. {advice}")
+            yield f"cell {cell['id']} differs from its source"
     if made.metadata != stored.metadata:
-        found.append(f"{name}.ipynb: the notebook's metadata differ. {advice}")
-    return found
+        yield "the notebook's metadata differ"
 
 
 def _without_outputs(cell: NotebookNode) -> tuple[Any, ...]:

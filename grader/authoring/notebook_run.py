@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import os
 import re
-import subprocess
 import sys
 import tempfile
 import time
@@ -16,10 +15,11 @@ from pathlib import Path
 from nbformat import NotebookNode
 
 from grader import KIT
-from grader.authoring import checkpoint_texts, notebook_source
-from grader.errors import GraderError
-from grader.notebook import pieces
-from grader.notebook.workspace import VARIABLE
+from grader.authoring import notebook_source
+from grader.intake import course_marker
+from grader.notebook import checkpoints, pieces
+from grader.notebook.file_backups import FileBackups
+from grader.notebook.workspace import VARIABLE, Workspace
 
 CELL_SECONDS = 600.0  # a cell that takes longer hangs; on a busy machine the tests of notebook 09 take minutes
 
@@ -134,17 +134,20 @@ def solved(name: str, notebook: NotebookNode, solutions: Solutions) -> NotebookN
     return notebook
 
 
-def solve(name: str, notebook: NotebookNode) -> NotebookRun:
-    """Run the solved notebook in a workspace that `start_at` has laid out for it."""
-    with tempfile.TemporaryDirectory(prefix="book-") as scratch:
-        workspace = Path(scratch) / "ws"
-        laid_out = subprocess.run(
-            [sys.executable, "-c", f"from grader.notebook import start_at; start_at({name[:2]!r})"],
-            env=environment(workspace), capture_output=True, text=True, check=False, timeout=CELL_SECONDS,
-        )  # fmt: skip
-        if laid_out.returncode:
-            raise GraderError(f"start_at failed before {name}:\n{laid_out.stderr[-2000:]}")
-        run = execute(solved(name, notebook, checkpoint_texts.solution), workspace)
+def lay_out(name: str, workspace: Path) -> None:
+    """Write the package as a student leaves it who has worked through the notebooks before `name`."""
+    opened = Workspace(workspace)
+    checkpoints.start_at(opened, name)
+    (opened.package / course_marker.MARKER).unlink(missing_ok=True)
+    written = FileBackups(opened)
+    for path in checkpoints.paths_before(name):
+        written.after(f"%%writefile {opened.package / path}")
+
+
+def solve(name: str, notebook: NotebookNode, workspace: Path) -> NotebookRun:
+    """Run a notebook with solved exercises in a new workspace, after those before it; each of its checks must pass."""
+    lay_out(name, workspace)
+    run = execute(notebook, workspace)
     if run.error is None and (missing := not_passed(run.notebook)):
         run.error = f"{name}: solved, but these checks do not pass: {', '.join(missing)}"
     return run
@@ -176,6 +179,7 @@ def path_patterns(workspace: Path) -> list[tuple[str, str]]:
         (re.escape(str(Path(sys.prefix))), ".venv"),
         (re.escape(str(KIT)), "kit"),
         (r"/tmp/ipykernel_\d+/\d+\.py", "<cell>"),
+        (r"\[\d{10}\.\d{9}\]", "[<time>]"),  # of a node's log
     ]
 
 

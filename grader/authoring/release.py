@@ -26,6 +26,7 @@ _STUDENT_KIT = KIT / "grader" / "authoring" / "student_kit"
 _PAGES = ("handout", "live-view", "ros2-command", "ros2-session", "simulator", "launch", "ros-from-wheels", "setup")
 # The tools with which instructors make, attack and release the course.
 _WITHHELD = ("grader/authoring/", "grader/classroom/", "grader/selftest/")
+_SECTIONS_ON_EDITIONS = ("## Only look", "## How they are made")
 _NO_EXTRAS = ("dev", "cluster", "similar")
 _NO_SOURCE = ("__pycache__", ".pyc", ".ipynb_checkpoints")
 _SOLUTIONS = checkpoints.PACKED.relative_to(KIT).as_posix()
@@ -65,6 +66,8 @@ def contents(*, solutions: bool = True) -> dict[str, bytes]:
     found = {name: (KIT / name).read_bytes() for name in _named()}
     for path in sorted(_STUDENT_KIT.iterdir()):
         found[path.name] = path.read_bytes()
+    readme = "notebooks/README.md"
+    found[readme] = for_students(found[readme].decode()).encode()
     found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()
     found["requirements.txt"] = pins((KIT / "requirements.txt").read_text()).encode()
     found.pop(_SOLUTIONS, None)
@@ -83,6 +86,13 @@ def _named() -> Iterator[str]:
             name = path.relative_to(KIT).as_posix()
             if path.is_file() and not name.startswith(_WITHHELD) and not any(part in name for part in _NO_SOURCE):
                 yield name
+
+
+def for_students(readme: str) -> str:
+    """Return notebooks/README.md without the sections about the editions, which the students' kit has only one of."""
+    sections = re.split(r"(?m)^(?=## )", readme)
+    kept = [section for section in sections if not section.startswith(_SECTIONS_ON_EDITIONS)]
+    return "".join(kept).rstrip("\n") + "\n"
 
 
 def packaging(text: str) -> str:

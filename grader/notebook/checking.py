@@ -10,12 +10,12 @@ from pathlib import Path
 
 from grader import build, pipeline
 from grader.errors import KitError, SubmissionError
-from grader.notebook import prerequisites
+from grader.notebook import prerequisites, so_far
 from grader.notebook.feedback import Answer, Checked, Note, Progress
 from grader.notebook.workspace import NOTEBOOK, Workspace
 from grader.report.album import Album, Picture
 from grader.scoring import rubric
-from grader.scoring.grading import Grading, losses, place, points
+from grader.scoring.grading import Grading, Loss, losses, place, points
 from grader.scoring.rubric import RUBRIC, Requirement, Rubric
 from grader.scoring.scorecard import Outcome, RequirementScore
 from grader.settings import Settings
@@ -36,7 +36,9 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
     whole = rubric.load(RUBRIC)
     wanted = [*dict.fromkeys(_requirement(whole, name) for name in requirements)]
     notebook = os.environ.get(NOTEBOOK, "")
-    gaps = {r.id: prerequisites.first_gap(workspace.package, r.id, notebook) for r in wanted}
+    stand_ins = {r.id: found for r in wanted if (found := so_far.stand_in(r.id, notebook))}
+    asked = {r.id: whole.requirement(stand_ins[r.id].requirement) if r.id in stand_ins else r for r in wanted}
+    gaps = {r.id: prerequisites.first_gap(workspace.package, asked[r.id].id, notebook) for r in wanted}
     answers = {r.id: _lacking(r, gap) for r in wanted if (gap := gaps[r.id])}
     possible = [r for r in wanted if r.id not in answers]
     pictures: tuple[Picture, ...] = ()
@@ -44,10 +46,17 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
     if possible:
         progress = Progress()
         try:
-            grading = _grade(workspace.package, whole, possible, progress)
-            scores = grading.shown().scorecard.requirements
-            answers |= {s.requirement.id: _judged(s, grading) for s in scores if s.outcome is not Outcome.NOT_GRADED}
-            pictures, notes = _pictures(grading), _remarks(grading)
+            grading = _grade(workspace.package, whole, list(dict.fromkeys(asked[r.id] for r in possible)), progress)
+            scores = {score.requirement.id: score for score in grading.shown().scorecard.requirements}
+            for r in possible:
+                score = scores[asked[r.id].id]
+                if score.outcome is Outcome.NOT_GRADED:
+                    continue
+                if r.id in stand_ins:
+                    answers[r.id] = _stood_in(r, stand_ins[r.id], score, grading)
+                else:
+                    answers[r.id] = _judged(score, grading, notebook)
+            pictures, notes = _pictures(grading, notebook), _remarks(grading)
         except SubmissionError as error:
             gap = prerequisites.Gap(str(error), "a package that can be read", "fix the problem named here")
             answers |= {r.id: _lacking(r, gap) for r in possible}
@@ -76,11 +85,17 @@ def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Pr
 
 
 def _answer(
-    requirement: Requirement, notes: tuple[Note, ...], *, reached: float = 0.0, passed: bool = False, ours: bool = False
+    requirement: Requirement,
+    notes: tuple[Note, ...],
+    *,
+    reached: float = 0.0,
+    passed: bool = False,
+    ours: bool = False,
+    so_far: bool = False,
 ) -> Answer:
     return Answer(
         requirement.id, requirement.title, points(reached), points(requirement.points), passed, ours, notes,
-        section=f"Taught in {place(requirement.section)}.",
+        section=f"Taught in {place(requirement.section)}.", so_far=so_far,
     )  # fmt: skip
 
 
@@ -93,24 +108,38 @@ def _unjudged(requirement: Requirement, reason: str) -> Answer:
     return _answer(requirement, (Note(requirement.text, (("because", reason),)),), ours=True)
 
 
-def _judged(score: RequirementScore, grading: Grading) -> Answer:
-    notes = []
-    for loss in losses(score):
-        result = loss.result
-        if result.outcome is Outcome.NOT_REACHED:
-            rows = _not_reached(result.because, result.expected or result.sentence, grading)
-        else:
-            named = (
-                ("seen", result.seen), ("because", result.because), ("expected", result.expected), ("try", result.try_),
-            )  # fmt: skip
-            rows = tuple((name, value) for name, value in named if value)
-        notes.append(Note(loss.heading, rows))
+def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
+    """Return the answer for a requirement; a check that waits for a later notebook does not keep it from passing."""
+    lost = losses(score)
+    waiting = {loss.check.id: found for loss in lost if (found := so_far.later(loss.check.id, notebook))}
+    notes = [_note(loss, grading) for loss in lost if loss.check.id not in waiting]
     if len(notes) > 1 and len({dict(note.rows).get("seen") for note in notes}) == 1:
         del notes[1:]  # all checks failed for the same reason
+    so_far_passed = bool(waiting) and not notes
+    if so_far_passed:
+        words = "; ".join(f"notebook {found.notebook} brings {found.words}" for found in waiting.values())
+        notes = [Note("", (("later", words),))]
     return _answer(
-        score.requirement, tuple(notes), reached=score.points, passed=score.outcome is Outcome.PASSED,
-        ours=score.outcome is Outcome.ERROR,
+        score.requirement, tuple(notes), reached=score.points, passed=so_far_passed or score.outcome is Outcome.PASSED,
+        ours=score.outcome is Outcome.ERROR, so_far=so_far_passed,
     )  # fmt: skip
+
+
+def _stood_in(requirement: Requirement, instead: so_far.StandIn, score: RequirementScore, grading: Grading) -> Answer:
+    """Return the answer for a requirement by another one's check, which gives no points."""
+    notes = [_note(loss, grading) for loss in losses(score) if loss.check.id == instead.check]
+    passed = not notes and score.outcome is not Outcome.ERROR
+    if passed:
+        notes = [Note("", (("seen", instead.words),))]
+    return _answer(requirement, tuple(notes), passed=passed, ours=score.outcome is Outcome.ERROR, so_far=passed)
+
+
+def _note(loss: Loss, grading: Grading) -> Note:
+    result = loss.result
+    if result.outcome is Outcome.NOT_REACHED:
+        return Note(loss.heading, _not_reached(result.because, result.expected or result.sentence, grading))
+    named = (("seen", result.seen), ("because", result.because), ("expected", result.expected), ("try", result.try_))
+    return Note(loss.heading, tuple((name, value) for name, value in named if value))
 
 
 def _not_reached(because: str, expected: str, grading: Grading) -> tuple[tuple[str, str], ...]:
@@ -131,7 +160,8 @@ def _remarks(grading: Grading) -> tuple[str, ...]:
     return (f"A sample of T3: {tried} mutants were tried here. The grading tries more, and different ones.",)
 
 
-def _pictures(grading: Grading) -> tuple[Picture, ...]:
+def _pictures(grading: Grading, notebook: str) -> tuple[Picture, ...]:
     """Return pictures of the first trials in which points were lost."""
     album = Album(grading.evidence.trials, most=_PICTURES)
-    return tuple(picture for score in grading.scorecard.requirements for picture in album.of(score.lost))
+    lost = [result for score in grading.scorecard.requirements for result in score.lost]
+    return tuple(album.of(tuple(result for result in lost if not so_far.later(result.id, notebook))))

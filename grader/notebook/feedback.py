@@ -32,7 +32,12 @@ class Note:
 
 @dataclass(frozen=True)
 class Answer:
-    """The result of one requirement: `points` of `worth`; `ours` if an error of the kit kept it from being judged."""
+    """The result of one requirement: `points` of `worth`.
+
+    Attributes:
+        ours: an error of the kit kept it from being judged.
+        so_far: it passed as far as it can in this notebook; later ones bring the rest of what it needs.
+    """
 
     id: str
     title: str
@@ -42,13 +47,15 @@ class Answer:
     ours: bool = False
     notes: tuple[Note, ...] = ()
     section: str = ""
+    so_far: bool = False
 
     @property
     def headline(self) -> str:
         """Return the first line: requirement, result, points."""
         if self.ours:
             return f"{self.id} could not be judged"
-        return f"{self.id} {'passed' if self.passed else 'not yet'} ({self.points} of {self.worth})"
+        verdict = "passed so far" if self.so_far else "passed" if self.passed else "not yet"
+        return f"{self.id} {verdict} ({self.points} of {self.worth})"
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,7 +68,7 @@ class Checked:
 
     @property
     def passed(self) -> bool:
-        """Return whether every requirement has all its points."""
+        """Return whether every requirement passed, at least so far."""
         return all(answer.passed for answer in self.answers)
 
     @property

@@ -14,7 +14,7 @@ from grader.checks import build_log
 from grader.contract import spec
 from grader.contract.spec import PACKAGE
 from grader.evidence import Build
-from grader.notebook import checkpoints
+from grader.notebook import checkpoints, so_far
 
 _BUILDS = ("package.xml", "CMakeLists.txt")
 _CONTROLLER, _PROCESSOR = spec.NODE_MODULES
@@ -58,14 +58,24 @@ def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None
 
     `notebook` is the current one ("05"); the advice depends on it.
     """
-    wanted = FILES.get(requirement, _BUILDS)
+    own = notebook and requirement == "Q3"
+    wanted = tuple(so_far.layout(notebook)) if own else FILES.get(requirement, _BUILDS)
     if not package.is_dir() or not any(_is_student_file(path) for path in package.iterdir()):
         return Gap("your package is empty", _expected("package.xml"), _how_to_get("package.xml", notebook))
     for name in wanted:
         if not (package / name).is_file():
             return Gap(f"there is no {name}", _expected(name), _how_to_get(name, notebook))
+    if own and notebook < "10" and (stub := next((name for name in wanted if _is_stub(package / name)), "")):
+        expected = "the files of the layout so far, each finished"
+        return Gap(
+            f"{stub} is still a stub: it has a `TODO`", expected, "do the exercise that writes it, and run its cell"
+        )
     modules = [name for name in wanted if name.startswith(f"{PACKAGE}/")]
     return _broken_module(package, modules, notebook)
+
+
+def _is_stub(path: Path) -> bool:
+    return re.search(r"\bTODO\b", path.read_text(encoding="utf-8", errors="replace")) is not None
 
 
 def _is_student_file(path: Path) -> bool:

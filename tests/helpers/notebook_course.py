@@ -1,7 +1,7 @@
-"""Run the notebooks in the background in two ways: untouched, each by itself, and solved, in order in one workspace.
+"""Run the notebooks in the background: the student edition by itself, the published one in order in one workspace.
 
 Each notebook runs once in each way if a test asks for it. Three run at a time, because a notebook often waits: for
-discovery, a process, a build. So the solved ones run in two sequences, unless the package at the end of the whole
+discovery, a process, a build. So the published ones run in two sequences, unless the package at the end of the whole
 course is wanted; the second sequence begins with the package that `start_at` lays out.
 """
 
@@ -12,11 +12,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 
-from grader.authoring import checkpoint_texts, notebook_run, notebook_source
+from grader.authoring import book, editions, notebook_run, notebook_source, stored_outputs
 from grader.contract import spec
-from grader.notebook import checkpoints
-from grader.notebook.workspace import Workspace
-from grader.scoring.rubric import Rubric
 from helpers.notebook_isolation import isolated_folder
 from helpers.notebook_validation import Validation, validate
 
@@ -27,25 +24,24 @@ class Course:
     """The runs that tests ask for, all started at once."""
 
     def __init__(
-        self, folder: Path, rubric: Rubric, untouched: Sequence[str], solved: Sequence[str], *, whole: bool = False
+        self, folder: Path, untouched: Sequence[str], published: Sequence[str], *, whole: bool = False
     ) -> None:
         self._stack = ExitStack()
-        self.rubric = rubric
         pool = self._pool()
-        self._untouched: dict[str, Future[Validation]] = {
-            name: pool.submit(validate, notebook_source.NOTEBOOKS / f"{name}.ipynb") for name in untouched
+        self._untouched: dict[str, Future[notebook_run.NotebookRun]] = {
+            name: pool.submit(_run_untouched, name) for name in untouched
         }
-        self._solved: dict[str, Future[notebook_run.NotebookRun]] = {}
+        self._published: dict[str, Future[Validation]] = {}
         names = notebook_source.names()
         middle = 0 if whole else names.index(MIDDLE)
         for sequence in (names[:middle], names[middle:]):
             # A sequence has no gaps: each notebook builds on the package that the ones before it leave.
-            last = max((sequence.index(name) for name in solved if name in sequence), default=-1)
+            last = max((sequence.index(name) for name in published if name in sequence), default=-1)
             self.workspace = self._stack.enter_context(isolated_folder(folder)) / "ws"
             pool = self._pool()
             for name in sequence[: last + 1]:
                 lay_out = name == sequence[0] == MIDDLE
-                self._solved[name] = pool.submit(self._solve, name, self.workspace, lay_out=lay_out)
+                self._published[name] = pool.submit(self._validate, name, self.workspace, lay_out=lay_out)
 
     def _pool(self) -> ThreadPoolExecutor:
         """Return a new thread; when the course is closed, it starts nothing more and its current run is awaited."""
@@ -53,19 +49,18 @@ class Course:
         self._stack.callback(pool.shutdown, cancel_futures=True)
         return pool
 
-    def _solve(self, name: str, workspace: Path, lay_out: bool) -> notebook_run.NotebookRun:
+    def _validate(self, name: str, workspace: Path, lay_out: bool) -> Validation:
         if lay_out:
-            checkpoints.start_at(Workspace(workspace), name)
-        notebook = notebook_run.solved(name, notebook_source.read(name, self.rubric), checkpoint_texts.solution)
-        return notebook_run.execute(notebook, workspace)
+            notebook_run.lay_out(name, workspace)
+        return validate(editions.published_file(name), workspace)
 
-    def untouched(self, name: str) -> Validation:
-        """Return nbval's result for the notebook, run by itself as it is shipped."""
+    def untouched(self, name: str) -> notebook_run.NotebookRun:
+        """Return the run of the student edition, by itself."""
         return self._untouched[name].result()
 
-    def solved(self, name: str) -> notebook_run.NotebookRun:
-        """Return the run of the solved notebook, after those before it in its sequence."""
-        return self._solved[name].result()
+    def published(self, name: str) -> Validation:
+        """Return nbval's result for the published edition, after those before it in its sequence."""
+        return self._published[name].result()
 
     @property
     def package(self) -> Path:
@@ -75,3 +70,10 @@ class Course:
     def close(self) -> None:
         """Start nothing more, wait for the current runs, and delete the folders."""
         self._stack.close()
+
+
+def _run_untouched(name: str) -> notebook_run.NotebookRun:
+    with isolated_folder() as folder:
+        run = notebook_run.execute(book.read_stored(editions.student_file(name)), folder / "ws")
+        stored_outputs.clean(run.notebook, folder / "ws")
+    return run

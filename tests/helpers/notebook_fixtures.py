@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from grader import KIT
-from grader.authoring import book, notebook_run, notebook_source
+from grader.authoring import book, editions, notebook_run, notebook_source
 from grader.notebook.workspace import VARIABLE, Workspace
 from grader.scoring.rubric import Rubric, load
 from helpers.notebook_rules import Page
@@ -32,22 +32,30 @@ def source_page(rubric: Rubric) -> Callable[[str], Page]:
     return functools.cache(lambda name: Page(name, notebook_source.read(name, rubric), notebook_source.NOTEBOOKS))
 
 
+def stored(file: Path) -> Page:
+    """Read an edition of a notebook."""
+    return Page(file.stem, book.read_stored(file), file.parent)
+
+
 @pytest.fixture(scope="session")
-def stored_page() -> Callable[[str], Page]:
-    """Read a notebook of the course with its stored outputs."""
-    return functools.cache(
-        lambda name: Page(
-            name, book.read_stored(notebook_source.NOTEBOOKS / f"{name}.ipynb"), notebook_source.NOTEBOOKS
-        )
-    )
+def student_page() -> Callable[[str], Page]:
+    """Read the student edition of a notebook of the course."""
+    return functools.cache(lambda name: stored(editions.student_file(name)))
+
+
+@pytest.fixture(scope="session")
+def published_page() -> Callable[[str], Page]:
+    """Read the published edition of a notebook of the course."""
+    return functools.cache(lambda name: stored(editions.published_file(name)))
 
 
 @pytest.fixture(scope="session")
 def built_example(tmp_path_factory: pytest.TempPathFactory, rubric: Rubric) -> Path:
-    """The folder of the example, built once: it needs no ROS."""
+    """The folder of the example with both editions, built once: it needs no ROS."""
     folder = tmp_path_factory.mktemp("built") / "notebooks"
     shutil.copytree(EXAMPLE, folder)
-    run = book.build("02_example", rubric, folder)
+    book.write_student("02_example", rubric, folder)
+    run = book.publish("02_example", rubric, folder, solution_of_the_example)
     assert run.error is None
     return folder
 

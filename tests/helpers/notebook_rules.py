@@ -235,7 +235,17 @@ def sections_of_the_rubric_are_there(page: Page, rubric: Rubric) -> Iterator[str
             yield f"{requirement.id} is not named in its section `## {title}`"
 
 
-# Rules for stored outputs.
+# Rules for the student edition.
+
+
+def has_no_outputs(page: Page) -> Iterator[str]:
+    """What a question asks for must not stand below it."""
+    for cell in page.code():
+        if cell.outputs or cell.execution_count is not None:
+            yield f"cell {cell['id']} has outputs or was run"
+
+
+# Rules for a notebook that was run.
 
 
 def ran_without_an_exception(page: Page) -> Iterator[str]:
@@ -252,6 +262,11 @@ def ran_without_an_exception(page: Page) -> Iterator[str]:
 def checks_say_not_yet(page: Page) -> Iterator[str]:
     for name in notebook_run.passed_too_early(page.notebook):
         yield f"{name}: the check of an untouched notebook does not say `{name} not yet`"
+
+
+def checks_say_passed(page: Page) -> Iterator[str]:
+    for name in notebook_run.not_passed(page.notebook):
+        yield f"{name}: the check of a solved notebook does not say `{name} passed`"
 
 
 def outputs_name_no_machine(page: Page) -> Iterator[str]:
@@ -297,4 +312,13 @@ OF_SOURCES: tuple[Rule, ...] = (
     links_lead_somewhere,
     says_why_an_output_is_not_compared,
 )
-OF_OUTPUTS: tuple[Rule, ...] = (ran_without_an_exception, checks_say_not_yet, outputs_name_no_machine, is_small)
+OF_STUDENTS: tuple[Rule, ...] = (has_no_outputs, is_small)
+OF_UNTOUCHED_RUNS: tuple[Rule, ...] = (ran_without_an_exception, checks_say_not_yet)
+OF_PUBLISHED: tuple[Rule, ...] = (
+    ran_without_an_exception,
+    checks_say_passed,
+    outputs_name_no_machine,
+    is_small,
+    pictures_are_ours,
+    links_lead_somewhere,
+)

@@ -1,4 +1,4 @@
-"""Validate a notebook's stored outputs with nbval, in a workspace of its own."""
+"""Compare a notebook's stored outputs with those of a new run, with nbval."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
 
 from grader.authoring import notebook_run
-from helpers.notebook_isolation import isolated_folder
 
 # Parts of an output that may differ in a correct notebook, besides the paths of this machine.
 HARMLESS = (
@@ -38,10 +38,11 @@ class Validation:
     problems: tuple[str, ...]
 
 
-def validate(path: Path, cell_seconds: float = notebook_run.CELL_SECONDS) -> Validation:
-    """Run the notebook `path` in an empty workspace and compare every output with the stored one."""
-    with isolated_folder() as folder:
-        workspace, sanitize, report = folder / "ws", folder / "sanitize.cfg", folder / "report.xml"
+def validate(path: Path, workspace: Path, cell_seconds: float = notebook_run.CELL_SECONDS) -> Validation:
+    """Run the notebook `path` in a workspace and compare every output with the stored one."""
+    with tempfile.TemporaryDirectory(prefix="nbval-") as scratch:
+        folder = Path(scratch)
+        sanitize, report = folder / "sanitize.cfg", folder / "report.xml"
         patterns = (*notebook_run.path_patterns(workspace), *HARMLESS)
         sanitize.write_text(
             "".join(f"[{i}]\nregex: {a}\nreplace: {b}\n\n" for i, (a, b) in enumerate(patterns, start=1))
@@ -50,7 +51,7 @@ def validate(path: Path, cell_seconds: float = notebook_run.CELL_SECONDS) -> Val
         (folder / "notebooks").mkdir()
         environment = notebook_run.environment(workspace)
         startup = Path(environment["IPYTHONDIR"]) / "profile_default" / "startup"
-        startup.mkdir(parents=True)
+        startup.mkdir(parents=True, exist_ok=True)
         (startup / "semicolons.py").write_text(SEMICOLONS)
         shutil.copy(path, folder / "notebooks")
         ran = subprocess.run(

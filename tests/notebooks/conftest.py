@@ -1,5 +1,5 @@
 """The fixtures for tests of notebooks."""
 
-from helpers.notebook_fixtures import answer, built_example, example, rubric, source_page, stored_page
+from helpers.notebook_fixtures import answer, built_example, example, published_page, rubric, source_page, student_page
 
-__all__ = ["answer", "built_example", "example", "rubric", "source_page", "stored_page"]
+__all__ = ["answer", "built_example", "example", "published_page", "rubric", "source_page", "student_page"]

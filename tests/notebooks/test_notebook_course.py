@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 
 import pytest
-from helpers.notebook_rules import OF_OUTPUTS, OF_SOURCES, Page, Rule, sections_of_the_rubric_are_there
+from helpers.notebook_rules import OF_PUBLISHED, OF_SOURCES, OF_STUDENTS, Page, Rule, sections_of_the_rubric_are_there
 
 from grader.authoring import book, checkpoint_texts, notebook_source
 from grader.notebook import checkpoints, pieces
 from grader.scoring.rubric import Rubric
 
 NAMES = notebook_source.names()
-BUILT = [name for name in NAMES if (notebook_source.NOTEBOOKS / f"{name}.ipynb").exists()]
 
 
 def expect_none(problems: Iterable[str]) -> None:
@@ -28,7 +27,7 @@ def test_the_course_has_all_its_notebooks(rubric: Rubric):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_notebook_matches_its_source(name: str, rubric: Rubric):
+def test_both_editions_match_their_source(name: str, rubric: Rubric):
     expect_none(book.differences(name, rubric))
 
 
@@ -38,10 +37,16 @@ def test_the_source_keeps_the_rule(rule: Rule, name: str, source_page: Callable[
     expect_none(rule(source_page(name)))
 
 
-@pytest.mark.parametrize("rule", OF_OUTPUTS, ids=lambda rule: rule.__name__)
-@pytest.mark.parametrize("name", BUILT)
-def test_the_stored_outputs_keep_the_rule(rule: Rule, name: str, stored_page: Callable[[str], Page]):
-    expect_none(rule(stored_page(name)))
+@pytest.mark.parametrize("rule", OF_STUDENTS, ids=lambda rule: rule.__name__)
+@pytest.mark.parametrize("name", NAMES)
+def test_the_student_edition_keeps_the_rule(rule: Rule, name: str, student_page: Callable[[str], Page]):
+    expect_none(rule(student_page(name)))
+
+
+@pytest.mark.parametrize("rule", OF_PUBLISHED, ids=lambda rule: rule.__name__)
+@pytest.mark.parametrize("name", NAMES)
+def test_the_published_edition_keeps_the_rule(rule: Rule, name: str, published_page: Callable[[str], Page]):
+    expect_none(rule(published_page(name)))
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -6,10 +6,19 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from helpers.notebook_rules import OF_OUTPUTS, OF_SOURCES, Page, Rule, sections_of_the_rubric_are_there
+from helpers.notebook_fixtures import stored
+from helpers.notebook_rules import (
+    OF_PUBLISHED,
+    OF_SOURCES,
+    OF_STUDENTS,
+    OF_UNTOUCHED_RUNS,
+    Page,
+    Rule,
+    sections_of_the_rubric_are_there,
+)
 from helpers.notebook_validation import validate
 
-from grader.authoring import book, notebook_run, notebook_source
+from grader.authoring import book, editions, notebook_run, notebook_source
 from grader.scoring.rubric import Rubric
 
 NAME = "02_example"
@@ -19,8 +28,12 @@ def page_of(folder: Path, rubric: Rubric) -> Page:
     return Page(NAME, notebook_source.read(NAME, rubric, folder), folder)
 
 
-def stored_in(folder: Path) -> Page:
-    return Page(NAME, book.read_stored(folder / f"{NAME}.ipynb"), folder)
+def published_in(folder: Path) -> Page:
+    return stored(editions.published_file(NAME, folder))
+
+
+def rule_named(name: str) -> Rule:
+    return next(rule for rule in (*OF_STUDENTS, *OF_PUBLISHED, *OF_UNTOUCHED_RUNS) if rule.__name__ == name)
 
 
 def edit(folder: Path, old: str, new: str) -> None:
@@ -97,9 +110,27 @@ def test_a_section_must_name_its_requirement(example: Path, rubric: Rubric):
     ]
 
 
-@pytest.mark.parametrize("rule", OF_OUTPUTS, ids=lambda rule: rule.__name__)
-def test_the_stored_example_keeps_the_rule(rule: Rule, example: Path):
-    assert list(rule(stored_in(example))) == []
+@pytest.mark.parametrize("rule", OF_STUDENTS, ids=lambda rule: rule.__name__)
+def test_the_students_example_keeps_the_rule(rule: Rule, example: Path):
+    assert list(rule(stored(editions.student_file(NAME, example)))) == []
+
+
+@pytest.mark.parametrize("rule", OF_PUBLISHED, ids=lambda rule: rule.__name__)
+def test_the_published_example_keeps_the_rule(rule: Rule, example: Path):
+    assert list(rule(published_in(example))) == []
+
+
+@pytest.mark.parametrize("rule", OF_UNTOUCHED_RUNS, ids=lambda rule: rule.__name__)
+def test_the_untouched_run_of_the_example_keeps_the_rule(rule: Rule, example: Path, rubric: Rubric):
+    run = book.run_untouched(NAME, rubric, example)
+    assert list(rule(Page(NAME, run.notebook, example))) == []
+
+
+def test_a_students_notebook_with_an_output_breaks_the_rule(example: Path):
+    page = stored(editions.student_file(NAME, example))
+    page.code()[1].outputs.append(nbformat.v4.new_output("stream", text="one"))
+    (problem,) = rule_named("has_no_outputs")(page)
+    assert problem == "cell same-name-same-type-02 has outputs or was run"
 
 
 @pytest.mark.parametrize(
@@ -113,54 +144,53 @@ def test_the_stored_example_keeps_the_rule(rule: Rule, example: Path):
     ],
 )
 def test_an_output_breaks_the_rule(name: str, output: nbformat.NotebookNode, example: Path):
-    page = stored_in(example)
+    page = published_in(example)
     page.code()[1].outputs.append(output)
-    rule = next(rule for rule in OF_OUTPUTS if rule.__name__ == name)
-    assert list(rule(page)) != []
+    assert list(rule_named(name)(page)) != []
 
 
 def test_a_check_that_passes_untouched_breaks_the_rule(example: Path):
-    page = stored_in(example)
+    rule = rule_named("checks_say_not_yet")
+    assert list(rule(published_in(example))) == ["I3: the check of an untouched notebook does not say `I3 not yet`"]
+
+
+def test_a_check_that_does_not_pass_solved_breaks_the_rule(example: Path):
+    page = published_in(example)
     (checked,) = [cell for cell in page.code() if notebook_source.checked(cell)]
-    checked.outputs[0].text = "I3 passed (4 of 4)"
-    (rule,) = [rule for rule in OF_OUTPUTS if rule.__name__ == "checks_say_not_yet"]
-    assert list(rule(page)) == ["I3: the check of an untouched notebook does not say `I3 not yet`"]
+    checked.outputs[0].text = "I3 not yet (0 of 5)"
+    found = list(rule_named("checks_say_passed")(page))
+    assert found == ["I3: the check of a solved notebook does not say `I3 passed`"]
 
 
 def test_a_large_notebook_breaks_the_rule(example: Path):
-    (rule,) = [rule for rule in OF_OUTPUTS if rule.__name__ == "is_small"]
-    page = stored_in(example)
+    page = published_in(example)
     page.code()[1].outputs.append(nbformat.v4.new_output("stream", text="x" * 2_000_000))
-    book.write(page.notebook, example / f"{NAME}.ipynb")
-    assert list(rule(page)) == ["is 2.0 MB large, more than 1.5"]
+    book.write(page.notebook, editions.published_file(NAME, example))
+    assert list(rule_named("is_small")(page)) == ["is 2.0 MB large, more than 1.5"]
 
 
-def test_nbval_reproduces_the_stored_outputs(example: Path):
+def test_nbval_reproduces_the_published_outputs(example: Path, tmp_path: Path):
     """Also where a semicolon keeps a value from being shown."""
-    found = validate(example / f"{NAME}.ipynb")
+    found = validate(editions.published_file(NAME, example), tmp_path / "ws")
     assert found.problems == ()
-    assert found.cells == len(stored_in(example).code())
+    assert found.cells == len(published_in(example).code())
 
 
-def test_nbval_notices_an_exception_and_a_wrong_stored_output(example: Path):
-    page = stored_in(example)
+def test_nbval_notices_an_exception_and_a_wrong_published_output(example: Path, tmp_path: Path):
+    page = published_in(example)
     page.code()[1].outputs[0].text = "one\nthree\n"
     page.code()[2].source = "raise ValueError('no')"
-    book.write(page.notebook, example / f"{NAME}.ipynb")
-    different, raised = validate(example / f"{NAME}.ipynb").problems
+    book.write(page.notebook, editions.published_file(NAME, example))
+    different, raised = validate(editions.published_file(NAME, example), tmp_path / "ws").problems
     assert different.startswith("Cell 1: ")
     assert "three" in different
     assert "ValueError: no" in raised
 
 
-def test_the_solved_example_passes(example: Path, rubric: Rubric, tmp_path: Path, answer: notebook_run.Solutions):
-    run = notebook_run.execute(
-        notebook_run.solved(NAME, notebook_source.read(NAME, rubric, example), answer), tmp_path / "ws"
-    )
-    assert run.error is None
-    assert notebook_run.not_passed(run.notebook) == []
-    assert run.answers == ["I3 passed (5 of 5)"]
-
-
-def test_the_unsolved_example_does_not_pass(example: Path):
-    assert notebook_run.not_passed(stored_in(example).notebook) == ["I3"]
+def test_a_solved_notebook_whose_check_does_not_pass_is_not_published(
+    example: Path, rubric: Rubric, answer: notebook_run.Solutions
+):
+    before = editions.published_file(NAME, example).read_bytes()
+    run = book.publish(NAME, rubric, example, lambda name, path: answer(name, path).replace("= 42", "= 41"))
+    assert run.error == "02_example: solved, but these checks do not pass: I3"
+    assert editions.published_file(NAME, example).read_bytes() == before

@@ -1,4 +1,4 @@
-"""Every notebook runs from top to bottom: untouched in an empty workspace, and solved, in order in one workspace."""
+"""Every notebook runs from top to bottom: the student edition by itself, the published one in the course's order."""
 
 from __future__ import annotations
 
@@ -8,46 +8,46 @@ from pathlib import Path
 
 import pytest
 from helpers.notebook_course import Course
+from helpers.notebook_rules import OF_UNTOUCHED_RUNS, Page
 
 from grader import cli
-from grader.authoring import notebook_run, notebook_source
-from grader.scoring.rubric import Rubric
+from grader.authoring import notebook_source
 
 NAMES = notebook_source.names()
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 
 
 @pytest.fixture(scope="module")
-def course(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, rubric: Rubric
-) -> Iterator[Course]:
-    asked: dict[str, list[str]] = {"untouched": [], "solved": []}
+def course(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Course]:
+    asked: dict[str, list[str]] = {"untouched": [], "published": []}
     for item in request.session.items:
         if item.path == request.path and (kind := next((kind for kind in asked if f"_{kind}" in item.name), None)):
             asked[kind].append(item.callspec.params["name"] if hasattr(item, "callspec") else NAMES[-1])
     whole = any(item.path == request.path and item.get_closest_marker("slow") for item in request.session.items)
-    course = Course(tmp_path_factory.mktemp("course"), rubric, asked["untouched"], asked["solved"], whole=whole)
+    course = Course(tmp_path_factory.mktemp("course"), asked["untouched"], asked["published"], whole=whole)
     yield course
     course.close()
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_untouched_and_alone_it_shows_what_is_stored(name: str, course: Course):
-    """No exception, and each output as stored; another rule asserts that the stored checks say "not yet"."""
-    found = course.untouched(name)
+def test_untouched_and_alone_it_runs_and_each_check_says_not_yet(name: str, course: Course):
+    """In an empty workspace: a student may open any notebook first."""
+    run = course.untouched(name)
+    assert run.error is None
+    page = Page(name, run.notebook, notebook_source.NOTEBOOKS)
+    assert [problem for rule in OF_UNTOUCHED_RUNS for problem in rule(page)] == []
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_published_it_shows_what_a_solved_run_shows(name: str, course: Course):
+    """No exception, and each output as published; another rule asserts that the published checks say "passed"."""
+    found = course.published(name)
     assert not found.problems, "\n".join(found.problems)
     assert found.cells > 0
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_solved_its_checks_pass(name: str, course: Course):
-    run = course.solved(name)
-    assert run.error is None
-    assert notebook_run.not_passed(run.notebook) == [], "\n".join(notebook_run.check_outputs(run.notebook))
-
-
 @pytest.mark.slow
-def test_solved_to_the_end_the_package_gets_all_points(course: Course, tmp_path: Path):
-    course.solved(NAMES[-1])
+def test_published_to_the_end_the_package_gets_all_points(course: Course, tmp_path: Path):
+    course.published(NAMES[-1])
     assert cli.main(["grade", str(course.package), "--out", str(tmp_path)]) == 0
     assert json.loads((tmp_path / "report.json").read_text())["total"] == 100

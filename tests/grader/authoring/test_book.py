@@ -9,7 +9,7 @@ from pathlib import Path
 import nbformat
 import pytest
 
-from grader.authoring import book, notebook_source, stored_outputs
+from grader.authoring import book, editions, notebook_run, notebook_source, stored_outputs
 from grader.errors import GraderError
 from grader.scoring.rubric import Rubric
 
@@ -56,17 +56,26 @@ def test_the_same_file_twice_gives_two_names(example: Path, rubric: Rubric):
 
 
 def test_building_twice_writes_the_same_bytes(built_example: Path, tmp_path: Path, rubric: Rubric):
-    first = book.read_stored(built_example / f"{NAME}.ipynb")
-    book.write(first, tmp_path / "again.ipynb")
-    assert (tmp_path / "again.ipynb").read_bytes() == (built_example / f"{NAME}.ipynb").read_bytes()
+    """Once read and written again, too."""
+    first = editions.published_file(NAME, built_example)
+    book.write(book.read_stored(first), tmp_path / "again.ipynb")
+    assert (tmp_path / "again.ipynb").read_bytes() == first.read_bytes()
 
 
 def test_stored_outputs_name_no_machine(built_example: Path):
-    stored = book.read_stored(built_example / f"{NAME}.ipynb")
+    stored = book.read_stored(editions.published_file(NAME, built_example))
     (begun, printed, *_) = [cell for cell in stored.cells if cell.cell_type == "code"]
     assert begun.outputs[0].text == "notebook 02 in ws\n"
     assert [output.text for output in printed.outputs] == ["one\ntwo\n"]
     assert all("execution" not in cell.metadata for cell in stored.cells)
+
+
+def test_a_nodes_log_is_stored_without_the_time():
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("!ros2 run")])
+    line = "[WARN] [1795369795.821985000] [sensor_processor]: Battery low: 19 %"
+    notebook.cells[0].outputs = [nbformat.v4.new_output("stream", text=line)]
+    stored_outputs.clean(notebook, Path("ws"))
+    assert notebook.cells[0].outputs[0].text == "[WARN] [<time>] [sensor_processor]: Battery low: 19 %"
 
 
 def test_nbgrader_finds_its_metadata(example: Path, rubric: Rubric):
@@ -116,37 +125,84 @@ def renamed(folder: Path, name: str) -> Path:
     return folder
 
 
-def test_a_changed_source_is_noticed(example: Path, rubric: Rubric):
-    assert book.differences(NAME, rubric, example) == []
-    source(example).write_text(source(example).read_text().replace("ANSWER = 0", "ANSWER = 1"))
-    (problem,) = book.differences(NAME, rubric, example)
-    assert problem.startswith("02_example.ipynb: cell file-answer-py differs from its source.")
+def cells(notebook: nbformat.NotebookNode) -> dict[str, nbformat.NotebookNode]:
+    return {cell["id"]: cell for cell in notebook.cells}
 
 
-def test_a_new_cell_and_a_missing_notebook_are_noticed(example: Path, rubric: Rubric):
-    source(example).write_text(source(example).read_text() + "\n# %%\n1 + 1\n")
-    assert "has other cells than its source" in book.differences(NAME, rubric, example)[0]
-    (example / f"{NAME}.ipynb").unlink()
-    assert "is missing" in book.differences(NAME, rubric, example)[0]
+def test_the_student_edition_is_the_source_without_outputs(example: Path, rubric: Rubric):
+    stored = book.read_stored(editions.student_file(NAME, example))
+    assert stored == notebook_source.read(NAME, rubric, example)
+    assert [cell["id"] for cell in stored.cells if cell.get("outputs")] == []
 
 
-def test_without_running_unchanged_cells_keep_their_outputs(example: Path, rubric: Rubric):
+def test_the_published_edition_is_the_solved_run(example: Path):
+    found = cells(book.read_stored(editions.published_file(NAME, example)))
+    assert found["file-answer-py"].source == '%%writefile answer.py\n"""Hold the answer."""\n\nANSWER = 42'
+    assert found["check-i3"].outputs[0].text == "I3 passed (5 of 5)\n"
+
+
+def test_the_published_edition_says_which_one_it_is_and_where_the_other_is(example: Path):
+    page = book.read_stored(editions.published_file(NAME, example))
+    assert page.cells[0].source.startswith("# An example")
+    assert "every exercise is solved" in page.cells[1].source
+    assert "[the student edition](../02_example.ipynb)" in page.cells[1].source
+
+
+def test_the_published_edition_lies_one_folder_deeper(example: Path, rubric: Rubric, answer: notebook_run.Solutions):
+    """Its pictures and pages are found from there; the next notebook is the published one."""
+    links = '[a](03_next.ipynb) [b](../docs/handout.md#f1) [c](#recall) [d](https://example.org) <img src="x.png">'
+    source(example).write_text(source(example).read_text().replace("Predict what this shows", links))
+    made = cells(editions.published(NAME, rubric, example, answer))
+    assert "![What will be there at the end](../pictures/02.png)" in made["start-01"].source
+    assert (
+        '[a](03_next.ipynb) [b](../../docs/handout.md#f1) [c](#recall) [d](https://example.org) <img src="../x.png">'
+        in made["same-name-same-type-01"].source
+    )
+
+
+def test_a_changed_source_is_noticed_in_both_editions(example: Path, rubric: Rubric, answer: notebook_run.Solutions):
+    assert book.differences(NAME, rubric, example, answer) == []
     source(example).write_text(source(example).read_text().replace('print("two")', 'print("three")'))
-    book.build_without_running(NAME, rubric, example)
-    cells = {cell["id"]: cell for cell in book.read_stored(example / f"{NAME}.ipynb").cells}
-    assert cells["start-02"].outputs[0].text == "notebook 02 in ws\n"
-    assert cells["same-name-same-type-02"].outputs == []
+    student, published = book.differences(NAME, rubric, example, answer)
+    advice = "Run `python -m grader.authoring.book build 02`."
+    assert student == f"02_example.ipynb is not what its source says. {advice}"
+    assert published == f"published/02_example.ipynb: cell same-name-same-type-02 differs from its source. {advice}"
+
+
+def test_a_new_cell_and_a_missing_notebook_are_noticed(example: Path, rubric: Rubric, answer: notebook_run.Solutions):
+    source(example).write_text(source(example).read_text() + "\n# %%\n1 + 1\n")
+    assert "it has other cells than its source" in book.differences(NAME, rubric, example, answer)[1]
+    editions.published_file(NAME, example).unlink()
+    assert book.differences(NAME, rubric, example, answer)[0].startswith("published/02_example.ipynb is missing.")
+
+
+def test_an_output_in_a_students_notebook_is_noticed(example: Path, rubric: Rubric, answer: notebook_run.Solutions):
+    """As JupyterLab leaves it when an author has saved the file."""
+    page = book.read_stored(editions.student_file(NAME, example))
+    cells(page)["start-02"].execution_count = 1
+    book.write(page, editions.student_file(NAME, example))
+    assert len(book.differences(NAME, rubric, example, answer)) == 1
 
 
 def test_an_exception_keeps_the_old_notebook_and_is_reported(
-    example: Path, rubric: Rubric, capsys: pytest.CaptureFixture[str]
+    example: Path, rubric: Rubric, answer: notebook_run.Solutions
 ):
-    before = (example / f"{NAME}.ipynb").read_bytes()
+    before = editions.published_file(NAME, example).read_bytes()
     source(example).write_text(source(example).read_text().replace('print("two")', 'raise ValueError("two")'))
-    assert book.main(["build", "--folder", str(example)]) == 1
-    assert "cell same-name-same-type-02:" in (said := capsys.readouterr().err)
-    assert "ValueError: two" in said
-    assert (example / f"{NAME}.ipynb").read_bytes() == before
+    error = book.publish(NAME, rubric, example, answer).error or ""
+    assert "cell same-name-same-type-02:" in error
+    assert "ValueError: two" in error
+    assert editions.published_file(NAME, example).read_bytes() == before
+
+
+def test_an_untouched_run_is_reported_and_stores_nothing(example: Path, capsys: pytest.CaptureFixture[str]):
+    before = {path: path.read_bytes() for path in example.rglob("*.ipynb")}
+    assert book.main(["untouched", "--folder", str(example)]) == 0
+    assert "I3 not yet (0 of 5)" in capsys.readouterr().out
+    source(example).write_text(source(example).read_text().replace('print("two")', 'raise ValueError("two")'))
+    assert book.main(["untouched", "--folder", str(example)]) == 1
+    assert "ValueError: two" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in example.rglob("*.ipynb")} == before
 
 
 def test_an_unknown_notebook_is_an_error(example: Path):

@@ -11,7 +11,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from helpers.notebook_rules import Page, links_lead_somewhere
+from helpers.notebook_rules import Page, has_no_outputs, links_lead_somewhere
 
 from grader.authoring import book, checkpoint_texts, notebook_run, notebook_source, release
 from grader.contract.spec import PACKAGE
@@ -20,7 +20,7 @@ from grader.scoring.rubric import Rubric
 
 WITHHELD = (
     "solution_pkg/", "tests/", ".git/", ".github/", "grader/authoring", "grader/classroom",
-    "grader/selftest", "notebooks/source", "out/",
+    "grader/selftest", "notebooks/published", "notebooks/source", "out/",
 )  # fmt: skip
 
 
@@ -55,6 +55,19 @@ def test_the_kit_is_one_folder_with_everything_a_student_needs(kit: Path):
 
 def test_the_kit_holds_nothing_meant_for_instructors(kit: Path):
     assert [name for name in names(kit) if name.startswith(WITHHELD) or "__pycache__" in name] == []
+
+
+def test_the_notebooks_of_the_kit_have_no_outputs(kit: Path):
+    for name in checkpoints.NOTEBOOKS:
+        page = Page(name, book.read_stored(kit / "notebooks" / f"{name}.ipynb"), kit / "notebooks")
+        assert list(has_no_outputs(page)) == []
+
+
+def test_the_kits_page_on_the_notebooks_tells_of_one_edition(kit: Path):
+    page = (kit / "notebooks" / "README.md").read_text()
+    assert "published" not in page
+    assert page.startswith("# The notebooks\n")
+    assert "## Open them" in page
 
 
 def test_the_kit_holds_no_solved_exercise(kit: Path):
