@@ -45,7 +45,7 @@ def mine(module: str) -> Any:
 
 
 def _needs_interfaces(module: str) -> bool:
-    return module in ("speed_server", "navigator", "robot_controller", "sensor_processor")
+    return module in ("msg", "srv", "action", "speed_server", "navigator", "robot_controller", "sensor_processor")
 
 
 def bench(name: str, **parameters: object) -> Any:
@@ -75,12 +75,13 @@ class Bench:
 
     def __init__(self, node_class: Any, parameters: dict[str, object]) -> None:
         import rclpy
+        from rclpy.context import Context
         from rclpy.executors import SingleThreadedExecutor
         from rclpy.parameter import Parameter
 
         if Bench._current is not None:
             Bench._current.close()
-        self._context = rclpy.Context()
+        self._context = Context()
         rclpy.init(context=self._context, domain_id=BENCH_DOMAIN)
         Bench._current = self
         overrides = [Parameter("use_sim_time", value=True)]
@@ -89,7 +90,13 @@ class Bench:
         self._now_ns = 0
         self._executor = SingleThreadedExecutor(context=self._context)
         try:
-            self.node = node_class(context=self._context, parameter_overrides=overrides, start_parameter_services=False)
+            # No log over the network: nobody listens, and two benches would have one logger.
+            self.node = node_class(
+                context=self._context,
+                parameter_overrides=overrides,
+                start_parameter_services=False,
+                enable_rosout=False,
+            )
         except BaseException:
             self.close()
             raise
@@ -146,13 +153,20 @@ class Bench:
             raise TypeError(f"the callback of {service} returned None; `return response`?")
         return answer
 
+    def begin(self, method: Any, *values: object) -> Any:
+        """Start an async method of the node; return its future. It goes on in `advance` when it need not wait."""
+        task = self._executor.create_task(method, *values)
+        for _ in range(_SPINS):
+            self._executor.spin_once(timeout_sec=0.0)
+        return task
+
     def close(self) -> None:
         """Take the node off the bench."""
-        import rclpy
+        from rclpy.utilities import try_shutdown
 
         if Bench._current is self:
             Bench._current = None
         self._executor.shutdown()
         if "node" in vars(self):
             self.node.destroy_node()
-        rclpy.try_shutdown(context=self._context)
+        try_shutdown(context=self._context)

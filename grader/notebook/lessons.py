@@ -49,7 +49,11 @@ def last_words(script: str) -> tuple[float | None, str]:
 
     heard: list[float] = []
     listener = rclpy.create_node("listener")
-    listener.create_subscription(Twist, "lesson_cmd_vel", lambda twist: heard.append(twist.linear.x), 10)
+
+    def note(twist: Any) -> None:
+        heard.append(twist.linear.x)
+
+    listener.create_subscription(Twist, "lesson_cmd_vel", note, 10)
     process = subprocess.Popen([sys.executable, script], stderr=subprocess.PIPE, text=True)
 
     def spin(until: Callable[[], bool], seconds: float) -> None:
@@ -66,8 +70,50 @@ def last_words(script: str) -> tuple[float | None, str]:
     return (heard[-1] if heard else None), (complaint[-1] if complaint else "")
 
 
+class Handle:
+    """Stands for rclpy's goal handle on a bench: it has the goal's `request`, and notes what the server says.
+
+    Attributes:
+        said: "succeed", "canceled", "abort", in the order of the calls.
+        told: the distances of the feedback, in metres.
+    """
+
+    def __init__(self, x: float, y: float, tolerance: float = 0.1) -> None:
+        self.request = _action().Goal(tolerance=tolerance)
+        self.request.target_pose.position.x, self.request.target_pose.position.y = x, y
+        self.is_cancel_requested = False
+        self.said: list[str] = []
+        self.told: list[float] = []
+
+    def succeed(self) -> None:
+        """Note it."""
+        self.said.append("succeed")
+
+    def canceled(self) -> None:
+        """Note it."""
+        self.said.append("canceled")
+
+    def abort(self) -> None:
+        """Note it."""
+        self.said.append("abort")
+
+    def publish_feedback(self, feedback: Any) -> None:
+        """Note the distance."""
+        self.told.append(round(float(feedback.distance_remaining), 3))
+
+
+def _action() -> Any:
+    """Return the action's type, as the kit has built it."""
+    from grader.notebook import interface_types, workspace
+
+    interface_types.load(workspace.find())
+    from grader.trials.interfaces import NavigateToPosition
+
+    return NavigateToPosition
+
+
 def send_and_cancel(execute: Callable[..., Any], **options: Any) -> str:
-    """Serve the action `lesson_go` with `execute(server, goal)`; send a goal, cancel it after a second, say what was seen.
+    """Serve an action with `execute(server, goal)`; send a goal, cancel it after a second, and say what was seen.
 
     The server is a node in a thread of its own: it counts odometry (20 messages come in that second), and a timer
     completes the future `server.over` after two seconds of a goal, or when a cancel is requested.
@@ -75,7 +121,7 @@ def send_and_cancel(execute: Callable[..., Any], **options: Any) -> str:
     """
     import rclpy
     from nav_msgs.msg import Odometry
-    from rclpy.action import ActionClient
+    from rclpy.action.client import ActionClient
     from rclpy.executors import SingleThreadedExecutor
 
     server, done = _server(execute, options), threading.Event()
@@ -120,17 +166,14 @@ def send_and_cancel(execute: Callable[..., Any], **options: Any) -> str:
 
 def _server(execute: Callable[..., Any], options: dict[str, Any]) -> Any:
     from nav_msgs.msg import Odometry
-    from rclpy.action import ActionServer
+    from rclpy.action.server import ActionServer
     from rclpy.node import Node
     from rclpy.task import Future
 
-    from grader.notebook import interface_types, workspace
-
-    interface_types.load(workspace.find())
-    from grader.trials.interfaces import NavigateToPosition
+    action = _action()
 
     class Server(Node):
-        type = NavigateToPosition
+        type = action
 
         def __init__(self) -> None:
             super().__init__("server")
@@ -140,7 +183,7 @@ def _server(execute: Callable[..., Any], options: dict[str, Any]) -> Any:
             self.create_subscription(Odometry, "lesson_odom", self.on_odom, 10)
             self.create_timer(0.1, self.tick)
             # A partial, not a lambda: that would hide from rclpy that a function is async.
-            self.action = ActionServer(self, NavigateToPosition, "lesson_go", partial(execute, self), **options)
+            self.action = ActionServer(self, action, "lesson_go", partial(execute, self), **options)
 
         def on_odom(self, _odom: Any) -> None:
             self.heard += 1
