@@ -27,6 +27,23 @@ def descendants(pid: int) -> list[int]:
     return sorted(found - {pid})
 
 
+def descendants_at_a_glance(pid: int) -> list[int]:
+    """Return the same in a twentieth of the time; one may be missing while another ends.
+
+    Good enough for measuring, not for killing. See proc(5), /proc/PID/task/TID/children.
+    """
+    if not Path("/proc/self/task", str(os.getpid()), "children").exists():
+        return descendants(pid)  # a kernel without CONFIG_PROC_CHILDREN
+    found, left = set[int](), [pid]
+    while left:
+        for thread in _threads([left.pop()]):
+            with contextlib.suppress(OSError):  # it has just ended
+                children = {int(child) for child in (thread / "children").read_text().split()} - found
+                found |= children
+                left += children
+    return sorted(found)
+
+
 def thread_times(pids: Iterable[int]) -> dict[int, tuple[float, float]]:
     """Return for each thread the seconds that it has run, and the seconds that it has waited for a core."""
     found = {}
@@ -34,6 +51,16 @@ def thread_times(pids: Iterable[int]) -> dict[int, tuple[float, float]]:
         with contextlib.suppress(OSError, ValueError):  # it has just ended
             ran, waited, _ = (thread / "schedstat").read_text().split()
             found[int(thread.name)] = int(ran) * 1e-9, int(waited) * 1e-9
+    return found
+
+
+def runnable_threads(pids: Iterable[int]) -> dict[int, float]:
+    """Return for each thread that runs, or waits for a core, the seconds that it has run."""
+    found = {}
+    for thread in _threads(pids):
+        with contextlib.suppress(OSError, ValueError):  # it has just ended
+            if (thread / "stat").read_text().rpartition(")")[2].split()[0] == "R":
+                found[int(thread.name)] = int((thread / "schedstat").read_text().split()[0]) * 1e-9
     return found
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import os
 import random
+import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -18,6 +19,7 @@ from rclpy.action.client import ActionClient
 from rclpy.parameter_client import AsyncParameterClient
 
 from grader import evidence
+from grader.host import procfs
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.cpu_affinity import AffinityTuner
@@ -69,6 +71,9 @@ class Program(Protocol):
     def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return for each of its threads the seconds that it has run, and has waited for a core."""
 
+    def runnable_threads(self) -> dict[int, float]:
+        """Return for each of its threads that runs or waits for a core the seconds that it has run."""
+
     def cpu_seconds(self) -> float:
         """Return the CPU time that all its processes have used, those that have ended included."""
 
@@ -92,6 +97,7 @@ class Observation:
             plan.node,
             domain_id=domain_id,
             alive=lambda: process.exit_code() is None,
+            runnable=self._runnable_threads,
         )
         self.bridge.on_command = self._take_command
         self.bridge.on_published = self._take_published
@@ -203,6 +209,12 @@ class Observation:
             self._foreign_publishers()
         if any(goal.silent for goal in self.goals):
             self.bridge.await_feedback()
+
+    def _runnable_threads(self) -> dict[int, float]:
+        """Return the node's threads that are not done, and those of ours that deliver what it has published."""
+        ours = procfs.runnable_threads([os.getpid()])
+        ours.pop(threading.get_native_id(), None)
+        return self.process.runnable_threads() | ours
 
     def _wait_until(self, condition: Callable[[], bool], seconds: float) -> bool:
         """Wait with the clock standing still until `condition` holds. Return whether it does.

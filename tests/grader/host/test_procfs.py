@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import time
 
 from grader.host import procfs
 
@@ -31,4 +32,23 @@ def test_children_are_below_their_parents():
     with subprocess.Popen(["sleep", "60"]) as child:
         assert child.pid in procfs.children(os.getpid())
         assert child.pid in procfs.descendants(os.getpid())
+        assert child.pid in procfs.descendants_at_a_glance(os.getpid())
         child.kill()
+
+
+def test_grandchildren_are_seen_at_a_glance():
+    with subprocess.Popen(["sh", "-c", "sleep 60 & echo $!; wait"], stdout=subprocess.PIPE, text=True) as shell:
+        assert shell.stdout is not None
+        grandchild = int(shell.stdout.readline())
+        assert set(procfs.descendants_at_a_glance(os.getpid())) >= {shell.pid, grandchild}
+        procfs.kill([grandchild])
+
+
+def test_a_thread_that_sleeps_is_not_runnable_and_one_that_computes_is():
+    with subprocess.Popen(["sleep", "60"]) as asleep, subprocess.Popen(["sh", "-c", "while :; do :; done"]) as busy:
+        deadline = time.monotonic() + 30
+        while procfs.runnable_threads([asleep.pid]) and time.monotonic() < deadline:
+            time.sleep(0.01)  # it is still starting
+        assert procfs.runnable_threads([asleep.pid, busy.pid]).keys() == {busy.pid}
+        for process in asleep, busy:
+            process.kill()
