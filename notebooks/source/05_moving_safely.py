@@ -28,7 +28,7 @@
 # - end a node so that its robot stands still.
 #
 # This notebook has two parts.
-# Part 1, what is safe: about 55 minutes.
+# Part 1, what is safe: about 45 minutes.
 # Part 2, the node that drives: about 60 minutes, on another day if you like.
 #
 # Your package has interfaces, conversions and a sensor processor.

@@ -26,7 +26,7 @@
 # - refuse a request so that the caller knows why, and what would be taken;
 # - see a deadlock coming: a callback that waits for another one.
 #
-# Time: about 55 minutes.
+# Time: about 45 minutes.
 #
 # Your robot drives and stops.
 # How fast, a makeshift says, and it takes any number.
