@@ -786,7 +786,7 @@ class Navigator(SpeedServer):
         return steering.distance_to(steering.place_of(self._pose), goal.x, goal.y)
 
     def _give_feedback(self) -> None:
-        """Do this in the section after next."""
+        """In the section "Tell how far it still is"."""
 
     # The end of the way
 
@@ -1170,7 +1170,6 @@ run_view(run.recording)
 check("F8")
 
 # %% [markdown]
-#
 # ### By a click
 #
 # In Jupyter the next cell is a live view, and time runs as soon as you see it.
