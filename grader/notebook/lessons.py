@@ -20,7 +20,7 @@ def feed_scans(node: Any, count: int = 15, rate: float = 10.0) -> None:
     from rclpy.qos import qos_profile_sensor_data
     from sensor_msgs.msg import LaserScan
 
-    lidar = rclpy.create_node("lidar")
+    lidar = rclpy.create_node("lidar", enable_rosout=False)
     publisher = lidar.create_publisher(LaserScan, "lesson_scan", qos_profile_sensor_data)
 
     def send() -> None:
@@ -48,7 +48,7 @@ def last_words(script: str) -> tuple[float | None, str]:
     from geometry_msgs.msg import Twist
 
     heard: list[float] = []
-    listener = rclpy.create_node("listener")
+    listener = rclpy.create_node("listener", enable_rosout=False)
 
     def note(twist: Any) -> None:
         heard.append(twist.linear.x)
@@ -135,7 +135,7 @@ def send_and_cancel(execute: Callable[..., Any], **options: Any) -> str:
 
     thread = threading.Thread(target=serve)
     thread.start()
-    me = rclpy.create_node("me")
+    me = rclpy.create_node("me", enable_rosout=False)
     client = ActionClient(me, server.type, "lesson_go")
     odometry = me.create_publisher(Odometry, "lesson_odom", 10)
 
@@ -176,7 +176,7 @@ def _server(execute: Callable[..., Any], options: dict[str, Any]) -> Any:
         type = action
 
         def __init__(self) -> None:
-            super().__init__("server")
+            super().__init__("server", enable_rosout=False)
             self.heard, self.ticks = 0, 0
             self.goal: Any = None
             self.over: Any = Future()

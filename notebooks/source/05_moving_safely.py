@@ -604,7 +604,7 @@ except AttributeError:
 
 # %% [markdown]
 # And now your functions drive: no node yet, one function from what the robot sees to what it does.
-# In Jupyter the next cell is a live view, and time runs as soon as you see it.
+# In Jupyter the next cell is a live view; two seconds have passed when you see it, and time runs on.
 # Drag the box in front of the robot, and away again.
 # (Where nobody watches, as on a web page, it is a picture.)
 
@@ -630,6 +630,7 @@ class MyRobot:
 floor = World("a box", obstacles=(Box((1.5, 0.6), (0.3, 0.3), name="box"),))
 try:
     live = Live(Simulator(floor), driver=MyRobot())
+    live.run(2.0)
     display(live)
 except AttributeError as missing:
     print("not yet:", missing)
@@ -1199,6 +1200,7 @@ check("F4", "F6")
 # %%
 world = World("a box", obstacles=(Box((1.5, 0.6), (0.3, 0.3), name="box"),))
 run = run_node(world=world, parameters={"speed": 0.3})
+run.drive(2.0)
 run.live()
 
 # %% [markdown]

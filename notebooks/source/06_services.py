@@ -568,6 +568,7 @@ check("F2", "F3", "F7")
 # %%
 run = run_node(world=World("a box", obstacles=(Box((1.5, 0.6), (0.3, 0.3), name="box"),)))
 run.set_speed(0.2)
+run.drive(2.0)
 run.live()
 
 # %%

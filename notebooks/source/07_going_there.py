@@ -485,10 +485,12 @@ tries({
 })
 
 # %% [markdown]
-# **Click.** Your functions drive, still without a node: click on the map, and the robot goes there.
+# **Click.** Your functions drive, still without a node.
+# In five seconds the robot has gone to (1, 0.5); then click on the map, and it goes there.
 # (Where nobody watches, as on a web page, it is a picture.)
 
 # %%
+from sim import room
 from sim.live import Live
 
 
@@ -510,7 +512,12 @@ class Clicked:
 
 
 clicked = Clicked()
-Live(Simulator(World("a floor")), driver=clicked, on_goal=clicked.go)
+live = Live(Simulator(World("a room", obstacles=room((-1.5, -1.5), (2.5, 1.5)))), driver=clicked, on_goal=clicked.go)
+try:
+    live.run(5.0)
+    display(live)
+except AttributeError as missing:
+    print("not yet:", missing)
 
 # %% [markdown]
 # If you stop here for today: your file is saved. Part 2 begins with a cell of its own.
