@@ -144,6 +144,7 @@ def _add_grade(verbs: Any) -> None:
         "--unsafe-no-sandbox", action="store_true", help="disable the sandbox (INSECURE); recorded in every report"
     )
     _add_seed_and_cache(parser)
+    _add_fresh(parser)
     parser.set_defaults(run=_grade, interrupted="nothing was written.")
 
 
@@ -157,7 +158,13 @@ def _add_check(verbs: Any) -> None:
     parser.add_argument("requirements", nargs="+", metavar="REQUIREMENT", help="such as F4")
     parser.add_argument("--package", type=Path, default=Path(), help="the package's folder (default: this one)")
     _add_seed_and_cache(parser)
+    _add_fresh(parser)
     parser.set_defaults(run=_check, interrupted="nothing was written.")
+
+
+def _add_fresh(parser: argparse.ArgumentParser) -> None:
+    words = "run everything again, even what has not changed since an earlier grading with this kit and seed"
+    parser.add_argument("--fresh", action="store_true", help=words)
 
 
 def _add_seed_and_cache(parser: argparse.ArgumentParser) -> None:
@@ -271,6 +278,8 @@ def _grade(options: argparse.Namespace) -> int:
         build_seconds=options.build_timeout,
         mutation_budget_s=options.mutation_budget,
         package_path=options.package_path or "",
+        keep=True,
+        fresh=options.fresh,
         overwrite=options.force,
         progress=progress.say,
     )
@@ -310,6 +319,8 @@ def _check(options: argparse.Namespace) -> int:
         cache=options.cache or build.cache_folder(),
         seed=options.seed,
         requirements=tuple(options.requirements),
+        keep=True,
+        fresh=options.fresh,
         progress=progress.say,
     )
     with tempfile.TemporaryDirectory(prefix="check-") as scratch:

@@ -13,6 +13,8 @@ from grader.build import Built
 from grader.contract import spec
 from grader.conversions.source import Conversions
 from grader.evidence import Build, Evidence
+from grader.evidence.kept import Kept, forget_old
+from grader.host import namespaces, provenance
 from grader.intake.submission import Submission
 from grader.mutation.source import Mutants
 from grader.quality.source import PackageText
@@ -34,21 +36,34 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
         GraderError: this host cannot build or run the submission.
     """
     # The text is always read: it says why a package does not build, or why no node comes up.
+    kept = _kept(settings)
     wanted = [source for source in SOURCES if source.phase is Phase.TEXT or source.serves & settings.checked]
     found: dict[str, Collected] = {}
     with ThreadPoolExecutor(1) as pool:
         # Reading needs no build, so it goes on beside one and is done before the trials keep the cores busy.
-        texts = pool.submit(_ask, [s for s in wanted if s.phase is Phase.TEXT], Subject(submission, settings, folder))
+        texts = pool.submit(
+            _ask, [s for s in wanted if s.phase is Phase.TEXT], Subject(submission, settings, folder, kept)
+        )
         built = contract = None
         if needs_build(settings.checked):
             built, contract = _build(submission, settings)
         if built is not None and built.facts.ok:
-            subject = Subject(submission, settings, folder, built, contract)
+            subject = Subject(submission, settings, folder, kept, built, contract)
             found |= _ask([source for source in wanted if source.phase is Phase.RUN], subject)
             subject = replace(subject, earlier={name: collected.handover for name, collected in found.items()})
             found |= _ask([source for source in wanted if source.phase is Phase.ALONE], subject)
         found |= texts.result()
     return _merged(submission, built.facts if built is not None else Build.not_tried(), found)
+
+
+def _kept(settings: Settings) -> Kept:
+    """Return the evidence of earlier gradings with this kit, machine and seed."""
+    if not settings.keep:
+        return Kept()
+    folder = settings.cache / "evidence"
+    forget_old(folder)
+    common = (provenance.kit_hash(), build.toolchain_id(), str(settings.seed), str(namespaces.sandbox_disabled()))
+    return Kept(folder, common, settings.fresh)
 
 
 def needs_build(requirements: frozenset[str]) -> bool:
@@ -102,4 +117,5 @@ def _merged(submission: Submission, facts: Build, found: dict[str, Collected]) -
         if source.name in found:
             fields |= found[source.name].facts
             flags += found[source.name].flags
-    return Evidence(intake=submission.intake, build=facts, flags=flags, **fields)
+    kept = {what: when for collected in found.values() for what, when in collected.kept.items()}
+    return Evidence(intake=submission.intake, build=facts, flags=flags, kept=kept, **fields)

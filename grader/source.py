@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
+from grader import build
 from grader.build import Built
 from grader.evidence import Flag
+from grader.evidence.kept import Kept
 from grader.intake.submission import Submission
 from grader.settings import Settings
+
+_NO_SOURCE = ("__pycache__", ".git", ".pytest_cache")
 
 
 class Phase(Enum):
@@ -24,7 +29,7 @@ class Phase(Enum):
 
 @dataclass(frozen=True)
 class Subject:
-    """What a source collects evidence about, and how.
+    """What a source collects evidence about, and how. `kept` has what was collected earlier.
 
     `folder` is an empty folder of the source's own. `built` and `contract` (the contract's own interfaces) are None in
     the phase TEXT. `earlier` has what the sources of earlier phases handed over, by their names.
@@ -33,6 +38,7 @@ class Subject:
     submission: Submission
     settings: Settings
     folder: Path
+    kept: Kept = field(default_factory=Kept)
     built: Built | None = None
     contract: Built | None = None
     earlier: Mapping[str, Any] = field(default_factory=dict)
@@ -43,6 +49,19 @@ class Subject:
         assert self.built is not None
         return self.built.facts.package
 
+    @cached_property
+    def text(self) -> str:
+        """Return a hash of everything that was handed in of the package and its interfaces."""
+        submission = self.submission
+        return build.content_key([path for path in (submission.package, submission.interfaces) if path])
+
+    @cached_property
+    def program(self) -> str:
+        """Return a hash of all that nodes can see: what is installed, and the package without its tests."""
+        assert self.contract is not None
+        trees = (build.checksum(self.install), build.checksum(self.contract.install), self.ros_name)
+        return build.content_key([self.submission.package], *trees, leaving_out=("test", "tests", *_NO_SOURCE))
+
     @property
     def install(self) -> Path:
         """Return the package's install tree."""
@@ -52,11 +71,15 @@ class Subject:
 
 @dataclass(frozen=True)
 class Collected:
-    """What a source has found: fields of Evidence by name, flags, and what it hands over to later sources."""
+    """What a source has found: fields of Evidence by name, flags, and what it hands over to later sources.
+
+    `kept` says of what was collected earlier when that was.
+    """
 
     facts: Mapping[str, Any] = field(default_factory=dict)
     flags: tuple[Flag, ...] = ()
     handover: Any = None
+    kept: Mapping[str, str] = field(default_factory=dict)
 
 
 class Source(Protocol):

@@ -19,7 +19,7 @@ from grader.authoring import notebook_source
 from grader.intake import course_marker
 from grader.notebook import checkpoints, pieces
 from grader.notebook.file_backups import FileBackups
-from grader.notebook.workspace import VARIABLE, Workspace
+from grader.notebook.workspace import FRESH, VARIABLE, Workspace
 
 CELL_SECONDS = 600.0  # a cell that takes longer hangs; on a busy machine the tests of notebook 09 take minutes
 
@@ -116,6 +116,7 @@ def environment(workspace: Path, kit: Path = KIT) -> dict[str, str]:
     outer = {name: value for name in list(os.environ) if (value := os.environ.get(name)) is not None}
     return outer | {
         VARIABLE: str(workspace),
+        FRESH: "1",
         "PYTHONPATH": os.pathsep.join([str(kit), *filter(None, path)]),
         "IPYTHONDIR": str(workspace.parent / "ipython"),
         "PYDEVD_DISABLE_FILE_VALIDATION": "1",  # or the debugger prints a warning in each kernel

@@ -26,7 +26,11 @@ _STUDENT_KIT = KIT / "grader" / "authoring" / "student_kit"
 _PAGES = ("handout", "live-view", "ros2-command", "ros2-session", "simulator", "launch", "ros-from-wheels", "setup")
 # The tools with which instructors make, attack and release the course.
 _WITHHELD = ("grader/authoring/", "grader/classroom/", "grader/selftest/")
-_SECTIONS_ON_EDITIONS = ("## Only look", "## How they are made")
+# Sections about what the kit has not: the published edition, the sources, the tests, the developers' tools.
+_LEFT_OUT = (
+    "## Only look\n", "## How they are made\n", "## How it is tested\n", "## Pinned versions\n",
+    "## Continuous integration\n",
+)  # fmt: skip
 _NO_EXTRAS = ("dev", "cluster", "similar")
 _NO_SOURCE = ("__pycache__", ".pyc", ".ipynb_checkpoints")
 _SOLUTIONS = checkpoints.PACKED.relative_to(KIT).as_posix()
@@ -66,8 +70,7 @@ def contents(*, solutions: bool = True) -> dict[str, bytes]:
     found = {name: (KIT / name).read_bytes() for name in _named()}
     for path in sorted(_STUDENT_KIT.iterdir()):
         found[path.name] = path.read_bytes()
-    readme = "notebooks/README.md"
-    found[readme] = for_students(found[readme].decode()).encode()
+    found |= {name: for_students(text.decode()).encode() for name, text in found.items() if name.endswith(".md")}
     found["pyproject.toml"] = packaging((KIT / "pyproject.toml").read_text()).encode()
     found["requirements.txt"] = pins((KIT / "requirements.txt").read_text()).encode()
     found.pop(_SOLUTIONS, None)
@@ -88,11 +91,10 @@ def _named() -> Iterator[str]:
                 yield name
 
 
-def for_students(readme: str) -> str:
-    """Return notebooks/README.md without the sections about the editions, which the students' kit has only one of."""
-    sections = re.split(r"(?m)^(?=## )", readme)
-    kept = [section for section in sections if not section.startswith(_SECTIONS_ON_EDITIONS)]
-    return "".join(kept).rstrip("\n") + "\n"
+def for_students(page: str) -> str:
+    """Return a page without its sections about what only the whole kit has."""
+    sections = re.split(r"(?m)^(?=## )", page)
+    return "".join(section for section in sections if not section.startswith(_LEFT_OUT)).rstrip("\n") + "\n"
 
 
 def packaging(text: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from PIL import Image
 from grader.authoring import notebook_run, notebook_source
 
 _COLOURS = 128
+_OVERWRITTEN = re.compile(r"^.*\r(?!\n)", re.MULTILINE)  # what a status line says before its last text
 
 
 def clean(notebook: NotebookNode, workspace: Path) -> None:
@@ -23,10 +25,11 @@ def clean(notebook: NotebookNode, workspace: Path) -> None:
         cell.metadata.pop("execution", None)
         if cell.cell_type != "code":
             continue
-        cell.outputs = list(_merged(cell.outputs))
+        # A line about progress, which is empty at the end, leaves an empty output.
+        cell.outputs = [output for output in _merged(cell.outputs) if output.get("data") != {}]
         for output in cell.outputs:
             if output.output_type == "stream":
-                output.text = notebook_run.without_paths(output.text, workspace)
+                output.text = notebook_run.without_paths(_OVERWRITTEN.sub("", output.text), workspace)
             data = output.get("data", {})
             if "image/png" in data:  # the static picture of a widget: the widget needs a kernel, the picture does not
                 data.pop("application/vnd.jupyter.widget-view+json", None)

@@ -32,22 +32,24 @@ def cache_folder() -> Path:
 
 def build_key(packages: Sequence[Path]) -> str:
     """Return a hash of everything that decides a build's result."""
-    digest = hashlib.sha256()
     own_sources = (ros_env.CMAKE_HOOK, *sorted(Path(__file__).parent.glob("*.py")))
-    for part in (_toolchain_id(), *(path.read_text() for path in own_sources)):
+    parts = (toolchain_id(), *(path.read_text() for path in own_sources))
+    return content_key(packages, *parts, leaving_out=_IGNORED)[:40]
+
+
+def content_key(packages: Sequence[Path], *parts: str, leaving_out: Sequence[str] = ()) -> str:
+    """Return a hash of the packages' files, except below folders of the names `leaving_out`, and of `parts`."""
+    digest = hashlib.sha256()
+    for part in parts:
         digest.update(part.encode() + b"\0")
     for package in packages:
-        for path in sorted(_sources(package)):
-            mode = "x" if path.stat().st_mode & 0o100 else "-"
-            digest.update(f"{package.name}/{path.relative_to(package)}\0{mode}\0".encode("utf-8", "surrogateescape"))
-            digest.update(hashlib.sha256(path.read_bytes()).digest())
-    return digest.hexdigest()[:40]
-
-
-def _sources(package: Path) -> Iterator[Path]:
-    for path in regular_files(package):
-        if not any(part in _IGNORED for part in path.relative_to(package).parts):
-            yield path
+        for path in sorted(regular_files(package)):
+            relative = path.relative_to(package)
+            if not any(part in leaving_out for part in relative.parts):
+                mode = "x" if path.stat().st_mode & 0o100 else "-"
+                digest.update(f"{package.name}/{relative}\0{mode}\0".encode("utf-8", "surrogateescape"))
+                digest.update(hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
 
 
 def not_source(folder: str, names: list[str]) -> list[str]:
@@ -62,7 +64,7 @@ def build_tree_folder(source: Path, cache: Path) -> Path | None:
     out of it. A build that can run code of the package shares no tree: it could leave its mark in a tree from which
     another submission's build continues.
     """
-    digest = hashlib.sha256(_toolchain_id().encode() + ros_env.CMAKE_HOOK.read_bytes())
+    digest = hashlib.sha256(toolchain_id().encode() + ros_env.CMAKE_HOOK.read_bytes())
     for path in sorted(regular_files(source)):
         relative = path.relative_to(source)
         if path.suffix == ".cmake" or path.name in ("colcon.pkg", "colcon.meta"):
@@ -77,11 +79,20 @@ def build_tree_folder(source: Path, cache: Path) -> Path | None:
     return cache / "trees" / digest.hexdigest()[:40]
 
 
-def _toolchain_id() -> str:
+def toolchain_id() -> str:
+    """Return the versions and places of what builds and runs packages."""
     versions = sorted(
         f"{d.name}={d.version}" for d in metadata.distributions() if d.name.startswith(("ros-jazzy", "colcon", "cmake"))
     )
     return "\n".join([str(ros_env.PREFIX), str(ros_env.BASE_PREFIX), *versions])
+
+
+def checksum(install: Path) -> str:
+    """Return the checksum that was written of an install tree in the cache, "" if there is none."""
+    try:
+        return install.with_suffix(".sha256").read_text()
+    except OSError:
+        return ""
 
 
 def load(folder: Path) -> evidence.Build | None:

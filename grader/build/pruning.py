@@ -12,7 +12,13 @@ from pathlib import Path
 from grader.build.cache import LOCK, USE, locked
 from grader.host import tempdir
 
-_STORES = {"builds": "builds", "trees": "build trees", "hashes": "type hashes", "ccache": "compiler cache"}
+_STORES = {
+    "builds": "builds",
+    "trees": "build trees",
+    "hashes": "type hashes",
+    "ccache": "compiler cache",
+    "evidence": "evidence",
+}
 _DAY_S = 86400.0
 
 
@@ -66,7 +72,7 @@ def prune(cache: Path, older_than_days: float) -> Pruned:
     in_use = 0
     gone: dict[str, list[Entry]] = {name: [] for name in _STORES}
     remove_abandoned(cache)
-    for name in ("builds", "trees", "hashes"):
+    for name in ("builds", "trees", "hashes", "evidence"):
         for entry in _entries(cache / name):
             if entry.used <= before:
                 try:

@@ -295,6 +295,7 @@ def _planned(entry: Entry, known: HandIn, text: str, rubric_hash: str, kit: str,
         cache=str(options.cache.resolve()) if options.cache else "",
         mutation_budget_s=options.mutation_budget_s,
         hand_in=asdict(known),
+        fresh=options.fresh,
     )
     record = Record(
         id=entry.id,

@@ -37,6 +37,7 @@ _RESULT = "result: "
 class Order:
     """What to grade and how, all of it plain: it travels as JSON.
 
+    `fresh` collects all evidence anew.
     `source` is an archive or a folder, `rubric` the text of a rubric, `hand_in` the fields of a HandIn.
     """
 
@@ -48,6 +49,7 @@ class Order:
     cache: str
     mutation_budget_s: float
     hand_in: dict[str, Any] = field(default_factory=dict)
+    fresh: bool = False
 
 
 @dataclass(frozen=True)
@@ -205,6 +207,8 @@ def _grade(order: Order) -> Ending:
             cache=Path(order.cache) if order.cache else build.cache_folder(),
             seed=order.seed,
             mutation_budget_s=order.mutation_budget_s,
+            keep=True,
+            fresh=order.fresh,
             progress=lambda what: print(what.replace("\n", " "), flush=True),
         )
     try:

@@ -10,6 +10,7 @@ On disk the evidence of a grading is one folder:
     trials/NAME.json    Trial: one run of one node in a world
     flags.json          list of Flag: attempts at tampering and other things to look at
     conversions.json    list of FunctionAnswer: what utils/conversions.py returned
+    kept.json           what an earlier grading of the same content collected, and when; absent if nothing
     origin.json         seed, versions and hashes: all that is needed to run the same grading again
 
 Times `t` are simulated seconds since the trial began, unless a name says wall.

@@ -92,6 +92,7 @@ class FunctionAnswer:
 class Evidence:
     """Everything that one grading recorded.
 
+    `kept` says of what was collected in an earlier grading of the same content when that was, local time.
     `origin` says by name how to get the same again: seed, versions, hashes of the kit and of the submission.
     """
 
@@ -104,3 +105,4 @@ class Evidence:
     quality: Quality | None = None
     mutation: Mutation | None = None
     origin: dict[str, str] = field(default_factory=dict)
+    kept: dict[str, str] = field(default_factory=dict)

@@ -86,6 +86,8 @@ def save(evidence: Evidence, folder: Path) -> None:
     (folder / "flags.json").write_text(to_json(evidence.flags))
     (folder / "conversions.json").write_text(to_json(evidence.conversions))
     (folder / "origin.json").write_text(to_json(evidence.origin))
+    if evidence.kept:
+        (folder / "kept.json").write_text(to_json(evidence.kept))
     if evidence.tests is not None:
         (folder / "tests.json").write_text(to_json(evidence.tests))
     if evidence.mutation is not None:
@@ -106,7 +108,7 @@ def load(folder: Path) -> Evidence:
     tests = folder / "tests.json"
     mutation = folder / "mutation.json"
     quality = folder / "quality.json"
-    origin = folder / "origin.json"
+    origin, kept = folder / "origin.json", folder / "kept.json"
     trials = [_read(path, Trial) for path in sorted((folder / "trials").glob("*.json"))]
     return Evidence(
         intake=_read(folder / "submission.json", Intake),
@@ -118,6 +120,7 @@ def load(folder: Path) -> Evidence:
         flags=_read(folder / "flags.json", list[Flag]),
         conversions=_read(folder / "conversions.json", list[FunctionAnswer]),
         origin=_read(origin, dict[str, str]) if origin.exists() else {},
+        kept=_read(kept, dict[str, str]) if kept.exists() else {},
     )
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from grader.evidence import Mutation
 from grader.mutation.mutant_run import mutate
 from grader.source import Collected, Phase, Subject
+from grader.student_tests.source import mutants_key
 
 
 class Mutants:
@@ -15,10 +17,14 @@ class Mutants:
 
     def collect(self, subject: Subject) -> Collected:
         """Return which mutants were noticed."""
-        settings = subject.settings
+        settings, ran = subject.settings, subject.earlier["student tests"]
+        if (kept := subject.kept.find(Mutation, *mutants_key(subject))) and ran is None:
+            return Collected({"mutation": kept[0]}, kept={"mutants": kept[1]})
         settings.progress("mutating the package to see whether its own tests notice")
         found = mutate(
-            subject.submission.package, subject.install, subject.earlier["student tests"].reach, seed=settings.seed,
+            subject.submission.package, subject.install, ran.reach, seed=settings.seed,
             seconds=settings.mutation_budget_s, progress=settings.progress,
         )  # fmt: skip
+        if not ran.flags:
+            subject.kept.keep(found, *mutants_key(subject))
         return Collected({"mutation": found})

@@ -34,15 +34,17 @@ def begin(notebook: str) -> None:
     print(feedback.welcome(key, workspace))
 
 
-def check(*requirements: str) -> Checked:
+def check(*requirements: str, fresh: bool = False) -> Checked:
     """Check your package against the named requirements ("F4"), as the grader does, and show the findings.
+
+    What has not changed since an earlier check is not run again; the answer says so. `fresh` runs everything anew.
 
     Raises:
         ValueError: there is no such requirement.
     """
     from grader.notebook import checking  # takes a second to import, and `begin` should answer at once
 
-    return checking.check(find(), requirements)
+    return checking.check(find(), requirements, fresh=fresh)
 
 
 def run_node(

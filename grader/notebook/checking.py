@@ -12,7 +12,7 @@ from grader import build, pipeline
 from grader.errors import KitError, SubmissionError
 from grader.notebook import prerequisites, so_far
 from grader.notebook.feedback import Answer, Checked, Note, Progress
-from grader.notebook.workspace import NOTEBOOK, Workspace
+from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace
 from grader.report.album import Album, Picture
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, Loss, losses, place, points
@@ -27,8 +27,8 @@ _PICTURES = 2
 _LOCK = threading.Lock()
 
 
-def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
-    """Return the results of the named requirements for the workspace's package.
+def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = False) -> Checked:
+    """Return the results of the named requirements for the workspace's package; `fresh` runs everything anew.
 
     Raises:
         ValueError: there is no such requirement.
@@ -46,7 +46,9 @@ def check(workspace: Workspace, requirements: Sequence[str]) -> Checked:
     if possible:
         progress = Progress()
         try:
-            grading = _grade(workspace.package, whole, list(dict.fromkeys(asked[r.id] for r in possible)), progress)
+            grading = _grade(
+                workspace.package, whole, list(dict.fromkeys(asked[r.id] for r in possible)), progress, fresh=fresh
+            )
             scores = {score.requirement.id: score for score in grading.shown().scorecard.requirements}
             for r in possible:
                 score = scores[asked[r.id].id]
@@ -75,10 +77,11 @@ def _requirement(whole: Rubric, name: str) -> Requirement:
         raise ValueError(f"There is no requirement {name!r}. There are {known}.") from None
 
 
-def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Progress) -> Grading:
+def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Progress, *, fresh: bool) -> Grading:
     settings = Settings(
         rubric=whole, cache=build.cache_folder(), requirements=tuple(requirement.id for requirement in wanted),
-        mutation_budget_s=MUTATION_BUDGET_S, progress=progress.say,
+        mutation_budget_s=MUTATION_BUDGET_S, keep=True,
+        fresh=fresh or FRESH in os.environ, progress=progress.say,
     )  # fmt: skip
     with _LOCK, tempfile.TemporaryDirectory(prefix="check-") as scratch:
         return pipeline.grade(package, Path(scratch) / "out", settings)
@@ -153,11 +156,15 @@ def _not_reached(because: str, expected: str, grading: Grading) -> tuple[tuple[s
 
 def _remarks(grading: Grading) -> tuple[str, ...]:
     """Return how this check differs from the grading, in sentences."""
+    unchanged = (grading.unchanged,) if grading.unchanged else ()
     mutation = grading.evidence.mutation
     if mutation is None:
-        return ()
+        return unchanged
     tried = sum(mutant.outcome != "not tried" for mutant in mutation.mutants)
-    return (f"A sample of T3: {tried} mutants were tried here. The grading tries more, and different ones.",)
+    return (
+        *unchanged,
+        f"A sample of T3: {tried} mutants were tried here. The grading tries more, and different ones.",
+    )
 
 
 def _pictures(grading: Grading, notebook: str) -> tuple[Picture, ...]:

@@ -6,9 +6,10 @@ import html
 import re
 import sys
 import textwrap
-from collections.abc import Callable
+import threading
+import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from grader.notebook import checkpoints
 from grader.notebook.workspace import Workspace
@@ -166,31 +167,59 @@ def _files(count: int) -> str:
 
 
 class Progress:
-    """One line about the current step; it is removed at the end, so a stored notebook holds nothing of it."""
+    """One line about the current step and how long it has taken; it is empty at the end, so nothing of it is stored.
+
+    Shown below the cell that runs in a notebook, and nowhere else.
+    """
 
     def __init__(self) -> None:
         self._handle: Any = None
-        self._show: Callable[[str], None] = lambda _what: None
-        shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
-        if shell is not None and hasattr(shell, "kernel"):
-            self._show = self._display
+        self._step = ""
+        self._began = 0.0
+        self._ended = threading.Event()
+        self._clock = threading.Thread(target=self._tick, daemon=True)
 
-    def say(self, what: str) -> None:
+    def say(self, step: str) -> None:
         """Show the current step."""
-        self._show(what)
+        if not _in_a_cell():
+            return
+        self._step, self._began = step, time.monotonic()
+        if self._handle is None:
+            from IPython.display import display
+
+            # Empty at first and at the end: tools that compare outputs (nbval) see only this.
+            self._handle = display({}, raw=True, display_id=True)  # type: ignore[no-untyped-call]
+            self._clock.start()
+        self._show()
 
     def done(self) -> None:
         """Remove the line."""
         if self._handle is not None:
-            from IPython.display import clear_output
+            self._ended.set()
+            self._clock.join()
+            self._handle.update({}, raw=True)
+            self._handle = None
 
-            clear_output()  # type: ignore[no-untyped-call]
+    def __enter__(self) -> Self:
+        return self
 
-    def _display(self, what: str) -> None:
-        from IPython.display import display
+    def __exit__(self, *_: object) -> None:
+        self.done()
 
-        if self._handle is None:
-            # An empty output first: tools that compare outputs (nbval) see only this one.
-            self._handle = display({}, raw=True, display_id=True)  # type: ignore[no-untyped-call]
-        if self._handle is not None:
-            self._handle.update({"text/plain": f"checking: {what[:90]}"}, raw=True)
+    def _tick(self) -> None:
+        while not self._ended.wait(1.0):
+            self._show()
+
+    def _show(self) -> None:
+        seconds = time.monotonic() - self._began
+        counted = f" ({seconds:.0f} s)" if seconds >= _COUNTED_S else ""
+        self._handle.update({"text/plain": f"{self._step[:90]} ...{counted}"}, raw=True)
+
+
+_COUNTED_S = 2.0  # a shorter step needs no clock
+
+
+def _in_a_cell() -> bool:
+    """Return whether a cell of a notebook is running this code, and not a thread beside it."""
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    return shell is not None and hasattr(shell, "kernel") and threading.current_thread() is threading.main_thread()

@@ -16,8 +16,10 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace, TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
+from grader import build
 from grader.errors import KitError
 from grader.notebook import interface_types, node_build
+from grader.notebook.feedback import Progress
 from grader.notebook.node_process import NodeProcess
 from grader.notebook.workspace import Workspace, prepare
 from sim import PROFILES, Pose, Recorder, Recording, Simulator, World, load_world
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
 
 TICK_S = 0.05  # 20 Hz, as in sim.bridge, which cannot be imported without ROS
 _RECORDED = ("cmd_vel", "sensor_fusion_data", "obstacle_distance")
+_FIRST_TIME = "; the first time takes about a minute, where it has interfaces"
 _NO_ACTION = "no node offers the action navigate_to_position"
 
 
@@ -232,12 +235,21 @@ class Run:
         """Build and start the node, and wait until it is on the graph; without one the robot stands still."""
         self._recorder = Recorder(self.simulator)
         self._recorded = {topic: [] for topic in _RECORDED}
+        with Progress() as progress:
+            self._start_node(progress)
+
+    def _start_node(self, progress: Progress) -> None:
+        contract_is_built = build.contract_is_built(build.cache_folder())
         try:
+            progress.say(f"building your package{'' if contract_is_built else _FIRST_TIME}")
             install = node_build.install(self._workspace, self.node)
         except KitError as error:
             self._give_up(str(error))
             return
+        if not contract_is_built:
+            progress.say("building the contract's interfaces: once on this machine, about a minute")
         interface_types.load(self._workspace)
+        progress.say(f"starting {self.node}")
         from grader.notebook.watched_stage import TrialOver, WatchedStage
 
         command = node_build.command(install, self.node, self._parameters, self._remappings)

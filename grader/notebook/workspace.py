@@ -18,6 +18,8 @@ from grader.host import ros_env
 PACKAGE = spec.PACKAGE
 VARIABLE = "ROS2_COURSE_WS"
 NOTEBOOK = "ROS2_COURSE_NOTEBOOK"
+FRESH = "ROS2_COURSE_FRESH"
+"""If set, checks run everything anew, so that a stored notebook says the same whatever was run before."""
 """The environment variable in which `begin` notes the current notebook ("05")."""
 
 
@@ -144,7 +146,8 @@ def _defaults_file(workspace: Workspace) -> Path:
 
 def _write_colcon_defaults(workspace: Workspace) -> None:
     path = _defaults_file(workspace)
-    handlers = '["status-", "terminal_title-"]'
+    # The status line says how far a build is; notebooks and terminals draw it anew in place.
+    handlers = '["status+", "terminal_title-"]'
     text = f'build:\n  event-handlers: {handlers}\n  cmake-args: ["-DCMAKE_PROJECT_INCLUDE={ros_env.CMAKE_HOOK}"]\n'
     if not path.is_file() or path.read_text() != text:
         path.parent.mkdir(parents=True, exist_ok=True)

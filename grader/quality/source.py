@@ -27,7 +27,11 @@ class PackageText:
         """Return the facts of the package's text."""
         # The linters take most of the time, and package.xml needs none.
         lint = bool(subject.settings.checked & (self.serves - self._without_linters))
+        decided_by = ("text", str(lint), subject.text)
+        if kept := subject.kept.find(Quality, *decided_by):
+            return Collected({"quality": kept[0]}, tuple(text_flags(kept[0])), kept={"text": kept[1]})
         found = analyse_package(subject.submission.package, subject.submission.interfaces, lint=lint)
+        subject.kept.keep(found, *decided_by)
         return Collected({"quality": found}, tuple(text_flags(found)))
 
 

@@ -49,7 +49,9 @@ def render_checks(grading: Grading, *, colour: bool = False, width: int = WIDTH,
     """Return the judged requirements and their losses, without totals: the answer to `grader check`."""
     page = _Page(grading, colour, width)
     scores = [s for s in page.grading.scorecard.requirements if s.outcome is not Outcome.NOT_GRADED]
-    text = "\n".join([*page.first_cause(), *(page.requirement(score) for score in scores), *page.lost()])
+    text = "\n".join(
+        [*page.unchanged(), *page.first_cause(), *(page.requirement(score) for score in scores), *page.lost()]
+    )
     return text.encode(encoding, "backslashreplace").decode(encoding)
 
 
@@ -84,6 +86,11 @@ class _Page:
             yield from self.wrap("`--package-path PATH` grades another", indent=2)
         for note in intake.notes:
             yield from self.wrap(f"note: {note}", indent=2)
+        yield from self.unchanged()
+
+    def unchanged(self) -> Iterator[str]:
+        if self.grading.unchanged:
+            yield from self.wrap(f"{self.grading.unchanged} `--fresh` collects everything anew.")
 
     def first_cause(self) -> Iterator[str]:
         if self.cause is not None:

@@ -111,6 +111,17 @@ class Grading:
         return sum(score.criterion.points for score in self.scorecard.criteria)
 
     @property
+    def unchanged(self) -> str:
+        """Return in a sentence what was not run again, because an earlier grading had collected it; "" if nothing."""
+        kept = self.evidence.kept
+        if not kept:
+            return ""
+        trials = sum(what.startswith("trial ") for what in kept)
+        named = [f"{trials} trial{'s' if trials > 1 else ''}"] if trials else []
+        named += [what for what in kept if not what.startswith("trial ")]
+        return f"Unchanged since {min(kept.values())}, so not collected again: {', '.join(named)}."
+
+    @property
     def unjudged(self) -> tuple[RequirementScore, ...]:
         """Return the requirements that an error of the grader left without a full verdict."""
         return tuple(s for s in self.scorecard.requirements if s.outcome is Outcome.ERROR)

@@ -7,7 +7,7 @@ must fail, the submission's own tests made to fail, and functions made to raise.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import partial
 from pathlib import PurePosixPath
@@ -26,6 +26,8 @@ _SABOTAGED_TESTS = 3
 
 Reach = Mapping[str, Mapping[int, frozenset[str]]]
 """The tests that reached each line of each module."""
+Place = tuple[str, int, str]
+"""Where a function is: module, line, name."""
 
 
 @dataclass(frozen=True)
@@ -116,27 +118,31 @@ def probes(sources: Mapping[str, str], reach: Reach, rng: random.Random) -> list
     probe in which that function does not. Functions reported as called on import come in a probe of their own: if the
     report is true, no test runs in it.
     """
-    halves: dict[tuple[str, str, int], bool] = {}
-
-    def half(path: str, function: Function) -> bool:
-        return halves.setdefault((path, function.name, function.lineno), rng.random() < 0.5)
-
-    found = [
-        _probe(sources, reach, False, half),
-        _probe(sources, reach, False, lambda path, function: not half(path, function)),
-        _probe(sources, reach, True, lambda _path, _function: True),
-    ]
+    in_tests, on_import = functions_reached(sources, reach)
+    half = {function for function in sorted(in_tests) if rng.random() < 0.5}
+    found = [_probe(sources, functions) for functions in (half, in_tests - half, on_import)]
     return [probe for probe in found if probe.texts]
 
 
-def _probe(sources: Mapping[str, str], reach: Reach, importing: bool, wanted: Callable[[str, Function], bool]) -> Probe:
-    """Return the probe of the `wanted` functions that were reached: on import if `importing`, else only in tests."""
-
-    def is_probed(path: str, function: Function) -> bool:
+def functions_reached(sources: Mapping[str, str], reach: Reach) -> tuple[set[Place], set[Place]]:
+    """Return the functions that were reached in tests only, and those that were reached on import."""
+    in_tests, on_import = set[Place](), set[Place]()
+    for path, text in sources.items():
         by_line = reach.get(path, {})
-        first, last = body_lines(function)
-        hits = [by_line[n] for n in range(first, last + 1) if n in by_line]
-        return bool(hits) and any("" in tests for tests in hits) == importing and wanted(path, function)
+        for function in functions_from_the_end(text) if by_line else ():
+            first, last = body_lines(function)
+            if hits := [by_line[n] for n in range(first, last + 1) if n in by_line]:
+                (on_import if any("" in tests for tests in hits) else in_tests).add(_place(path, function))
+    return in_tests, on_import
+
+
+def _place(path: str, function: Function) -> Place:
+    return path, function.lineno, function.name
+
+
+def _probe(sources: Mapping[str, str], functions: Set[Place]) -> Probe:
+    def is_probed(path: str, function: Function) -> bool:
+        return _place(path, function) in functions
 
     texts, unreachable = {}, {}
     for path, text in sources.items():

@@ -5,10 +5,12 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable, Iterable
+from functools import lru_cache
 
 from grader.python_ast import Function, first_line, parse
 
 
+@lru_cache(64)  # each module is asked for again and again: for every test module, and for every probe
 def functions_from_the_end(text: str) -> list[Function]:
     """Return the outermost functions and methods of a module, the last first: an edit moves only those after it."""
     tree = parse(text)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import importlib
 import json
@@ -9,15 +10,22 @@ import os
 import resource
 import runpy
 import sys
+import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from importlib import _bootstrap_external as importing
+from importlib.util import cache_from_source, source_hash
 from pathlib import Path
-from types import ModuleType
+from types import CodeType, ModuleType
 from typing import IO, Any
 
+import _pytest.config
 import coverage
 import coverage.sqldata
 import pytest
-from _pytest.config import PytestPluginManager, default_plugins
+from _pytest.assertion import rewrite
+from _pytest.config import Config, PytestPluginManager, default_plugins
 
 PACKAGE = Path("/ws/package")
 OUT = Path("/ws/out")
@@ -37,7 +45,32 @@ Request = Mapping[str, Any]
 """A ModuleRequest of `warm_worker`, as read from JSON."""
 
 
-def run_module(number: int, request: Request, modules: Path) -> None:
+@dataclass(frozen=True)
+class Prepared:
+    """What no submission can change and every run needs: made once, before the forks."""
+
+    config: Config
+    """pytest's, with its own plugins only."""
+    pytests_own: set[int]
+    watch: Callable[..., None]
+    """That of `source_read_hook`."""
+
+
+def prepare() -> Callable[[int, Request, Path], None]:
+    """Return `run_module`, with pytest and coverage ready to run in a fork."""
+    pytests_own = plugins_of_pytest()
+    hook = runpy.run_path(str(Path(__file__).with_name("source_read_hook.py")))
+    prepared = Prepared(_pytest.config.get_config(), pytests_own, hook["watch"])
+    environment = dict(os.environ)
+    warm = coverage.Coverage(config_file=RC, data_file=None)
+    warm.start()  # takes 30 ms the first time
+    warm.stop()
+    os.environ.clear()
+    os.environ.update(environment)  # without the variable by which programs that the tests start are measured
+    return partial(run_module, prepared)
+
+
+def run_module(prepared: Prepared, number: int, request: Request, modules: Path) -> None:
     """Let pytest run one module, write what it reports, and exit so that no exit handler can add to it."""
     os.setsid()
     resource.setrlimit(resource.RLIMIT_CPU, (int(request["total"]) + 5,) * 2)
@@ -57,16 +90,17 @@ def run_module(number: int, request: Request, modules: Path) -> None:
     write = None
     if request["coverage"]:
         measure = coverage.Coverage(config_file=RC, data_file=str(OUT / "coverage"), data_suffix=f"{number}.main")
+        # It would look at each of the modules imported so far, of which none is the package's.
+        measure._warn_preimported_source = False
         write = reach_writer(OUT / f"{number}.reach", measure)
         measure.start()
     with (OUT / f"{number}.report").open("a") as stream:
         recorder = Recorder(stream, request["order"], measure)
-        hook = runpy.run_path(str(Path(__file__).with_name("source_read_hook.py")))
         sources = [path.parent for path in PACKAGE.glob("*/__init__.py") if not path.parent.name.startswith("test")]
         folders = [str(modules), *map(str, sources)]
-        hook["watch"](folders, [str(PACKAGE), str(modules)], source_read_noter(stream.fileno(), recorder))
+        prepared.watch(folders, [str(PACKAGE), str(modules)], source_read_noter(stream.fileno(), recorder))
         sys.addaudithook(program_noter(stream.fileno()))
-        recorder.write(ended=run_pytest(recorder, request))
+        recorder.write(ended=run_pytest(prepared, recorder, request))
     if write is not None:
         write(recorder.tests)
     sys.stdout.flush()
@@ -74,9 +108,9 @@ def run_module(number: int, request: Request, modules: Path) -> None:
     os._exit(0)
 
 
-def run_pytest(recorder: Recorder, request: Request) -> int:
+def run_pytest(prepared: Prepared, recorder: Recorder, request: Request) -> int:
     """Return pytest's exit status. Of the submission's plugins and conftest files only ALLOWED_HOOKS are called."""
-    pytests_own = plugins_of_pytest()
+    pytests_own = prepared.pytests_own
     parse = PytestPluginManager.parse_hookimpl_opts
 
     def only_allowed(manager: PytestPluginManager, plugin: object, name: str) -> Any:
@@ -95,7 +129,43 @@ def run_pytest(recorder: Recorder, request: Request) -> int:
         "-c", os.devnull, f"--rootdir={PACKAGE}", "-o", f"cache_dir={CACHE}", "-q", "-o", "addopts=", "--tb=short",
         *(["-x"] if request["first"] else []), *request["modules"],
     ]  # fmt: skip
+    prepared.config.invocation_params = Config.InvocationParams(args=arguments, plugins=[recorder], dir=PACKAGE)
+    _pytest.config.get_config = lambda *_arguments, **_options: prepared.config  # in this fork only
     return int(pytest.main(arguments, plugins=[recorder]))
+
+
+def compile_module(path: Path, data: bytes) -> tuple[Path, bytes] | None:
+    """Return byte code of a module, and where Python looks for it; None if it cannot be compiled without a warning."""
+    code = compiled(lambda: compile(data, str(path), "exec", dont_inherit=True))
+    return (Path(cache_from_source(str(path))), byte_code(code, data)) if code else None
+
+
+def compile_tests(path: Path, data: bytes) -> tuple[Path, bytes] | None:
+    """Return the same for a test module or a conftest.py, with its assertions rewritten as pytest does."""
+
+    def rewritten() -> CodeType:
+        tree = ast.parse(data, str(path))
+        rewrite.rewrite_asserts(tree, data, str(path))
+        return compile(tree, str(path), "exec", dont_inherit=True)
+
+    code = compiled(rewritten)
+    name = f"{path.stem}{rewrite.PYC_TAIL}"
+    return (rewrite.get_cache_dir(path) / name, byte_code(code, data)) if code else None
+
+
+def compiled(make: Callable[[], CodeType]) -> CodeType | None:
+    """Return the code, or None where the run itself is to show an error or a warning."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            return make()
+        except Exception:
+            return None
+
+
+def byte_code(code: CodeType, data: bytes) -> bytes:
+    """Return a .pyc file that is valid for exactly this text, whatever the time of the file."""
+    return bytes(importing._code_to_hash_pyc(code, source_hash(data), True))  # type: ignore[attr-defined]
 
 
 def plugins_of_pytest() -> set[int]:

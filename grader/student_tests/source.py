@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from grader.evidence import StudentTests, TestModule
 from grader.source import Collected, Phase, Subject
 from grader.student_tests.discover import discover_tests
 from grader.student_tests.suite_run import run_suite
@@ -17,8 +18,26 @@ class StudentTestRuns:
     def collect(self, subject: Subject) -> Collected:
         """Return the tests' results and what they cover."""
         package, settings = subject.submission.package, subject.settings
+        decided_by = ("tests", subject.text, subject.program, str(settings.test_seconds))
+        # Mutants need more of a run than is kept.
+        if ("T3" not in settings.checked or subject.kept.holds(*mutants_key(subject))) and (
+            kept := subject.kept.find(StudentTests, *decided_by)
+        ):
+            return Collected({"tests": kept[0]}, kept={"the package's own tests": kept[1]})
         ran = run_suite(
             package, subject.install, discover_tests(package), seconds=settings.test_seconds, seed=settings.seed,
             progress=lambda path: settings.progress(f"own tests: {path}"),
         )  # fmt: skip
+        if not (ran.flags or ran.tests.doubts or any(_in_doubt(module) for module in ran.tests.modules)):
+            subject.kept.keep(ran.tests, *decided_by)
         return Collected({"tests": ran.tests}, tuple(ran.flags), handover=ran)
+
+
+def _in_doubt(module: TestModule) -> bool:
+    """Return whether another run of a test module may well end in another way."""
+    return bool(module.failed or module.errors or module.timed_out or module.unsteady)
+
+
+def mutants_key(subject: Subject) -> tuple[str, ...]:
+    """Return what decides which mutants are noticed."""
+    return "mutants", subject.text, subject.program, str(subject.settings.mutation_budget_s)

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import random
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -20,9 +19,11 @@ from grader.student_tests.coverage import combine
 from grader.student_tests.module_results import ModuleReach, failures, flags, module_reach, with_results
 from grader.student_tests.package_modules import PACKAGE
 from grader.student_tests.padding import code_of, padding, padding_flags
-from grader.student_tests.warm_worker import LastingWorker, ModuleRequest
+from grader.student_tests.report_checks import Measured, check_reports
+from grader.student_tests.warm_worker import LastingWorker, ModuleRequest, Team
 from grader.student_tests.worker_report import ModuleRun, TestResult
 
+WORKERS = 2
 _MODULES_AT_MOST = 100
 _EXCLUDED_AT_MOST = 5  # tests that hang or crash, each of which takes another run of its module
 
@@ -58,31 +59,31 @@ def run_suite(
     wanted = [m for m in modules if m.tests and not m.stub][:_MODULES_AT_MOST]
     if not wanted:
         return SuiteRun(StudentTests(modules=list(modules), of_contract=code_of(package, install).of_contract))
-    doubts: list[str] = []
-    runs: dict[str, list[ModuleRun]] = {}
     sources = package_modules.replaceable(package, install)
     code = code_of(package, install)
-    # While one worker measures a module, the other checks whether the reports on the one before can be believed.
-    with contextlib.ExitStack() as stack, ThreadPoolExecutor(1) as beside:
-        life = 60.0 + (_EXCLUDED_AT_MOST + 3) * seconds * len(wanted)
-        worker, other = (LastingWorker(stack, package, install, seconds=life) for _ in range(2))
-        checks = []
-        for module in wanted:
+    with contextlib.ExitStack() as stack:
+        # Each module may be run again without the tests that hang, and three times more to check the reports.
+        life = 60.0 + (_EXCLUDED_AT_MOST + 7) * seconds * len(wanted)
+        team = Team([LastingWorker(stack, package, install, seconds=life) for _ in range(min(WORKERS, len(wanted)))])
+
+        def measure(module: TestModule) -> Measured:
             # One for each module, so that what is drawn does not depend on which module comes first.
             rng = random.Random(f"canaries {seed} {module.path}")
-            runs[module.path], doubted = _measure_steadily(worker, module, rng, seconds)
-            doubts += [f"{module.path}: {doubt}" for doubt in doubted]
-            first = runs[module.path][0]
-            checks.append(beside.submit(_check_reports, other, package, module, first, sources, rng, seconds))
+            measured = _measure_steadily(team, module, untrusted.read_python(package / module.path), rng, seconds)
             progress(module.path)
+            return measured
+
+        measured = team.map(measure, wanted)
+        runs = {found.module.path: found.runs for found in measured}
         every = [run for both in runs.values() for run in both]
         padded = padding(code, [run.reach for run in every])
+        checks = check_reports(team, measured, sources, random.Random(f"probes {seed}"), seconds)
         covered, unexplained = combine(
-            package, install, worker.folder, every, {path: text for path, (text, _) in sources.items()}, code.unreached
+            package, install, team.folder, every, {path: text for path, (text, _) in sources.items()}, code.unreached
         )
-        doubts += unexplained
-        for module, check in zip(wanted, checks, strict=True):
-            doubts += [f"{module.path}: {doubt}" for doubt in check.result()]
+    doubts = [f"{found.module.path}: {doubt}" for found in measured for doubt in found.doubts]
+    doubts += unexplained
+    doubts += [f"{module}: {doubt}" for module, doubted in checks.items() for doubt in doubted]
     tests = StudentTests(
         modules=[with_results(m, code, *runs[m.path]) if m.path in runs else m for m in modules],
         coverage=covered,
@@ -95,23 +96,19 @@ def run_suite(
     return SuiteRun(tests, [module_reach(m, firsts[m.path]) for m in wanted], found)
 
 
-def _measure_steadily(
-    worker: LastingWorker, module: TestModule, rng: random.Random, seconds: float
-) -> tuple[list[ModuleRun], list[str]]:
+def _measure_steadily(team: Team, module: TestModule, text: str | None, rng: random.Random, seconds: float) -> Measured:
     """Return the module's run, a second one if tests failed in the first, and the reasons to doubt them."""
-    first, doubts = _measure(worker, module, rng, seconds)
+    first, doubts = _measure(team, module, rng, seconds)
     runs = [first]
     if failures(first) and not first.timed_out:
         # Nodes that do not discover each other in time are not the test author's mistake.
-        second, more = _measure(worker, module, rng, seconds)
+        second, more = _measure(team, module, rng, seconds)
         runs.append(second)
         doubts += more
-    return runs, doubts
+    return Measured(module, text, runs, doubts, rng)
 
 
-def _measure(
-    worker: LastingWorker, module: TestModule, rng: random.Random, seconds: float
-) -> tuple[ModuleRun, list[str]]:
+def _measure(team: Team, module: TestModule, rng: random.Random, seconds: float) -> tuple[ModuleRun, list[str]]:
     """Return how a module ran under coverage, beside a canary, and why its reports are in doubt.
 
     A test that hangs or ends the process takes along what was measured of the others, so these run again without it.
@@ -121,14 +118,14 @@ def _measure(
         module.path, files={str(PACKAGE / beside.path): beside.text}, beside=[beside.path], coverage=True,
         limit=seconds, total=seconds,
     )  # fmt: skip
-    ran = worker.run(request)
+    ran = team.run(request)
     doubts = [canary.judge_canary(ran, beside)]
     collected, late = ran.collected, ran.timed_out
     excluded: list[TestResult] = []
     while ran.culprit in ran.collected and (left := _without_culprit(ran, beside, len(excluded))):
         words = "ran out of time" if ran.timed_out else f"ended the process that ran it, with status {ran.status}"
         excluded.append(TestResult(ran.culprit, "error", words, ran.seconds))
-        ran = worker.run(replace(request, select=left))
+        ran = team.run(replace(request, select=left))
         doubts.append(canary.judge_canary(ran, beside))
         late = late or ran.timed_out
     known = {test.id for test in (*ran.tests, *excluded)}
@@ -150,36 +147,3 @@ def _without_culprit(ran: ModuleRun, beside: canary.Canary, excluded: int) -> li
         ended = {test.id for test in ran.tests}
         left = [name for name in left if name in ended or name.startswith(beside.path)]
     return left if any(not name.startswith(beside.path) for name in left) else []
-
-
-def _check_reports(
-    worker: LastingWorker, package: Path, module: TestModule, ran: ModuleRun,
-    sources: Mapping[str, tuple[str, list[str]]], rng: random.Random, seconds: float,
-) -> list[str]:  # fmt: skip
-    """Return what came out wrong in runs whose result is known beforehand: sabotaged tests, then probes."""
-    text = untrusted.read_python(package / module.path)
-    if text is None:
-        words = "it is in an encoding that the grader does not read, so its reports cannot be checked"
-        return [words] if any(test.outcome == "passed" for test in ran.tests) else []
-    found = []
-    changed, names = canary.sabotage(text, ran.tests, rng)
-    if names:
-        files = {str(PACKAGE / module.path): changed}
-        request = ModuleRequest(module.path, files=files, select=names, limit=seconds, total=seconds)
-        again = worker.run(request)
-        if canary.is_silent(again, names):
-            again = worker.run(request)  # once may be an accident
-        found.append(canary.judge_sabotage(again, names))
-    tests = canary.probed_tests(ran.tests, rng)
-    # Broken functions may leave a test waiting forever; three times what it took is enough.
-    limits = {test.id: 2.0 + 3 * test.seconds for test in ran.tests}
-    texts = {path: text for path, (text, _) in sources.items()}
-    for probe in canary.probes(texts, ran.reach, rng) if tests else []:
-        files = {inside: text for path, text in probe.texts.items() for inside in sources[path][1]}
-        again = worker.run(
-            ModuleRequest(
-                module.path, files=files, select=tests, coverage=True, limits=limits, limit=20.0, total=seconds
-            )
-        )
-        found.append(canary.judge_probe(again, probe))
-    return [problem for problem in found if problem]

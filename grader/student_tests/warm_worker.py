@@ -9,10 +9,13 @@ import contextlib
 import json
 import shutil
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from queue import SimpleQueue
+from typing import TypeVar
 
 from grader import build, sandbox
 from grader.errors import GraderError
@@ -21,8 +24,11 @@ from grader.sandbox import untrusted
 from grader.student_tests.package_modules import MODULES, PACKAGE, source_folders
 from grader.student_tests.worker_report import ModuleRun, read_run
 
+_Given = TypeVar("_Given")
+_Made = TypeVar("_Made")
 _DATA_CAP = 100_000_000  # bytes
 _POLL_S = 0.01
+_LOOK_S = 0.2  # between two looks whether the worker has been stopped
 _START_SECONDS = 60.0
 # A run's limits leave out waiting for a core; by the clock it may take this many times as long.
 _BUSY_FACTOR = 10.0
@@ -76,13 +82,16 @@ class WarmWorker:
         began = time.monotonic()
         done = self.out / f"{number}.done"
         # The worker keeps the time itself; this is for a worker that the submission has stopped or killed.
-        ran_last = began
+        ran_last = looked = began
         while not done.exists() and self.alive:
+            time.sleep(_POLL_S)
             now = time.monotonic()
+            if now - looked < _LOOK_S:
+                continue
+            looked = now
             ran_last = ran_last if self._is_stopped() else now
             if now - began > _BUSY_FACTOR * request.total + _START_SECONDS or now - ran_last > _STOPPED_SECONDS:
                 self.process.kill()
-            time.sleep(_POLL_S)
         ran = read_run(self.out, number, time.monotonic() - began, self.package / request.module)
         # Coverage writes some of its data as it goes, and a run that is cut off leaves them without its reach.
         if request.coverage and (self.out / f"{number}.reach").exists():
@@ -170,6 +179,40 @@ class LastingWorker:
     def _next(self) -> WarmWorker:
         self._count += 1
         return self._stack.enter_context(self._start(self._folder / str(self._count)))
+
+
+class Team:
+    """Warm workers that share the runs among them. Safe to use from several threads."""
+
+    def __init__(self, workers: Sequence[LastingWorker]) -> None:
+        self._size = len(workers)
+        self._idle: SimpleQueue[LastingWorker] = SimpleQueue()
+        for worker in workers:
+            self._idle.put(worker)
+
+    @property
+    def folder(self) -> Path:
+        """Return the folder of a worker, with its coverage settings."""
+        worker = self._idle.get()
+        self._idle.put(worker)
+        return worker.folder
+
+    def run(self, request: ModuleRequest) -> ModuleRun:
+        """Run one request as soon as a worker is idle, and return what was reported.
+
+        Raises:
+            GraderError: no worker started.
+        """
+        worker = self._idle.get()
+        try:
+            return worker.run(request)
+        finally:
+            self._idle.put(worker)
+
+    def map(self, work: Callable[[_Given], _Made], given: Sequence[_Given]) -> list[_Made]:
+        """Return what `work`, which may run requests, makes of each item: as many at a time as there are workers."""
+        with ThreadPoolExecutor(self._size) as threads:
+            return list(threads.map(work, given))
 
 
 @contextlib.contextmanager

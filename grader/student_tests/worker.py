@@ -10,16 +10,19 @@ What is written to `out` comes from a process shared with the submission: it is 
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import gc
 import importlib
+import inspect
 import json
 import os
 import runpy
+import select
 import shutil
 import signal
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,6 +31,7 @@ PACKAGE = Path("/ws/package")
 REQUESTS = Path("/ws/requests")
 OUT = Path("/ws/out")
 POLL_S = 0.005
+LOOK_S = 0.05  # between two looks at a running test; the end of its process is seen at once
 RESTORE_CAP = 2_000_000  # bytes; longer files (maps, bags) are not restored before each run
 
 WARM = (
@@ -40,10 +44,16 @@ MESSAGES = {
     "geometry_msgs.msg": ("Twist", "Pose"), "nav_msgs.msg": ("Odometry",), "std_msgs.msg": ("Float32",),
     "sensor_msgs.msg": ("LaserScan", "Imu", "BatteryState"),
 }  # fmt: skip
+# Packages whose types a node sends or receives, those of its parameters and clock included.
+SERIALIZED = (
+    "builtin_interfaces", "std_msgs", "geometry_msgs", "sensor_msgs", "nav_msgs", "rcl_interfaces", "rosgraph_msgs",
+    "action_msgs", "unique_identifier_msgs", "service_msgs", "type_description_interfaces",
+)  # fmt: skip
 
 Request = Mapping[str, Any]
 """A ModuleRequest of `warm_worker`, as read from JSON."""
 RunModule = Callable[[int, Request, Path], None]
+Compile = Callable[[Path, bytes], "tuple[Path, bytes] | None"]
 Files = dict[Path, tuple[bytes, tuple[int, int], int]]
 """Files as they were handed in: path -> bytes, times (access, change) in nanoseconds, mode."""
 
@@ -54,14 +64,20 @@ def main() -> None:
     modules = Path(settings["modules"])
     handed_in = read_files(PACKAGE) | {path: file for path, file in read_files(modules).items() if path.suffix == ".py"}
     # Not imported, so that no test finds the module in sys.modules.
-    run_module = runpy.run_path(str(Path(__file__).with_name("pytest_run.py")))["run_module"]
+    pytest_run = runpy.run_path(str(Path(__file__).with_name("pytest_run.py")))
+    run_module: RunModule = pytest_run["prepare"]()
+    bytecode = ByteCode(handed_in, pytest_run["compile_module"], pytest_run["compile_tests"])
+    bytecode.add_modules(modules)
     if settings["warm"]:
         warm_up()
+    inspect.getmodule(inspect.currentframe())  # the first call, for a log line or a traceback, looks at every module
     gc.collect()
     gc.freeze()  # a fork that never touches these pages never copies them
     number = 0
     while True:
-        serve(number, await_request(number), modules, handed_in, run_module)
+        request = await_request(number)
+        bytecode.add_tests(request["modules"])
+        serve(number, request, modules, handed_in, run_module)
         number += 1
 
 
@@ -75,6 +91,11 @@ def warm_up() -> None:
         for package, names in MESSAGES.items():
             for name in names:
                 check(getattr(importlib.import_module(package), name))
+    with contextlib.suppress(ImportError, AttributeError):
+        importlib.import_module("rclpy.utilities").get_rmw_implementation_identifier()  # loads it
+    for package in SERIALIZED:
+        with contextlib.suppress(OSError):
+            ctypes.CDLL(f"lib{package}__rosidl_typesupport_fastrtps_c.so")
 
 
 def read_files(folder: Path) -> Files:
@@ -99,6 +120,41 @@ def await_request(number: int) -> Request:
     while path.exists():
         time.sleep(POLL_S)
     return request
+
+
+class ByteCode:
+    """Compiles the package's modules and tests once, for all runs; their byte code is restored like their texts.
+
+    Python and pytest compare it with the text before they use it, so a changed module is compiled anew.
+    """
+
+    def __init__(self, handed_in: Files, compile_module: Compile, compile_tests: Compile) -> None:
+        self.handed_in = handed_in
+        self.compile_module = compile_module
+        self.compile_tests = compile_tests
+        self.known: set[Path] = set()
+
+    def add_modules(self, folder: Path) -> None:
+        """Compile the installed modules."""
+        for path in [path for path in self.handed_in if path.is_relative_to(folder)]:
+            self.add(path, self.compile_module)
+
+    def add_tests(self, modules: Sequence[str]) -> None:
+        """Compile test modules, and each conftest.py that belongs to them, as pytest does."""
+        for name in modules:
+            path = PACKAGE / name
+            for each in (path, *(folder / "conftest.py" for folder in path.parents)):
+                if each in self.handed_in:
+                    self.add(each, self.compile_tests)
+
+    def add(self, path: Path, compiled: Compile) -> None:
+        """Compile a file unless that has been done."""
+        if path in self.known:
+            return
+        self.known.add(path)
+        data, times, _ = self.handed_in[path]
+        if (made := compiled(path, data)) is not None:
+            self.handed_in[made[0]] = (made[1], times, 0o644)
 
 
 def serve(number: int, request: Request, modules: Path, handed_in: Files, run_module: RunModule) -> None:
@@ -127,12 +183,11 @@ def restore(modules: Path, handed_in: Files, changed: Mapping[str, str]) -> None
         empty(folder)
     for root in (PACKAGE, modules):
         for here, folders, names in os.walk(root):
-            for name in folders + names:
-                path = Path(here, name)
-                if name == "__pycache__":
-                    shutil.rmtree(path, ignore_errors=True)
-                elif path.suffix == ".pyc" or (path.suffix == ".py" and path not in handed_in):
+            for name in names:
+                if name.endswith((".py", ".pyc")) and (path := Path(here, name)) not in handed_in:
                     path.unlink(missing_ok=True)
+            if "__pycache__" in folders and (path := Path(here, "__pycache__")).is_symlink():
+                path.unlink()
     for path, (data, times, mode) in handed_in.items():
         put(path, data, times, mode)
     some_times = next(iter(handed_in.values()))[1] if handed_in else (0, 0)
@@ -187,9 +242,12 @@ def watch(pid: int, report: Path, request: Request) -> End:
     began = seen = time.monotonic()
     size, current = 0, ""
     queued = 0.0
+    end = os.pidfd_open(pid)
     while True:
+        select.select([end], [], [], LOOK_S)
         ended, status = os.waitpid(pid, os.WNOHANG)
         if ended:
+            os.close(end)
             return End(os.waitstatus_to_exitcode(status), "", queued)
         queued = max(queued, waited_for_core(pid))
         now = time.monotonic() - queued

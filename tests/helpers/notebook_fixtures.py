@@ -13,7 +13,7 @@ import pytest
 
 from grader import KIT
 from grader.authoring import book, editions, notebook_run, notebook_source
-from grader.notebook.workspace import VARIABLE, Workspace
+from grader.notebook.workspace import FRESH, VARIABLE, Workspace
 from grader.scoring.rubric import Rubric, load
 from helpers.notebook_rules import Page
 
@@ -88,6 +88,7 @@ def workspace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Works
     environment, path, bytecode = dict(os.environ), list(sys.path), sys.dont_write_bytecode
     monkeypatch.chdir(tmp_path)
     os.environ[VARIABLE] = str(found.root)
+    os.environ[FRESH] = "1"
     yield found
     os.environ.clear()
     os.environ.update(environment)

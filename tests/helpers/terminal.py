@@ -1,4 +1,4 @@
-"""Real terminals for tests: bash on a pty in a network of its own, used as by a person."""
+"""Real terminals for tests: a shell on a pty in a network of its own, used as by a person."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import os
 import pty
 import re
 import select
+import shutil
 import signal
 import socket
 import struct
@@ -18,19 +19,38 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import pytest
+from _pytest.mark import ParameterSet
+
 # No program prints this prompt, so it marks the end of a line, with its exit code.
 PROMPT = re.compile(r"<<(\d+)>> $")
 CONTROLS = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\x1b[()][A-Z0-9]|\x1b[=>]|\x1b\][^\x07]*\x07")
 STEP_S = 0.2
+SHELLS = {"bash": ["bash", "--norc", "--noprofile", "-i"], "zsh": ["zsh", "-f", "-i"]}
+# What a shell must be told to print nothing but the output and the prompt.
+QUIET = {
+    "bash": "bind 'set enable-bracketed-paste off'; PS1='<<$?>> '",
+    "zsh": "unsetopt prompt_sp zle; PS1='<<%?>> '",
+}
+
+
+def needs_zsh(value: str) -> ParameterSet:
+    """Return a test's parameter that is skipped where there is no zsh."""
+    return pytest.param(
+        value, marks=pytest.mark.skipif(shutil.which("zsh") is None, reason="needs zsh: apt-get install zsh")
+    )
 
 
 @contextmanager
-def desk(folder: Path, env: dict[str, str]) -> Iterator[Callable[[], Terminal]]:
-    """Yield a function that opens a terminal in `folder`. The terminals share a network with no other process in it."""
+def desk(folder: Path, env: dict[str, str], shell: str = "bash") -> Iterator[Callable[[], Terminal]]:
+    """Yield a function that opens a terminal in `folder` with a shell, "bash" or "zsh".
+
+    The terminals share a network with no other process in it.
+    """
     here, there = socket.socketpair()
     process = subprocess.Popen(
         ["bwrap", "--dev-bind", "/", "/", "--tmpfs", "/dev/shm", "--unshare-net", "--die-with-parent", "--chdir",
-         folder, sys.executable, __file__, str(there.fileno())],
+         folder, sys.executable, __file__, str(there.fileno()), *SHELLS[shell]],
         env=env, pass_fds=[there.fileno()], stdin=subprocess.DEVNULL,
     )  # fmt: skip
     there.close()
@@ -39,7 +59,7 @@ def desk(folder: Path, env: dict[str, str]) -> Iterator[Callable[[], Terminal]]:
     def open_one() -> Terminal:
         here.send(b"+")
         _, (fd,), _, _ = socket.recv_fds(here, 1, 1)
-        terminals.append(Terminal(fd))
+        terminals.append(Terminal(fd, QUIET[shell]))
         return terminals[-1]
 
     try:
@@ -51,7 +71,7 @@ def desk(folder: Path, env: dict[str, str]) -> Iterator[Callable[[], Terminal]]:
         process.wait(timeout=60)
 
 
-def serve(requests: socket.socket) -> None:
+def serve(requests: socket.socket, shell: list[str]) -> None:
     """For each byte received, start a shell on a new pty and send back its other end; then wait for the shells."""
     shells = []
     while requests.recv(1):
@@ -59,7 +79,7 @@ def serve(requests: socket.socket) -> None:
         if pid == 0:
             requests.close()
             signal.signal(signal.SIGINT, signal.SIG_DFL)  # ignored if the tests run in the background
-            os.execvp("bash", ["bash", "--norc", "--noprofile", "-i"])
+            os.execvp(shell[0], shell)
         shells.append(pid)
         socket.send_fds(requests, [b"+"], [fd])
         os.close(fd)
@@ -74,12 +94,12 @@ class Terminal:
         code: the exit code of the line that ended last.
     """
 
-    def __init__(self, fd: int) -> None:
+    def __init__(self, fd: int, quiet: str) -> None:
         self.code = 0
         self._fd, self._text = fd, ""
         # Wide enough that no line is wrapped.
         fcntl.ioctl(fd, termios.TIOCSWINSZ, struct.pack("HHHH", 50, 500, 0, 0))
-        self.type("bind 'set enable-bracketed-paste off'; VIRTUAL_ENV_DISABLE_PROMPT=1; PS1='<<$?>> '\n")
+        self.type(f"VIRTUAL_ENV_DISABLE_PROMPT=1; {quiet}\n")
         self._until(lambda: self._text.endswith("<<0>> "), 30.0, "the first prompt")
 
     def type(self, keys: str) -> None:
@@ -141,4 +161,4 @@ class Terminal:
 
 
 if __name__ == "__main__":
-    serve(socket.socket(fileno=int(sys.argv[1])))
+    serve(socket.socket(fileno=int(sys.argv[1])), sys.argv[2:])

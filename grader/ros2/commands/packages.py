@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 from ament_index_python import get_resources, get_search_paths
@@ -27,6 +28,9 @@ ELSEWHERE = {
     "rqt_graph": "use `ros2 node info`",
     "teleop_twist_keyboard": "use `ros2 topic pub /cmd_vel geometry_msgs/msg/Twist`",
 }
+# Written when a package is installed; a build that fails before leaves other files in its prefix.
+_MARKER = Path("share/ament_index/resource_index/packages")
+SETUP = Path(__file__).resolve().parents[1] / "setup.bash"
 KINDS = {"msg": "Messages", "srv": "Services", "action": "Actions"}
 
 
@@ -60,14 +64,35 @@ def advice(package: str) -> str:
     if package in ELSEWHERE:
         instead = f"; {ELSEWHERE[package]}" if ELSEWHERE[package] else ""
         return f"\n{package} cannot be installed with pip{instead}"
+    for workspace in _workspaces():
+        if any((prefix / _MARKER / package).is_file() for prefix in _prefixes_in(workspace / "install", package)):
+            return f"\nIt is built in {workspace}, but not sourced in this terminal: {_lines(workspace, build=False)}"
+        if (workspace / "src" / package / "package.xml").is_file():
+            return f"\nIt is not built yet; its source is in {workspace / 'src'}: {_lines(workspace, build=True)}"
+    return near(package, names())
+
+
+def _workspaces() -> Iterator[Path]:
+    """Yield the folders that may be the workspace: this one and those above it, each before the `ws` in it."""
     here = Path.cwd()
     for folder in (here, *here.parents):
-        install = folder / "install"
-        if (install / package / "share" / package).is_dir() or (install / "share" / package).is_dir():
-            return f"\nIt is built in {install}, which is not sourced here: source {install}/setup.bash"
-        if (folder / "src" / package / "package.xml").is_file():
-            return f"\nIts source is in {folder}/src: cd {folder} && colcon build && source install/setup.bash"
-    return near(package, names())
+        yield folder
+        yield folder / "ws"
+
+
+def _prefixes_in(install: Path, package: str) -> tuple[Path, Path]:
+    return install / package, install  # built with --merge-install, all packages share one
+
+
+def _lines(workspace: Path, *, build: bool) -> str:
+    """Return what to type to use a workspace; a terminal that is not prepared for the wheels cannot build there."""
+    shell = "zsh" if Path(os.environ.get("SHELL", "")).name == "zsh" else "bash"
+    steps = [f"source {workspace}/install/setup.{shell}"]
+    if build:
+        steps = [f"cd {workspace}", "colcon build", f"source install/setup.{shell}"]
+    if not {"CMAKE_TOOLCHAIN_FILE", "COLCON_DEFAULTS_FILE"} & os.environ.keys():
+        steps.insert(0, f"source {SETUP}")
+    return " && ".join(steps)
 
 
 def interfaces_of(package: str) -> list[str]:

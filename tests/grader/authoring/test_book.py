@@ -78,6 +78,22 @@ def test_a_nodes_log_is_stored_without_the_time():
     assert notebook.cells[0].outputs[0].text == "[WARN] [<time>] [sensor_processor]: Battery low: 19 %"
 
 
+def test_a_status_line_is_stored_as_its_end():
+    """As on a screen, where colcon draws it anew ten times a second."""
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("!colcon build")])
+    text = "Starting >>> mine\r\n[1.0s] [0/1]\r            \r[2.0s] [0/1]\r            \rFinished <<< mine\r\n"
+    notebook.cells[0].outputs = [nbformat.v4.new_output("stream", text=text)]
+    stored_outputs.clean(notebook, Path("ws"))
+    assert notebook.cells[0].outputs[0].text == "Starting >>> mine\r\nFinished <<< mine\r\n"
+
+
+def test_a_line_about_progress_leaves_nothing_behind():
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("run_node()")])
+    notebook.cells[0].outputs = [nbformat.v4.new_output("display_data", data={})]
+    stored_outputs.clean(notebook, Path("ws"))
+    assert notebook.cells[0].outputs == []
+
+
 def test_nbgrader_finds_its_metadata(example: Path, rubric: Rubric):
     notebook = notebook_source.read("02_interfaces", rubric, renamed(example, "02_interfaces"))
     marks = {cell["id"]: cell.metadata.nbgrader for cell in notebook.cells if "nbgrader" in cell.metadata}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tomllib
@@ -154,6 +155,43 @@ def test_the_links_of_the_kit_lead_to_files_in_it(kit: Path):
             path.stem, nbformat.v4.new_notebook(cells=[nbformat.v4.new_markdown_cell(path.read_text())]), path.parent
         )
         assert list(links_lead_somewhere(page)) == [], path.name
+
+
+PATH = re.compile(r"`[^`\n]*?\b((?:grader|sim|tests|docs|notebooks|benchmarks|solution_pkg|\.ci|\.github)/[\w./-]*)")
+
+
+def pages_of(kit: Path) -> dict[str, str]:
+    """Return the text of every page and notebook that a student reads."""
+    found = {path.relative_to(kit).as_posix(): path.read_text() for path in kit.rglob("*.md")}
+    for path in (kit / "notebooks").glob("*.ipynb"):
+        cells = book.read_stored(path).cells
+        found[path.name] = "\n".join(cell.source for cell in cells if cell.cell_type == "markdown")
+    return found
+
+
+def test_the_pages_of_the_kit_name_only_files_in_it(kit: Path):
+    """No test, benchmark or instructors' tool that a student would look for in vain."""
+    missing = [
+        f"{page}: {name}"
+        for page, text in pages_of(kit).items()
+        for name in PATH.findall(text)
+        if not (kit / name).exists()
+    ]
+    assert missing == []
+
+
+def test_the_pages_of_the_kit_name_only_its_own_make_targets(kit: Path):
+    targets = set(re.findall(r"(?m)^([a-z-]+):", (kit / "Makefile").read_text()))
+    for page, text in pages_of(kit).items():
+        named = set(re.findall(r"(?m)(?:`|^ {4})make ([a-z-]+)", text))
+        assert named <= targets, page
+
+
+def test_the_pages_of_the_kit_name_only_verbs_of_its_own_grader(kit: Path):
+    verbs = set(re.findall(r"(?m)^ {4}([a-z-]+)", in_kit(kit, "--help").stdout))
+    for page, text in pages_of(kit).items():
+        named = set(re.findall(r"(?m)(?:`|^ {4})(?:\.venv/bin/)?grader ([a-z][a-z-]*)", text))
+        assert named <= verbs, page
 
 
 def test_make_help_lists_every_target(kit: Path):

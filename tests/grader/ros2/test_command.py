@@ -71,13 +71,50 @@ def test_packages_executables_and_interfaces_are_listed(ros2, demo):
     assert "    std_srvs/srv/Trigger\n" in ros2("interface", "list", "-s").stdout
 
 
+SETUP = COMMAND / "setup.bash"
+
+
+def workspace_with_mine(root: Path, *, built: bool) -> Path:
+    """Lay out a workspace with the package `mine`; a failed build leaves its prefix too, without the marker."""
+    for file in ("src/mine/package.xml", "install/setup.bash", "install/mine/share/mine/package.sh"):
+        (root / file).parent.mkdir(parents=True, exist_ok=True)
+        (root / file).touch()
+    if built:
+        marker = root / "install/mine/share/ament_index/resource_index/packages/mine"
+        marker.parent.mkdir(parents=True)
+        marker.touch()
+    return root
+
+
 def test_a_package_that_is_built_but_not_sourced_is_reported(ros2, tmp_path):
-    (tmp_path / "install/mine/share/mine").mkdir(parents=True)
-    said = ros2("run", "mine", "x").stderr
-    assert said == (
-        f"Package 'mine' not found\nIt is built in {tmp_path}/install, which is not sourced here: "
-        f"source {tmp_path}/install/setup.bash\n"
+    workspace_with_mine(tmp_path, built=True)
+    assert ros2("run", "mine", "x").stderr == (
+        f"Package 'mine' not found\nIt is built in {tmp_path}, but not sourced in this terminal: "
+        f"source {SETUP} && source {tmp_path}/install/setup.bash\n"
     )
+
+
+def test_a_package_whose_build_failed_is_not_called_built(ros2, tmp_path):
+    workspace_with_mine(tmp_path, built=False)
+    assert ros2("run", "mine", "x").stderr == (
+        f"Package 'mine' not found\nIt is not built yet; its source is in {tmp_path}/src: "
+        f"source {SETUP} && cd {tmp_path} && colcon build && source install/setup.bash\n"
+    )
+
+
+@pytest.mark.parametrize("built", [True, False])
+def test_the_workspace_is_found_from_the_folder_above_it(ros2, tmp_path, built):
+    """That is where the course's README types: the kit's folder, with the workspace in `ws`."""
+    workspace_with_mine(tmp_path / "ws", built=built)
+    said = ros2("run", "mine", "x").stderr
+    assert f"{tmp_path}/ws" in said
+    assert ("It is built in" in said) == built
+
+
+def test_a_prepared_terminal_is_not_told_to_prepare_itself(ros2, tmp_path):
+    workspace_with_mine(tmp_path, built=True)
+    said = ros2("run", "mine", "x", CMAKE_TOOLCHAIN_FILE="wheels.cmake", SHELL="/usr/bin/zsh").stderr
+    assert said.splitlines()[1].endswith(f"this terminal: source {tmp_path}/install/setup.zsh")
 
 
 def test_a_new_package_passes_its_own_tests(ros2, tmp_path):

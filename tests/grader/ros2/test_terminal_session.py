@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from helpers.ros2_runs import COMMAND, ROOT
-from helpers.terminal import Terminal, desk
+from helpers.terminal import Terminal, desk, needs_zsh
 
 from grader import build
 from grader.host import ros_env
@@ -186,19 +186,22 @@ def test_ctrl_c_ends_a_line(beside_the_robot, line, until, code):
         assert said.endswith("Goal finished with status: CANCELED\n")
 
 
-def test_a_prepared_terminal_builds(tmp_path):
+@pytest.mark.parametrize("shell", ["bash", needs_zsh("zsh")])
+def test_a_prepared_terminal_builds(tmp_path, shell):
     """A plain `colcon build` of a package with interfaces finds the wheels, as after sourcing an installed ROS."""
     source = tmp_path / "src" / "greeter"
     (source / "msg").mkdir(parents=True)
     (source / "msg" / "Greeting.msg").write_text("string text\n")
     (source / "package.xml").write_text(PACKAGE)
     (source / "CMakeLists.txt").write_text(CMAKE)
-    with desk(tmp_path, {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path), "ROS2_COURSE_KIT_OWN": "1"}) as open_one:
+    with desk(
+        tmp_path, {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path), "ROS2_COURSE_KIT_OWN": "1"}, shell
+    ) as open_one:
         terminal = open_one()
         terminal.run(f"source {COMMAND}/setup.bash")
         built = terminal.run("colcon build", limit_s=900)
         assert terminal.code == 0, built
-        terminal.run("source install/setup.bash")
+        terminal.run(f"source install/setup.{shell}")
         assert terminal.run("ros2 interface package greeter") == "greeter/msg/Greeting\n"
         said = terminal.run("ros2 topic pub -1 -w 0 /hello greeter/msg/Greeting '{text: hi}'")
         assert "greeter.msg.Greeting(text='hi')" in said

@@ -9,6 +9,7 @@ from textwrap import dedent
 import pytest
 from submissions import toy
 
+from grader.student_tests import suite_run
 from grader.student_tests.discover import discover_tests
 from grader.student_tests.suite_run import SuiteRun, run_suite
 
@@ -170,6 +171,12 @@ def run(folder: Path, files: dict[str, str], modules: dict[str, str] | None = No
     return run_suite(made.package, made.install, discover_tests(made.package), seconds=seconds)
 
 
+@pytest.fixture
+def one_worker(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let one worker run all modules, so that each finds what the one before has left behind."""
+    monkeypatch.setattr(suite_run, "WORKERS", 1)
+
+
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory: pytest.TempPathFactory) -> SuiteRun:
     files: dict[str, str] = {}
@@ -220,6 +227,7 @@ def test_tests_beside_one_that_reads_the_source_are_not_named(tmp_path: Path):
     ]
 
 
+@pytest.mark.usefixtures("one_worker")
 def test_killing_the_worker_costs_no_other_module(tmp_path: Path):
     kills = "def test_it():\n    import os, time\n    os.kill(os.getppid(), 9)\n    assert time.sleep(60)\n"
     honest = "def test_it():\n    assert robot_controller.stop_distance(0.5)\n"
@@ -272,6 +280,7 @@ def test_lines_that_a_started_program_reaches_count(ran: SuiteRun):
     assert line + 1 in processor.missing
 
 
+@pytest.mark.usefixtures("one_worker")
 def test_coverage_data_of_other_origin_does_not_count(tmp_path: Path):
     """The forged data are there from the first module on; only what each run itself measured is taken."""
     forge = """
@@ -403,3 +412,57 @@ def test_comments_and_strings_exclude_nothing_from_coverage(tmp_path: Path):
     ]
     assert processor.branches_hit == 0
     assert processor.branches == 4
+
+
+@pytest.mark.usefixtures("one_worker")
+def test_forged_byte_code_is_gone_before_the_next_run(tmp_path: Path):
+    """Python would load it in place of the text: where byte code belongs, where a link leads, of another kind."""
+    forge = """
+        import importlib.util
+        import os
+        import py_compile
+        import shutil
+        from pathlib import Path
+
+        def test_it():
+            assert robot_controller.TOP_SPEED == 0.5
+            home = Path(robot_controller.__file__)
+            for number, name in enumerate(("robot_controller", "sensor_processor")):
+                Path("/tmp/forged.py").write_text("TOP_SPEED = 7.0")
+                forged = importlib.util.cache_from_source(str(home.with_name(f"{name}.py")))
+                unchecked = py_compile.PycInvalidationMode.UNCHECKED_HASH
+                py_compile.compile("/tmp/forged.py", forged, invalidation_mode=unchecked)
+            os.mkdir("/ws/out/kept")
+            shutil.copy(forged, "/ws/out/kept/" + os.path.basename(forged).replace("sensor_processor", "helper"))
+            os.symlink("/ws/out/kept", "/ws/package/test/b_honest/__pycache__")
+            for package in (Path("/ws/package/ros2_robot_controller"), home.parent):
+                (package / "extra.pyc").write_bytes(Path(forged).read_bytes())
+    """
+    honest = """
+        from pathlib import Path
+        import helper
+        from ros2_robot_controller import sensor_processor
+
+        def test_it():
+            assert helper.TOP_SPEED == 0.25
+            assert robot_controller.stop_distance(0.5)
+            assert robot_controller.TOP_SPEED == 0.5
+            assert not hasattr(sensor_processor, "TOP_SPEED")
+            assert list(Path(robot_controller.__file__).parent.glob("*.pyc")) == []
+    """
+    helper = {"test/b_honest/helper.py": "TOP_SPEED = 0.25\n"}
+    found = run(tmp_path, module("a_forges", forge) | module("b_honest", honest) | helper)
+    assert [made.failures for made in found.tests.modules] == [[], []]
+
+
+def test_a_warning_of_the_compiler_is_still_the_tests_own(tmp_path: Path):
+    """Compiled once and for all, a module would warn nobody any more."""
+    text = """
+        import sys
+
+        def test_it():
+            assert robot_controller.stop_distance(0.5) == 0.0625, "\\d"
+    """
+    found = run(tmp_path, module("warns", text))
+    assert found.tests.modules[0].passed == 1
+    assert "DeprecationWarning: invalid escape sequence" in found.tests.modules[0].output_tail

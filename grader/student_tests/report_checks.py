@@ -1,0 +1,149 @@
+"""Check the reports on test modules by runs whose result is known beforehand: sabotaged tests, then probes.
+
+A sabotaged module runs by itself, as it was measured. Probes are shared by all modules, for almost all agree with them;
+where one does not, each module is probed by itself.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+
+from grader.evidence import TestModule
+from grader.student_tests import canary
+from grader.student_tests.canary import Probe, Reach
+from grader.student_tests.package_modules import PACKAGE
+from grader.student_tests.warm_worker import ModuleRequest, Team
+from grader.student_tests.worker_report import ModuleRun
+
+Sources = Mapping[str, tuple[str, list[str]]]
+"""The package's modules: text, and the paths in the sandbox."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A test module, its text (None if it cannot be read), its runs, the reasons to doubt them, and its dice."""
+
+    module: TestModule
+    text: str | None
+    runs: list[ModuleRun]
+    doubts: list[str]
+    rng: random.Random
+
+    @property
+    def reach(self) -> Reach:
+        """Return which test reached which line in the first run."""
+        return self.runs[0].reach
+
+
+def check_reports(
+    team: Team, measured: Sequence[Measured], sources: Sources, rng: random.Random, seconds: float
+) -> dict[str, list[str]]:
+    """Return for each module what came out wrong in the runs of known result."""
+    found = dict(zip((each.module.path for each in measured), team.map(lambda m: _sabotage(team, m, seconds), measured),
+                     strict=True))  # fmt: skip
+    probed = [(each, tests) for each in measured if (tests := canary.probed_tests(each.runs[0].tests, each.rng))]
+    probed = [(each, tests) for each, tests in probed if each.text is not None]
+    together = _of_one_mind(probed, sources)
+    if len(together) < 2 or not _probe_together(team, together, sources, rng, seconds):
+        together = []
+    alone = [(each, tests) for each, tests in probed if (each, tests) not in together]
+    for (each, _), problems in zip(
+        alone, team.map(lambda pair: _probe_alone(team, *pair, sources, seconds), alone), strict=True
+    ):
+        found[each.module.path] += problems
+    return found
+
+
+def _sabotage(team: Team, measured: Measured, seconds: float) -> list[str]:
+    """Return what is wrong with the reports on tests that were made to fail."""
+    tests, module = measured.runs[0].tests, measured.module.path
+    if measured.text is None:
+        words = "it is in an encoding that the grader does not read, so its reports cannot be checked"
+        return [words] if any(test.outcome == "passed" for test in tests) else []
+    changed, names = canary.sabotage(measured.text, tests, measured.rng)
+    if not names:
+        return []
+    files = {str(PACKAGE / module): changed}
+    request = ModuleRequest(module, files=files, select=names, limit=seconds, total=seconds)
+    again = team.run(request)
+    if canary.is_silent(again, names):
+        again = team.run(request)  # once may be an accident
+    problem = canary.judge_sabotage(again, names)
+    return [problem] if problem else []
+
+
+def _of_one_mind(probed: Sequence[tuple[Measured, list[str]]], sources: Sources) -> list[tuple[Measured, list[str]]]:
+    """Return the modules that can share probes.
+
+    Not those whose tests call a function that another module calls on import, for that makes it another probe's; and
+    not those with a name that another one has, for pytest may take one for the other.
+    """
+    texts = _texts(sources)
+    called = [canary.functions_reached(texts, each.reach) for each, _ in probed]
+    on_import = {place for _, importing in called for place in importing}
+    names = Counter(_name(each) for each, _ in probed)
+    return [
+        (each, tests)
+        for (each, tests), (in_tests, _) in zip(probed, called, strict=True)
+        if not in_tests & on_import and names[_name(each)] == 1
+    ]
+
+
+def _probe_together(
+    team: Team, probed: Sequence[tuple[Measured, list[str]]], sources: Sources, rng: random.Random, seconds: float
+) -> bool:
+    """Return whether all modules, run at once, agree with the probes: only then nobody has to be probed alone."""
+    reach: dict[str, dict[int, frozenset[str]]] = {}
+    for each, _ in probed:
+        for path, lines in each.reach.items():
+            known = reach.setdefault(path, {})
+            for line, tests in lines.items():
+                known[line] = known.get(line, frozenset()) | tests
+    first, *others = (each.module.path for each, _ in probed)
+    names = [name for _, tests in probed for name in tests]
+    limits = {name: limit for each, _ in probed for name, limit in _limits(each).items()}
+
+    def agrees(probe: Probe) -> bool:
+        request = _request(first, probe, sources, names, limits, seconds, beside=others)
+        ran = team.run(request)
+        # An import that raises keeps all tests from running; else every test must have run.
+        complete = bool(ran.collection_error) or {test.id for test in ran.tests} >= set(names)
+        return ran.finished and not ran.timed_out and complete and not canary.judge_probe(ran, probe)
+
+    return all(team.map(agrees, canary.probes(_texts(sources), reach, rng)))
+
+
+def _probe_alone(team: Team, measured: Measured, tests: list[str], sources: Sources, seconds: float) -> list[str]:
+    """Return which probes contradict the reports on a module."""
+    found = []
+    for probe in canary.probes(_texts(sources), measured.reach, measured.rng):
+        ran = team.run(_request(measured.module.path, probe, sources, tests, _limits(measured), seconds))
+        found.append(canary.judge_probe(ran, probe))
+    return [problem for problem in found if problem]
+
+
+def _request(
+    module: str, probe: Probe, sources: Sources, tests: Sequence[str], limits: Mapping[str, float], seconds: float,
+    beside: Sequence[str] = (),
+) -> ModuleRequest:  # fmt: skip
+    files = {inside: text for path, text in probe.texts.items() for inside in sources[path][1]}
+    return ModuleRequest(
+        module, files=files, beside=beside, select=tests, coverage=True, limits=limits, limit=20.0, total=seconds
+    )
+
+
+def _limits(measured: Measured) -> dict[str, float]:
+    """Return the time for each test. Broken functions may leave one waiting forever; three times its time is enough."""
+    return {test.id: 2.0 + 3 * test.seconds for test in measured.runs[0].tests}
+
+
+def _texts(sources: Sources) -> dict[str, str]:
+    return {path: text for path, (text, _) in sources.items()}
+
+
+def _name(measured: Measured) -> str:
+    return PurePosixPath(measured.module.path).name

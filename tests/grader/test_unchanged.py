@@ -1,0 +1,122 @@
+"""Grading the same again: what has not changed is not collected again, and the report says so."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from grader import KIT, evidence, pipeline
+from grader.evidence import Flag, Mutation, StudentTests
+from grader.evidence.kept import Kept
+from grader.mutation import source as mutation_source
+from grader.report import console
+from grader.scoring.rubric import load
+from grader.settings import Settings
+from grader.student_tests import source as tests_source
+
+REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    return Path(shutil.copytree(REFERENCE, tmp_path / "ros2_robot_controller"))
+
+
+@pytest.mark.sandbox
+def test_the_text_is_read_again_only_when_it_has_changed(package: Path, tmp_path: Path):
+    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("Q3",), keep=True)
+
+    def grade(settings: Settings = settings) -> pipeline.Grading:
+        return pipeline.grade(package, tmp_path / "out", settings)
+
+    first, second = grade(), grade()
+    assert not first.unchanged
+    assert second.unchanged.endswith("so not collected again: text.")
+    assert second.evidence.quality == first.evidence.quality
+    assert "`--fresh` collects" in console.render_checks(second)
+    assert not grade(replace(settings, fresh=True)).unchanged
+    assert not grade(replace(settings, keep=False)).unchanged
+    assert not grade(replace(settings, seed=1)).unchanged
+    (package / "README.md").write_text("changed")
+    assert not grade().unchanged
+
+
+STEADY = evidence.TestModule("test/test_a.py", stub=False, tests=1, asserting=1, subjects=[], passed=1)
+
+
+@pytest.fixture
+def subject(package: Path, tmp_path: Path) -> Any:
+    settings = Settings(load(KIT / "rubric.yaml"), tmp_path, requirements=("T1", "T3"))
+    submission = SimpleNamespace(package=package)
+    return SimpleNamespace(
+        submission=submission, settings=settings, install=tmp_path, kept=Kept(tmp_path / "kept"), text="t", program="p",
+        earlier={"student tests": None},
+    )  # fmt: skip
+
+
+@pytest.fixture
+def runs(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
+    """Stand in for the runs of the tests and the mutants; `count` says how often each was run."""
+    found = SimpleNamespace(modules=[STEADY], flags=[], count=[0, 0])
+
+    def run_suite(*_: Any, **__: Any) -> SimpleNamespace:
+        found.count[0] += 1
+        return SimpleNamespace(tests=StudentTests(modules=found.modules), flags=found.flags, reach=[])
+
+    def mutate(*_: Any, **__: Any) -> Mutation:
+        found.count[1] += 1
+        return Mutation(seed=0, possible=1)
+
+    monkeypatch.setattr(tests_source, "run_suite", run_suite)
+    monkeypatch.setattr(mutation_source, "mutate", mutate)
+    return found
+
+
+def collect(subject: Any) -> tuple[Any, Any]:
+    tests = tests_source.StudentTestRuns().collect(subject)
+    subject.earlier["student tests"] = tests.handover
+    return tests, mutation_source.Mutants().collect(subject)
+
+
+def test_unchanged_tests_and_mutants_are_not_run_again(subject: Any, runs: SimpleNamespace):
+    first, second = collect(subject), collect(subject)
+    assert runs.count == [1, 1]
+    assert [found.facts for found in first] == [found.facts for found in second]
+    assert [list(found.kept) for found in second] == [["the package's own tests"], ["mutants"]]
+
+
+def test_tests_are_run_again_for_mutants_that_were_not_tried_yet(subject: Any, runs: SimpleNamespace):
+    only_tests = SimpleNamespace(**vars(subject) | {"settings": replace(subject.settings, requirements=("T1",))})
+    tests_source.StudentTestRuns().collect(only_tests)
+    collect(subject)
+    assert runs.count == [2, 1]
+    tests_source.StudentTestRuns().collect(only_tests)
+    assert runs.count == [2, 1]
+
+
+def test_another_budget_tries_mutants_again(subject: Any, runs: SimpleNamespace):
+    collect(subject)
+    subject.settings = replace(subject.settings, mutation_budget_s=3.0)
+    collect(subject)
+    assert runs.count == [2, 2]
+
+
+@pytest.mark.parametrize("odd", [{"failed": 1}, {"errors": 1}, {"timed_out": True}, {"unsteady": ["test_a"]}])
+def test_tests_that_failed_are_run_again(subject: Any, runs: SimpleNamespace, odd: dict[str, Any]):
+    """Perhaps they failed by chance."""
+    runs.modules = [replace(STEADY, **odd)]
+    collect(subject)
+    collect(subject)
+    assert runs.count[0] == 2
+
+
+def test_what_was_flagged_is_run_again(subject: Any, runs: SimpleNamespace):
+    runs.flags = [Flag("tampering", "with reports")]
+    collect(subject)
+    collect(subject)
+    assert runs.count == [2, 2]
