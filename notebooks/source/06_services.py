@@ -17,7 +17,7 @@
 # ![Requests arrive at the node, some are refused; the speed follows those that are not](pictures/06.png)
 #
 # A robot that takes every number it is told is dangerous, and one that says only "error" is no help.
-# Today yours gets somebody to talk to, who can say no.
+# Today yours answers, and can say no.
 #
 # You will be able to
 #
