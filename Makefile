@@ -11,6 +11,7 @@ REFERENCE := solution_pkg/ros2_robot_controller
 # More arguments for pytest: make test ARGS="-k lidar"
 ARGS :=
 # Tests run make themselves; with these variables inherited it would print "Entering directory".
+PARALLEL := -n auto --maxprocesses 4 --dist loadfile
 PYTEST = env -u MAKELEVEL -u MAKEFLAGS -u MFLAGS $(BIN)/python -m pytest
 # JupyterLab refuses to run as root, which is the user in most containers, unless told to.
 AS_ROOT := $(if $(filter 0,$(shell id -u)),--allow-root)
@@ -37,7 +38,7 @@ doctor: setup  ## Report what this machine has and lacks
 	@$(BIN)/grader doctor
 
 test: setup  ## Run all tests but the slow ones; ARGS="-k lidar" narrows them down
-	@$(PYTEST) -m "not slow" $(ARGS)
+	@$(PYTEST) -m "not slow" $(PARALLEL) $(ARGS)
 
 test-all: setup  ## Run all tests
 	@$(PYTEST) $(ARGS)
@@ -59,8 +60,7 @@ format: setup  ## Format the code and fix what ruff can fix
 
 # Keeps the versions that requirements.txt has; UPGRADE=--upgrade takes newer ones. The result names no index and no path.
 lock: setup  ## Pin the versions of pyproject.toml's dependencies in requirements.txt
-	@test -x .kit/uv/bin/uv || { $(BIN)/python -m venv .kit/uv && .kit/uv/bin/pip install --quiet uv; }
-	@.kit/uv/bin/uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 $(UPGRADE) \
+	@$(BIN)/uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 $(UPGRADE) \
 	    --no-emit-index-url --no-emit-find-links --no-header --quiet --output-file requirements.txt
 	@sed -i -e '1i # What `make setup` installs: every package with its version, for CPython 3.11 to 3.14 on Linux.' \
 	    -e '1i # Written by `make lock` from pyproject.toml; do not edit. "via" names the packages that ask for one.' requirements.txt

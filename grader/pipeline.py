@@ -146,7 +146,7 @@ def _refusal(source: Path, error: SubmissionError, settings: Settings, seconds: 
 def _collected(source: Path, out: Path, settings: Settings) -> Evidence:
     """Take the submission in, collect the evidence, and add what made it."""
     with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
-        settings.progress(f"taking in {source.name}")
+        settings.progress(f"taking in {printable(source.resolve().name)}")
         submission = open_submission(
             source, folder / "submission", package=settings.package_path, leave_out=_below(out, source)
         )
@@ -171,7 +171,7 @@ def _collected(source: Path, out: Path, settings: Settings) -> Evidence:
 
 
 def _below(out: Path, source: Path) -> Path | None:
-    """Return the folder `out` if it lies in the folder `source`: reports are no part of a submission."""
+    """Return the folder `out` if it lies in the folder `source`: reports are not part of a submission."""
     return out if source.resolve() in out.resolve().parents else None
 
 

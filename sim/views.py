@@ -218,11 +218,12 @@ def draw_distances(axes: Axes, recording: Recording, thresholds: Mapping[str, fl
     """Draw closest reading and clearance over time, with thresholds and contacts marked."""
     axes.plot(recording.t, _gaps(recording.closest), color=COLORS["closest"], lw=1.6, label="closest reading")
     axes.plot(recording.t, _gaps(recording.clearance), color=COLORS["clearance"], lw=1.6, label="clearance of the hull")
-    right = recording.t[-1]
+    side = _emptier_side(recording, max(thresholds.values(), default=0.0))
+    place = recording.t[0 if side == "left" else -1]
     for name, value in thresholds.items():
         axes.axhline(value, color=COLORS["threshold"], linewidth=1.0, linestyle=":")
         axes.annotate(
-            f"{name} {value:g} m", (right, value), (0, 2), textcoords="offset points", ha="right", fontsize=8,
+            f"{name} {value:g} m", (place, value), (0, 2), textcoords="offset points", ha=side, fontsize=8,
             color=COLORS["threshold"], zorder=1.5,  # below the lines, so that it hides none
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.5},
         )  # fmt: skip
@@ -231,9 +232,17 @@ def draw_distances(axes: Axes, recording: Recording, thresholds: Mapping[str, fl
     finite = recording.closest[np.isfinite(recording.closest)]
     axes.set_ylim(0.0, max(1.0, 1.15 * float(finite.max())) if finite.size else 1.0)
     if not finite.size:
-        axes.text(0.5, 0.5, "nothing in range", transform=axes.transAxes, ha="center", color=COLORS["closest"])
+        axes.text(0.5, 0.8, "nothing in range", transform=axes.transAxes, ha="center", color=COLORS["closest"])
     _label(axes, "distance (m)")
     _legend(axes)
+
+
+def _emptier_side(recording: Recording, height: float) -> str:
+    """Return the side, "left" or "right", whose third has fewer distances up to a little above `height` (m)."""
+    third = max(1, len(recording.t) // 3)
+    lines = np.array([recording.closest, recording.clearance])
+    low = np.isfinite(lines) & (lines < height + 0.2)
+    return "left" if low[:, :third].sum() < low[:, -third:].sum() else "right"
 
 
 def _draw_obstacles_at(axes: Axes, recording: Recording, time: float) -> None:

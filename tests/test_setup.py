@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 import subprocess
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
+PARALLEL = "-n auto --maxprocesses 4 --dist loadfile"
 
 
 def run(*command: str | Path, cwd: Path = ROOT, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -74,7 +76,7 @@ def test_without_a_supported_python_one_sentence_says_what_to_install(tmp_path: 
     assert refused.stderr.startswith(f"setup: No CPython 3.11 to 3.14 was found at {old}. Install one")
 
 
-def setup_with(code: str) -> subprocess.CompletedProcess[str]:
+def setup_with(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
     """Run `code` with .ci/setup.py imported as `setup` and a machine without tools as `bare`."""
     prelude = (
         "import sys; sys.path[:0] = ['.ci', '.']\n"
@@ -88,7 +90,7 @@ def setup_with(code: str) -> subprocess.CompletedProcess[str]:
         "    def run(self, command, *_, **__): self.ran.append(' '.join(command)); return CommandResult(0, '')\n"
         "bare = Bare()\n"
     )
-    return run(sys.executable, "-c", prelude + code)
+    return run(sys.executable, "-c", prelude + code, **environment)
 
 
 def test_a_missing_compiler_stops_setup_with_the_command_of_this_distribution():
@@ -108,6 +110,43 @@ def test_where_it_is_not_permitted_one_sentence_says_what_to_run():
     assert done.stderr == "setup: Missing. Run: sudo apt-get update && sudo apt-get install -y bubblewrap\n"
     assert done.stdout == "[]\n"
     assert done.returncode == 0
+
+
+def test_uv_fetches_from_where_pip_is_set_to(tmp_path: Path):
+    """uv reads no settings of pip; a mirror or a proxy of the faculty would be passed by."""
+    settings = tmp_path / "pip.conf"
+    settings.write_text(
+        "[global]\nindex-url = https://mirror.example/simple\nfind-links = /wheels /more\n"
+        "[install]\nextra-index-url = https://one.example https://two.example\n"
+    )
+    told = setup_with(
+        "setup.PIP[0] = sys.executable; print(setup.index_settings())",
+        PIP_CONFIG_FILE=str(settings), PIP_INDEX_URL="https://nearer.example/simple",
+    )  # fmt: skip
+    assert (
+        ast.literal_eval(told.stdout).items()
+        >= {
+            "UV_DEFAULT_INDEX": "https://nearer.example/simple",
+            "UV_INDEX": "https://one.example https://two.example",
+            "UV_FIND_LINKS": "/wheels,/more",
+        }.items()
+    )
+
+
+@pytest.mark.parametrize("broken", ["PIP", "UV"])
+def test_where_uv_cannot_be_had_or_fails_pip_installs_everything(broken: str):
+    done = setup_with(
+        "ran, failed = [], []\n"
+        f"broken = setup.{broken}\n"
+        "def logged(command, **_):\n"
+        "    ran.append(command)\n"
+        "    if failed or command[: len(broken)] != broken: return ''\n"
+        "    failed.append(command); return 'no network'\n"
+        "setup.logged, setup.index_settings = logged, dict; setup.install_pinned()\n"
+        "print([word for word in ran[-1] if word == 'pip' or word.endswith('.txt')])"
+    )
+    assert done.stdout == "['pip', 'requirements.txt']\n"
+    assert "uv could not; pip takes its place" in done.stderr
 
 
 @pytest.fixture
@@ -133,7 +172,7 @@ def test_ci_runs_the_command_of_the_readme():
 
 def test_ci_ends_with_the_output_of_pytest(clone: Path):
     ended = run(clone / ".ci" / "run", cwd=Path("/"), CI="true")
-    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "args: -m pytest -m not slow\n", "")
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, f"args: -m pytest -m not slow {PARALLEL}\n", "")
 
 
 @pytest.mark.parametrize("status", [1, 2, 5])
@@ -152,7 +191,9 @@ def test_make_test_fails_when_a_test_fails(clone: Path):
 
 def test_narrowing_the_tests_down_leaves_the_slow_ones_out(clone: Path):
     """`make test ARGS="-k lidar"` once ran the slow ones too."""
-    assert run("make", "test", "ARGS=-k lidar", cwd=clone).stdout == "args: -m pytest -m not slow -k lidar\n"
+    assert run("make", "test", "ARGS=-k lidar", cwd=clone).stdout == (
+        f"args: -m pytest -m not slow {PARALLEL} -k lidar\n"
+    )
 
 
 def test_the_tests_do_not_inherit_that_they_run_inside_make(clone: Path):

@@ -109,9 +109,30 @@ def _raised(cell: NotebookNode) -> bool:
     return any(output.output_type == "error" for output in cell.get("outputs", []))
 
 
+# Where nobody watches, the picture of a live view would be that of its start.
+_LIVE_VIEWS = """
+import contextlib, sys
+
+def let_it_run(_result):
+    views = sys.modules.get("sim.live.view")
+    for live in {*views.Live._shown.values()} if views else ():
+        if live.simulator.time == 0.0 and not live.is_running and not live.is_stopped:
+            with contextlib.suppress(Exception):  # the view itself shows what a driver raises
+                live.run(10.0)
+
+get_ipython().events.register("post_run_cell", let_it_run)
+"""
+
+
 def environment(workspace: Path, kit: Path = KIT) -> dict[str, str]:
-    """Return the environment of a kernel whose workspace is `workspace`, with the `grader` and `sim` of `kit`."""
+    """Return the environment of a kernel whose workspace is `workspace`, with the `grader` and `sim` of `kit`.
+
+    In that kernel each live view runs for ten simulated seconds after the cell that shows it.
+    """
     workspace.mkdir(parents=True, exist_ok=True)
+    startup = workspace.parent / "ipython" / "profile_default" / "startup"
+    startup.mkdir(parents=True, exist_ok=True)
+    (startup / "live_views.py").write_text(_LIVE_VIEWS)
     path = os.environ.get("PYTHONPATH", "").split(os.pathsep)
     # Not `os.environ | ...`: another thread may remove a variable in between, as pytest does with PYTEST_CURRENT_TEST.
     outer = {name: value for name in list(os.environ) if (value := os.environ.get(name)) is not None}
@@ -152,12 +173,20 @@ def solve(name: str, notebook: NotebookNode, workspace: Path) -> NotebookRun:
     run = execute(notebook, workspace)
     if run.error is None and (missing := not_passed(run.notebook)):
         run.error = f"{name}: solved, but these checks do not pass: {', '.join(missing)}"
+    if run.error is None and (wrong := cells_not_yet(run.notebook)):
+        run.error = f"{name}: solved, but these tables of cases say NOT YET: {', '.join(wrong)}"
     return run
 
 
 def not_passed(notebook: NotebookNode) -> list[str]:
     """Return the requirements that a check of the notebook did not answer with "passed"."""
     return _answered_otherwise(notebook, "passed")
+
+
+def cells_not_yet(notebook: NotebookNode) -> list[str]:
+    """Return the cells whose table of cases has a row that is not right."""
+    outputs = {cell["id"]: cell.get("outputs", []) for cell in notebook.cells}
+    return [name for name, shown in outputs.items() if any("NOT YET" in plain_text(output) for output in shown)]
 
 
 def passed_too_early(notebook: NotebookNode) -> list[str]:

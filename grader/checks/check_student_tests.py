@@ -15,7 +15,7 @@ def test_both_nodes_have_tests(judge: Judge) -> None:
         looked = ", ".join(_describe(module) for module in modules) or _nothing(judge)
         share = 1 - len(missing) / len(NODES)
         seen = f"no test that asserts something runs code of {' or '.join(missing)}; found {looked}"
-        judge.share(share, seen, "write test/test_<node>.py for each; importing a node is no test of it")
+        judge.share(share, seen, "write test/test_<node>.py for each; importing a node does not test it")
 
 
 def test_every_test_asserts_something(judge: Judge) -> None:

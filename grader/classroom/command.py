@@ -118,7 +118,7 @@ def _time(text: str) -> dt.datetime:
     try:
         time = dt.datetime.fromisoformat(text)
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is no time; write it as 2026-11-20T23:59") from None
+        raise argparse.ArgumentTypeError(f"{text!r} is not a time; write it as 2026-11-20T23:59") from None
     return time if time.tzinfo else time.astimezone()
 
 

@@ -56,9 +56,9 @@ def illegal(kind: str, text: str) -> list[tuple[int, str]]:
         if not name or (name[0].islower() and "/" not in name and name not in _BUILT_IN):
             near = difflib.get_close_matches(name or field.type, _BUILT_IN, 1)
             meant = f"; is `{near[0]}` meant?" if near else ""
-            found.append((field.line, f"`{field.type}` in `{field.text}` is no type{meant}"))
+            found.append((field.line, f"`{field.type}` in `{field.text}` is not a type{meant}"))
         elif not _CONSTANT.fullmatch(field.name) and not _NAME.fullmatch(field.name.partition(" ")[0]):
-            words = f"`{field.name}` in `{field.text}` is no name of a field: small letters, digits and underscores"
+            words = f"`{field.name}` in `{field.text}` cannot name a field: small letters, digits and underscores"
             found.append((field.line, words))
     return found
 

@@ -409,7 +409,7 @@ class _PackedStream:
 
 
 class _FollowedByMore(Exception):
-    """A compressed stream is followed by something that is no such stream."""
+    """A compressed stream is followed by something that is not such a stream."""
 
 
 def _gzip() -> _Decompressor:

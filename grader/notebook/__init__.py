@@ -51,6 +51,7 @@ def run_node(
     node: str = "robot_controller",
     world: str | World = "open_field",
     *,
+    program: str = "",
     seed: int = 0,
     parameters: Mapping[str, object] | None = None,
     remappings: Mapping[str, str] | None = None,
@@ -63,6 +64,7 @@ def run_node(
 
     Args:
         node: the executable, "robot_controller" or "sensor_processor".
+        program: a Python file that makes this node, to be run in place of the executable.
         world: a world's name (`sim.world_names()`) or a World.
         seed: the seed of the sensors' noise.
         parameters: the node's parameters, by name.
@@ -72,7 +74,14 @@ def run_node(
     from grader.notebook import session  # takes a second to import, and `begin` should answer at once
 
     return session.start(
-        find(), node, world, seed=seed, parameters=parameters or {}, remappings=remappings or {}, profile=profile
+        find(),
+        node,
+        world,
+        program=program,
+        seed=seed,
+        parameters=parameters or {},
+        remappings=remappings or {},
+        profile=profile,
     )
 
 

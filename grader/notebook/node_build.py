@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -33,9 +34,14 @@ def install(workspace: Workspace, node: str) -> Path:
     return built.install
 
 
-def command(installed: Path, node: str, parameters: Mapping[str, object], remappings: Mapping[str, str]) -> list[str]:
-    """Return the command line of a node, as `ros2 run` would start it."""
-    words = [str(installed / "lib" / spec.PACKAGE / node), "--ros-args", "-p", "use_sim_time:=true"]
+def command(
+    installed: Path, node: str, program: str, parameters: Mapping[str, object], remappings: Mapping[str, str]
+) -> list[str]:
+    """Return the command line of a node, as `ros2 run` would start it, or of a Python file that makes such a node."""
+    start = (
+        [sys.executable, str(Path(program).resolve())] if program else [str(installed / "lib" / spec.PACKAGE / node)]
+    )
+    words = [*start, "--ros-args", "-p", "use_sim_time:=true"]
     for name, value in parameters.items():
         words += ["-p", f"{name}:={str(value).lower() if isinstance(value, bool) else value}"]
     for name, new in remappings.items():

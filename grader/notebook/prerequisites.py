@@ -66,10 +66,8 @@ def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None
         if not (package / name).is_file():
             return Gap(f"there is no {name}", _expected(name), _how_to_get(name, notebook))
     if own and notebook < "10" and (stub := next((name for name in wanted if _is_stub(package / name)), "")):
-        expected = "the files of the layout so far, each finished"
-        return Gap(
-            f"{stub} is still a stub: it has a `TODO`", expected, "do the exercise that writes it, and run its cell"
-        )
+        try_ = "do the exercise that writes it, replace the `TODO`, and run its cell"
+        return Gap(f"{stub} is still a stub: it has a `TODO`", "the files of the layout so far, each finished", try_)
     modules = [name for name in wanted if name.startswith(f"{PACKAGE}/")]
     return _broken_module(package, modules, notebook)
 

@@ -77,6 +77,7 @@ class Run:
         node: str,
         world: str | World,
         *,
+        program: str,
         seed: int,
         parameters: Mapping[str, object],
         remappings: Mapping[str, str],
@@ -85,6 +86,7 @@ class Run:
         self.node = node
         self.trouble = ""
         self._workspace = workspace
+        self._program = program
         self._parameters, self._remappings = dict(parameters), dict(remappings)
         self.simulator = Simulator(load_world(world) if isinstance(world, str) else world, PROFILES[profile], seed=seed)
         self._lock = threading.RLock()  # a live view's thread and a cell
@@ -252,7 +254,7 @@ class Run:
         progress.say(f"starting {self.node}")
         from grader.notebook.watched_stage import TrialOver, WatchedStage
 
-        command = node_build.command(install, self.node, self._parameters, self._remappings)
+        command = node_build.command(install, self.node, self._program, self._parameters, self._remappings)
         self._process = process = NodeProcess(command, node_build.environment(install, self._workspace))
         self._stage = WatchedStage(
             self.node, self.simulator, process, domain_id=self._workspace.domain_id, remappings=self._remappings,

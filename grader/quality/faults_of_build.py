@@ -287,7 +287,7 @@ def _unreadable_setup(sources: PackageSources) -> tuple[int, str]:
 def _entry_point(sources: PackageSources, entry: EntryPoint) -> Fault | None:
     if not entry.name:
         cure = f"'name = {sources.name}.module:function'"
-        return Fault(_SETUP, entry.line, "start", f"`{entry.text}` is no entry point", cure)
+        return Fault(_SETUP, entry.line, "start", f"`{entry.text}` is not an entry point", cure)
     path = entry.module.replace(".", "/")
     if f"{path}.py" in sources.paths or f"{path}/__init__.py" in sources.paths:
         return None

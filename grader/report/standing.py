@@ -13,7 +13,7 @@ DATA = "report.json"
 
 @dataclass(frozen=True)
 class Standing:
-    """What a report says of its submission; all empty if the file is no report of this kit."""
+    """What a report says of its submission; all empty if the file is not a report of this kit."""
 
     submission: str = ""
     sha256: str = ""

@@ -236,7 +236,7 @@ def run(command: Sequence[str], box: Sandbox, limits: Limits | None = None) -> R
     if exit_code is not None and output.startswith("bwrap: "):
         raise GraderError(
             f"The sandbox could not be set up: {output.strip()[:500]}. Run `grader doctor`; it prints the fix. "
-            "--unsafe-no-sandbox grades almost without a sandbox, which is no basis for a real grade."
+            "--unsafe-no-sandbox grades almost without a sandbox, which is not enough for a real grade."
         )
     stopped = process.stopped()
     return RunResult(exit_code, output, timed_out=exit_code is None, wall_seconds=seconds, stopped=stopped)

@@ -65,7 +65,7 @@ def with_results(module: TestModule, code: Reachability, ran: ModuleRun, again: 
 
 
 def _called(code: Reachability, ran: ModuleRun | None) -> set[str]:
-    """Return the modules of the package in which a run has called a function: importing one is no test of it."""
+    """Return the modules of the package in which a run has called a function: importing one does not test it."""
     reach = ran.reach if ran is not None else {}
     return {path for path, lines in reach.items() if lines.keys() & code.bodies.get(path, frozenset())}
 

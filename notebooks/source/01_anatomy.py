@@ -13,11 +13,11 @@
 # %% [markdown]
 # # 01 Anatomy of a package
 #
-# ![The files of the source folder at the left, and where the build puts each of them at the right](pictures/01.png)
+# ![At the left the files that you write, at the right the folders of the install tree into which the build copies them, with the command that looks there](pictures/01.png)
 #
 # A ROS 2 package is a folder, and most of it is not code.
 # Two files say what it is and where its parts go; when one of them is wrong, a perfect program cannot be found, started or even built.
-# Today you make a package that does nothing, and does it well: it builds, it starts, and its papers are in order.
+# Today you make a package whose nodes do nothing yet, but do it well: it builds, it starts, its papers are in order, and at the end it drives for ten seconds.
 #
 # **You will be able to**
 #
@@ -27,10 +27,10 @@
 # - build with `colcon`, find what was built, and run it;
 # - explain why a package with interfaces must be `ament_cmake`.
 #
-# **Time:** about 50 minutes.
+# **Time:** about 45 minutes.
 #
 # **Your package so far:** an empty folder.
-# At the end of today:
+# At the end of this notebook:
 #
 #     ros2_robot_controller/
 #     ├── package.xml                      ← you write: what it is
@@ -48,7 +48,7 @@
 #             └── running.py               given
 
 # %%
-from grader.notebook import begin, check, run_node, start_at
+from grader.notebook import begin, check, run_node, start_at, tries
 
 begin("01")
 
@@ -57,7 +57,12 @@ begin("01")
 #
 # Less than you think.
 # ROS has a command that makes a new one; try it in a folder of its own, away from yours.
-# `mkdtemp` makes such a folder, and `{trial}` in a shell line stands for its path.
+# `mkdtemp` makes such a folder, and `{trial}` in a shell line is replaced by its path.
+#
+# (The `ros2` of this kit is a small one of its own, because ROS's has no Python wheels.
+# It has the same commands with the same options and outputs, as far as the course needs them, and it says so when it lacks something.
+# The same holds for `launch` and `launch_ros` in notebook 08.
+# `colcon`, CMake and all libraries are the real ones.)
 
 # %%
 import tempfile
@@ -79,12 +84,12 @@ trial = Path(tempfile.mkdtemp())
 
 # %% [markdown]
 # `package.xml` makes a folder a package.
-# Its name, where it lies and its build type, `ros.ament_python`: all of that was read from this one file.
+# Its name and its build type, `ros.ament_python`, were read from this one file.
 # You write yours in a moment.
 #
 # ## A place for everything
 #
-# The contract for this course says which file lies where, and requirement **Q3** looks after it.
+# The contract of this course says where each file belongs, and requirement **Q3** looks at that.
 # The places are not chosen freely: most are conventions by which tools find things.
 #
 # | folder | holds | who looks there |
@@ -107,7 +112,7 @@ trial = Path(tempfile.mkdtemp())
 # %% [markdown]
 # Some files are given.
 # `%%writefile` at the top of a cell writes the rest of the cell into a file, below the package's folder.
-# It asks nothing: had you changed the file in an editor meanwhile, a copy of it would be kept in `ws/kept`, and a line would say so.
+# It does not ask before it overwrites: if you have changed the file in an editor meanwhile, a copy of it is kept in `ws/kept`, and a line says so.
 # First, two that are for plain Python tools, such as an editor or a linter; ROS itself builds with the `CMakeLists.txt` that you write below.
 
 # %% tags=["given"]
@@ -150,7 +155,7 @@ __path__ = __import__('pkgutil').extend_path(__path__, __name__)
 """The decisions behind the nodes: plain functions that a test can call without a robot."""
 
 # %% [markdown]
-# How every node begins and ends is the same, so it stands in one place.
+# Every node begins and ends in the same way, so that is written once.
 # Read it line by line; it is the skeleton of any ROS 2 program in Python:
 # switch ROS on, make the node, *spin* (serve its callbacks, for ever), and switch ROS off again.
 
@@ -248,8 +253,8 @@ rclpy.try_shutdown()
 # Six are for its parameters: every ROS 2 node lets itself be asked for its settings (notebook 08).
 # The seventh describes its types to whoever asks.
 #
-# The check of Q3 compares your tree with the contract's.
-# It comes in notebook 10, when the last file is there.
+# Q3 also asks that no function is too complex and that nothing is written twice.
+# You check it below, for the files that belong here by the end of this notebook; each later notebook adds its own.
 #
 # ## package.xml, line by line
 #
@@ -269,32 +274,43 @@ rclpy.try_shutdown()
 # | `<test_depend>` | rosdep, `colcon test` | needed to test |
 # | `<export><build_type>` | colcon | how to build: `ament_cmake` or `ament_python` |
 #
-# Dependencies that are missing are the commonest fault of all: on your machine everything is installed, so you do not notice.
+# Missing dependencies are the most common mistake of all: on your machine everything is installed, so you do not notice.
 #
-# ### A licence tag that no tool accepts
+# ### A licence tag that one tool takes and another refuses
 #
 # The licence has a short official name, from the [SPDX list](https://spdx.org/licenses/).
-# **What will it be?** Which of these does a tool accept?
+# Two tools read it here: `catkin_pkg`, with which `colcon` reads `package.xml`, and `packaging`, the library by which Python's own tools check a licence, with the SPDX list inside.
+# **What will it be?** Which of these does each accept?
 
 # %%
+from catkin_pkg.package import parse_package_string
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 
-for tag in ("Apache License 2.0", "Apache 2.0", "apache-2.0", "BSD", "BSD-3-Clause", "TODO: License declaration"):
+
+def catkin_pkg_takes(tag):
+    text = Path(trial, "src/greeter/package.xml").read_text().replace(">MIT<", f">{tag}<")
+    return parse_package_string(text).licenses == [tag]
+
+
+for tag in ("Apache License 2.0", "apache-2.0", "BSD", "BSD-3-Clause", "TODO: License declaration"):
     try:
-        print(f"{tag:28} is {canonicalize_license_expression(tag)}")
+        spdx = f"it is {canonicalize_license_expression(tag)}"
     except InvalidLicenseExpression:
-        print(f"{tag:28} -")
+        spdx = "refused"
+    print(f"{tag:28} catkin_pkg: {'taken' if catkin_pkg_takes(tag) else 'refused':10} packaging: {spdx}")
 
 # %% [markdown]
-# "Apache License 2.0" is what the licence is called, and what many a `package.xml` says, and no tool knows what to do with it.
+# `catkin_pkg` takes any text, so the package builds; a tool that has to *know* the licence, because it collects the licences of a whole robot, cannot.
+# "Apache License 2.0" is what the licence is called, and what many a `package.xml` says, and it is not in the list.
 # "BSD" is refused because there are several.
 # And the last one is what `ros2 pkg create` writes if you do not give it a licence.
+# I2 goes by the SPDX list.
 #
-# ### Your turn
+# ### Exercise 1: the passport
 #
-# Write the passport.
-# Give the package version 1.0.0, *you* as the maintainer, Apache-2.0, and what today's files need:
-# `ament_cmake` to build, `rclpy` to run, `ament_cmake_pytest` and `python3-pytest` to test.
+# Give the package version 1.0.0, *you* as the maintainer, Apache-2.0, and what today's files need, one tag for each:
+# `ament_cmake` to build (the table has the tag), `rclpy` to run, `ament_cmake_pytest` and `python3-pytest` to test.
+# Its build type is `ament_cmake`; the section after next shows what happens otherwise.
 
 # %% tags=["exercise"]
 # %%writefile package.xml
@@ -310,7 +326,7 @@ for tag in ("Apache License 2.0", "Apache 2.0", "apache-2.0", "BSD", "BSD-3-Clau
   <!-- TODO 4: what is needed to build it, to run it, and to test it -->
 
   <export>
-    <!-- TODO 5: is that so? -->
+    <!-- TODO 5: not this one -->
     <build_type>ament_python</build_type>
   </export>
 </package>
@@ -362,7 +378,7 @@ print("type     ", passport.get_build_type())
 #
 # That was the form.
 # I2 asks for more: it compares what you declare with what your files *use*, and the build type with what there is.
-# So its check comes when there is something to build.
+# So its check comes below, when there is something to build.
 #
 # ## Build and install
 #
@@ -389,9 +405,20 @@ print("type     ", passport.get_build_type())
 #
 # `${PROJECT_NAME}` is the name that you gave to `project(...)`.
 #
-# `launch` and `config` are not there yet.
-# With the word `OPTIONAL` a directory that is missing is passed over; put the line in today, and notebook 08 finds it.
-# Of I1's three points you have two after today; the third is for those files, so its check comes in notebook 08, too.
+# Here they are at work, for a package that is called `lamp`, with its modules in the folder `lamp` and one program in `tools`:
+#
+# ```cmake
+# ament_get_python_install_dir(PYTHON_INSTALL_DIR)
+# install(DIRECTORY lamp/ DESTINATION ${PYTHON_INSTALL_DIR}/lamp)
+# install(PROGRAMS tools/switch_on DESTINATION lib/lamp)
+# ```
+#
+# The first line puts the folder's name into the variable `PYTHON_INSTALL_DIR`, `lib/python3.x/site-packages`; `${...}` takes it out again.
+#
+# ### Exercise 2: what goes where
+#
+# Write the same for your package: its modules, and its two scripts.
+# The parts that come later are given: `launch` and `config` are not there yet, and with the word `OPTIONAL` a folder that is missing is passed over, so notebook 08 finds the lines in place.
 
 # %% tags=["exercise"]
 # %%writefile CMakeLists.txt
@@ -409,9 +436,15 @@ find_package(ament_cmake REQUIRED)
 # TODO 2: install the two scripts.
 
 # 4. Launch and parameter files, and the demonstration. None is there yet, so: OPTIONAL.
-# TODO 3: launch and config into the share folder; scripts/demo.py to the executables.
+install(DIRECTORY launch config
+  DESTINATION share/${PROJECT_NAME}
+  OPTIONAL
+  PATTERN "__pycache__" EXCLUDE)
+install(PROGRAMS scripts/demo.py
+  DESTINATION lib/${PROJECT_NAME}
+  OPTIONAL)
 
-# 5. `colcon test` runs what `pytest` runs. This part is given; the tests come in notebook 09.
+# 5. `colcon test` runs what `pytest` runs; the tests come in notebook 09.
 if(BUILD_TESTING AND EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/test)
   find_package(ament_cmake_pytest REQUIRED)
   ament_add_pytest_test(test test TIMEOUT 120)
@@ -420,7 +453,8 @@ endif()
 ament_package()
 
 # %% [markdown]
-# Now what `ros2 run` starts.
+# ### Exercise 3: what `ros2 run` starts
+#
 # A script that is installed has no `.py`: its file name is the command's name.
 # One of the two is given.
 
@@ -436,9 +470,9 @@ sys.exit(main())
 
 # %% [markdown]
 # The first line tells the system which program runs the script: `python3`, wherever it is found on the path.
-# `sys.exit(main())` hands the exit code on to whoever started it.
+# `sys.exit(main())` passes the exit code on to the program that started it.
 #
-# Write the other one.
+# Write the other one, two lines.
 
 # %% tags=["exercise"]
 # %%writefile scripts/robot_controller
@@ -450,15 +484,15 @@ import sys
 sys.exit('not yet: scripts/robot_controller starts no node')
 
 # %% [markdown]
-# The papers first: does `package.xml` still agree with what there is now?
+# The papers first: does `package.xml` agree with what there is now, and is everything in its place?
 
 # %% tags=["check"]
-check("I2")
+check("I2", "Q3")
 
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The table of commands above, from top to bottom, is the order in the file.
+# The three lines for `lamp`: which words are its name, which its folders?
 # For the script: the given one, with another module.
 #
 # </details>
@@ -473,15 +507,13 @@ check("I2")
 # <details><summary>Hint 3: all but the last line</summary>
 #
 # ```cmake
-# cmake_minimum_required(VERSION 3.20)
-# project(ros2_robot_controller)
-#
-# find_package(ament_cmake REQUIRED)
-#
 # ament_get_python_install_dir(PYTHON_INSTALL_DIR)
 # install(DIRECTORY ${PROJECT_NAME}/ DESTINATION ${PYTHON_INSTALL_DIR}/${PROJECT_NAME})
-# install(PROGRAMS scripts/robot_controller scripts/sensor_processor DESTINATION lib/${PROJECT_NAME})
-# install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME} OPTIONAL)
+# install(PROGRAMS scripts/robot_controller scripts/sensor_processor DESTINATION …)
+# ```
+#
+# ```python
+# from ros2_robot_controller.robot_controller import main
 # ```
 #
 # </details>
@@ -491,16 +523,59 @@ check("I2")
 
 # %% tags=["nbval-ignore-output"]
 # !cd ../.. && colcon build 2>&1 | cat
-# How long it takes differs each time. (`| cat` takes away what is meant for a terminal: colours, a title.)
+# How long it takes differs each time. (`| cat` removes what is meant for a terminal: colours, a title.)
 
 # %% [markdown]
 # When something is wrong, read the *first* error, not the last: the others often follow from it.
 #
 # What came of it?
 
-# %% tags=["nbval-ignore-output"]
-# !cd ../../install/ros2_robot_controller && find lib -type f | sort && ls share/ros2_robot_controller/*.xml
-# One folder has the version of your Python in its name.
+# %%
+INSTALL = Path("../../install/ros2_robot_controller").resolve()
+
+
+def installed(pattern):
+    """Return whether the build has installed a file with this path."""
+    return any(INSTALL.glob(pattern))
+
+
+tries(
+    {
+        "installed('share/ros2_robot_controller/package.xml')": True,
+        "installed('lib/python3*/site-packages/ros2_robot_controller/robot_controller.py')": True,
+        "installed('lib/python3*/site-packages/ros2_robot_controller/utils/running.py')": True,
+        "installed('lib/ros2_robot_controller/robot_controller')": True,
+        "installed('lib/ros2_robot_controller/sensor_processor')": True,
+    }
+)
+
+# %% [markdown]
+# And what does the grader say?
+# It builds in a place of its own, and looks at what `ros2 run` and `ros2 launch` would find.
+# One of I1's three points is for launch and config files, which notebook 08 brings.
+
+# %% tags=["check"]
+check("I1")
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The first row of the table above that is not right, and the line of `CMakeLists.txt` that installs it.
+#
+# </details>
+#
+# <details><summary>Hint 2: slashes and places</summary>
+#
+# `DIRECTORY ros2_robot_controller/` with a slash copies what is *in* the folder; without it you get the folder twice, one inside the other.
+# `ros2 run` looks in `lib/ros2_robot_controller`, and nowhere else.
+#
+# </details>
+#
+# <details><summary>Hint 3: start from nothing</summary>
+#
+# `colcon` never removes anything, so an older build may hide what the present one does: `!cd ../.. && rm -r build install && colcon build`.
+#
+# </details>
 
 # %%
 # !ros2 pkg executables ros2_robot_controller
@@ -510,7 +585,7 @@ check("I2")
 # Your notebook does that after each build by itself.
 #
 # With your files done, both executables are there.
-# `ros2 run` starts one, and goes on until Ctrl-C; `timeout -s INT 3` presses Ctrl-C after three seconds.
+# `ros2 run` starts one, which runs until Ctrl-C; `timeout -s INT 3` presses Ctrl-C after three seconds.
 
 # %% tags=["nbval-ignore-output"]
 # !timeout -s INT 3 ros2 run ros2_robot_controller robot_controller; echo "exit status $?"
@@ -523,7 +598,7 @@ check("I2")
 # **Change one thing.** In `CMakeLists.txt` write `bin/${PROJECT_NAME}` instead of `lib/${PROJECT_NAME}`, and build again.
 # The build is "successful".
 # What does `ros2 pkg executables` say?
-# It may surprise you twice: what an *earlier* build installed is still there, for `colcon` never takes anything away.
+# It may surprise you twice: what an *earlier* build installed is still there, because `colcon` never removes anything.
 # After `!cd ../.. && rm -r build install` and another build you see the truth.
 #
 # **And another.** Put `raise SystemExit('new')` at the top of `robot_controller.py`, and start the node again without building: it runs the *old* file, the installed one.
@@ -555,29 +630,79 @@ check("I2")
 # !cd {trial} && echo "files about Greet: $(find install -name '*Greet*' | wc -l)"
 
 # %% [markdown]
-# Nothing was generated, and nobody said a word.
+# Nothing was generated, and no tool said a word.
 # An interface becomes Python (and C, and C++) by **rosidl**, and rosidl is a set of *CMake* commands.
 # The `ament_python` build runs `setup.py`, which has never heard of them.
 # It does not even look into `srv/`.
 #
 # So there are two ways:
 #
-# - the interfaces go into a package of their own, of the type `ament_cmake`, and the nodes into another one, of the type `ament_python`. Many projects do that;
+# - the interfaces are in a package of their own, of the type `ament_cmake`, and the nodes in another one, of the type `ament_python`. Many projects do that;
 # - one package of the type `ament_cmake` holds both. That is ours: its CMake file generates the interfaces *and* installs the Python modules.
 #
 # You will meet packages that have both, a `CMakeLists.txt` and `<build_type>ament_python</build_type>`.
 # They contradict themselves: `colcon` believes the tag, and never opens the `CMakeLists.txt`.
 #
+# ## Ten seconds of driving
+#
+# Your node is empty, but it is a class, and another program can build on it.
+# This one lies beside your package and imports it as any program would: it takes *your* node, adds a publisher and a timer, and starts it with *your* `run`.
+# You write such a node yourself from notebook 04 on; for now, read it.
+
+# %%
+# %%writefile ../../first_drive.py
+"""Drive in a circle: the empty node of the package, with a publisher and a timer."""
+import sys
+
+from geometry_msgs.msg import Twist
+from ros2_robot_controller.robot_controller import RobotController
+from ros2_robot_controller.utils.running import run
+
+
+class FirstDrive(RobotController):
+    def __init__(self):
+        super().__init__()
+        self.speeds = self.create_publisher(Twist, 'cmd_vel', 10)
+        self.create_timer(0.1, self.say_speed)  # ten times a second
+
+    def say_speed(self):
+        speed = Twist()
+        speed.linear.x, speed.angular.z = 0.3, 0.6  # m/s, rad/s
+        self.speeds.publish(speed)
+
+
+sys.exit(run(FirstDrive))
+
+# %% [markdown]
+# `run_node` builds your package and starts the program beside a simulated robot; `drive` lets ten simulated seconds pass.
+# **What will it be?** How large is the circle? (At 0.6 rad/s, how long is a full turn, and how far does the robot get in that time?)
+
+# %%
+from sim.views import map_view
+
+run = run_node(program="../../first_drive.py", world="open_field")
+recording = run.drive(10.0)
+map_view(recording)
+
+# %% [markdown]
+# A full turn takes 2π / 0.6 = 10.5 s, in which the robot drives 3.1 m: a circle of 1 m across, nearly closed.
+#
+# **Change one thing:** let it drive in a figure of eight, or show it live with `run.live()` in place of the last two lines.
+
+# %%
+run.close()
+
+# %% [markdown]
 # > **On a real TurtleBot 4**
 # >
-# > - The robot's computer has ROS 2 installed below `/opt/ros/jazzy`. There, `source /opt/ros/jazzy/setup.bash` comes first, and `rosdep install --from-paths src -y` installs what your `package.xml` names. Here, ROS 2 comes as Python wheels, and `begin` does both.
-# > - You copy `src` to the robot, not `install`: the robot's processor is another one, and what was built for yours does not run there.
+# > - The robot's computer has ROS 2 installed in `/opt/ros/jazzy`. There, `source /opt/ros/jazzy/setup.bash` comes first, and `rosdep install --from-paths src -y` installs what your `package.xml` names. Here, ROS 2 comes as Python wheels, and `begin` does both.
+# > - You copy `src` to the robot, not `install`: it has a different processor, and what was built for yours does not run there.
 #
 # ## Go further
 #
 # - `!cd ../.. && colcon graph` draws which package needs which. With one package it is short; try it with two in `src`.
-# - `!ros2 pkg xml ros2_robot_controller` prints the installed passport. From where does it take it?
-# - Look into `log/latest_build/` in the workspace: every build leaves what it did and said, file by file.
+# - `!ros2 pkg xml ros2_robot_controller` prints the installed passport. Where does it find it?
+# - Look into `log/latest_build/` in the workspace: every build records there what it did and said.
 
 # %%
 import shutil

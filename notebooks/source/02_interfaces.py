@@ -16,18 +16,18 @@
 # ![Three ways to talk: a topic as a stream, a service as one question and its answer, an action as a goal with feedback and a result](pictures/02.png)
 #
 # Two programs that have never met exchange bytes.
-# What the bytes mean stands in neither program; it stands in an **interface**, a file of a few lines from which ROS generates code for both.
+# What the bytes mean is written in neither program but in an **interface**, a file of a few lines from which ROS generates code for both.
 # Today you write the four interfaces of your package.
-# They are short, but everything that follows speaks through them, and a pair of swapped lines makes a robot believe that the wall is 80 metres away.
+# They are short, but all that follows speaks through them, and a pair of swapped lines makes a robot believe that the wall is 80 metres away.
 #
 # **You will be able to**
 #
 # - choose between a topic, a service and an action;
 # - write `.msg`, `.srv` and `.action` files, and have code generated from them;
 # - read the bytes of a message by hand, and say why 0.3 is not 0.3 any more when it arrives;
-# - tell with a type hash whether two machines mean the same, and explain what happens if they do not.
+# - tell by a type hash whether two machines mean the same, and explain what happens if they do not.
 #
-# **Time:** about 45 minutes.
+# **Time:** about 55 minutes. A good place for a break is before "Same name, same type".
 #
 # **Your package so far**, from notebook 01, and what comes today:
 #
@@ -43,12 +43,12 @@
 #     └── ros2_robot_controller/           two nodes that do nothing; utils/running.py
 
 # %%
-from grader.notebook import begin, check, run_node, start_at
+from grader.notebook import begin, check, run_node, start_at, tries
 
 begin("02")
 
 # %% [markdown]
-# ## Types that everybody knows
+# ## Types that everyone knows
 #
 # ROS brings a few hundred interfaces for what most robots have.
 # You have used some: `Twist`, `Odometry`, `LaserScan`.
@@ -98,7 +98,7 @@ struct.unpack("<4x3d", raw)
 # %% [markdown]
 # **Look** at what is *not* there: no "x", no "y", no "Vector3".
 # Names do not travel.
-# Who reads the bytes must know from elsewhere what comes when.
+# A program that reads the bytes must know from elsewhere what comes when.
 # Keep that in mind for the end of this notebook.
 #
 # ### 0.3 is not 0.3
@@ -156,9 +156,9 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 
 # %% [markdown]
 # Zero!
-# Nobody converts the number: its memory is read as if it held a float.
+# The number is not converted: its memory is read as if it held a float.
 # With types that you have built yourself it is worse: there the same mistake ends the whole program, with `Assertion 'PyFloat_Check(field)' failed`.
-# A robot that is told `speed = 1` and stands still is a long afternoon.
+# A robot that gets `speed = 1` and stands still costs a long afternoon.
 #
 # Python can look at every value, if you ask it to before it starts:
 
@@ -175,33 +175,89 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 #
 # | | says | answer | example |
 # |---|---|---|---|
-# | **topic**, `.msg` | again and again, to whoever listens | none | what the sensors see |
+# | **topic**, `.msg` | again and again, to all who listen | none | what the sensors see |
 # | **service**, `.srv` | once, to one node | at once | set the speed; how are you? |
-# | **action**, `.action` | once, to one node | takes a while, tells how it goes, can be cancelled | drive there |
+# | **action**, `.action` | once, to one node | takes a while, reports on the way, can be cancelled | drive there |
 #
 # A `.msg` file is a list of fields.
 # A `.srv` has two such lists, request and response, separated by a line `---`.
 # An `.action` has three: goal, result and feedback, *in this order*.
 #
-# This is what the contract asks for, in the order of the fields:
-#
-# | file | fields |
-# |---|---|
-# | `msg/SensorFusionData.msg` | a `header` (`std_msgs/Header`: time and frame), two floats of 32 bits, `closest_obstacle_distance` and `battery_level`, then two `geometry_msgs/Vector3`, `linear_acceleration` and `angular_velocity` |
-# | `srv/SetSpeed.srv` | request: `speed`, a float of 32 bits. Response: `success`, true or false, and `message`, a text |
-# | `srv/GetRobotStatus.srv` | request: nothing. Response: `speed`, a float of 32 bits; `obstacle_detected`, true or false; `pose`, a `geometry_msgs/Pose`; `status`, a text |
-# | `action/NavigateToPosition.action` | goal: `target_pose`, a `geometry_msgs/Pose`, and `tolerance`, a float of 32 bits. Result: `success`, true or false, and `final_pose`, a `geometry_msgs/Pose`. Feedback: `distance_remaining`, a float of 32 bits |
-#
-# Write them.
-# A comment in the first line is worth it: `ros2 interface show` prints it to everybody who asks. Say units there.
+# Here is a service that ROS brings, as a pattern:
 
 # %%
+# !ros2 interface show std_srvs/srv/SetBool
+
+# %% [markdown]
+# And an action, the one of ROS's own tutorial; it counts up the Fibonacci numbers:
+#
+# ```
+# int32 order
+# ---
+# int32[] sequence
+# ---
+# int32[] partial_sequence
+# ```
+#
+# A field of another package's type names the package and the type, without `msg`: `geometry_msgs/Pose pose`.
+#
+# Now write yours, one after the other; the fields are the contract's, in its order.
+# A comment in the first line is worth it: `ros2 interface show` prints it to everyone who asks. State units there.
+#
+# After each file, a table reads it with rosidl's own parser, the one that the build uses, and compares names and types.
+
+# %%
+import re
+from pathlib import Path
+
+from rosidl_adapter.parser import parse_message_string
+
+
+def parts(file):
+    """Return the fields of each part of an interface file."""
+    texts = re.split(r"^---\s*$", Path(file).read_text(), flags=re.MULTILINE)
+    return [parse_message_string("any", "Name", text).fields for text in texts]
+
+
+def names(file):
+    """Return the names of the fields in their order, with --- between the parts."""
+    return " --- ".join(" ".join(field.name for field in part) for part in parts(file))
+
+
+def types(file):
+    """Return the types that occur in the file, each once."""
+    return sorted({str(field.type) for part in parts(file) for field in part})
+
+
 # !mkdir -p msg srv action
+
+# %% [markdown]
+# ### Exercise 1: a message
+#
+# `msg/SensorFusionData.msg` has five fields: a `header` of the type `std_msgs/Header` (time and frame);
+# two floats of 32 bits, `closest_obstacle_distance` and `battery_level`;
+# two `geometry_msgs/Vector3`, `linear_acceleration` and `angular_velocity`.
 
 # %% tags=["exercise"]
 # %%writefile msg/SensorFusionData.msg
 # One snapshot of everything the robot senses.
 # TODO 1: the five fields, one a line: type, then name
+
+# %%
+tries(
+    {
+        "names('msg/SensorFusionData.msg')": "header closest_obstacle_distance battery_level linear_acceleration angular_velocity",
+        "types('msg/SensorFusionData.msg')": ["float32", "geometry_msgs/Vector3", "std_msgs/Header"],
+    }
+)
+
+# %% [markdown]
+# ### Exercise 2: two services
+#
+# | file | request | response |
+# |---|---|---|
+# | `srv/SetSpeed.srv` | `speed`, a float of 32 bits | `success`, true or false; `message`, a text |
+# | `srv/GetRobotStatus.srv` | nothing | `speed`, a float of 32 bits; `obstacle_detected`, true or false; `pose`, a `geometry_msgs/Pose`; `status`, a text |
 
 # %% tags=["exercise"]
 # %%writefile srv/SetSpeed.srv
@@ -215,6 +271,27 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 # TODO 3: what is asked, and what is answered
 ---
 
+# %%
+tries(
+    {
+        "names('srv/SetSpeed.srv')": "speed --- success message",
+        "types('srv/SetSpeed.srv')": ["bool", "float32", "string"],
+        "names('srv/GetRobotStatus.srv')": " --- speed obstacle_detected pose status",
+        "types('srv/GetRobotStatus.srv')": ["bool", "float32", "geometry_msgs/Pose", "string"],
+    }
+)
+
+# %% [markdown]
+# ### Exercise 3: an action
+#
+# `action/NavigateToPosition.action`, three parts:
+#
+# | part | fields |
+# |---|---|
+# | goal | `target_pose`, a `geometry_msgs/Pose`; `tolerance`, a float of 32 bits |
+# | result | `success`, true or false; `final_pose`, a `geometry_msgs/Pose` |
+# | feedback | `distance_remaining`, a float of 32 bits |
+
 # %% tags=["exercise"]
 # %%writefile action/NavigateToPosition.action
 # Drive to the target's x, y in the odom frame; its orientation is ignored. Tolerance in metres.
@@ -222,24 +299,65 @@ print(deserialize_message(serialize_message(Float32(data=1)), Float32))
 ---
 ---
 
+# %%
+tries(
+    {
+        "names('action/NavigateToPosition.action')": "target_pose tolerance --- success final_pose --- distance_remaining",
+        "types('action/NavigateToPosition.action')": ["bool", "float32", "geometry_msgs/Pose"],
+    }
+)
+
 # %% [markdown]
+# <details><summary>Hint 1 to the files: where to look</summary>
+#
+# The table of types at the top of this notebook: which words stand for a float of 32 bits, true or false, and a text?
+# And `SetBool` above: it is very like `SetSpeed`.
+#
+# </details>
+#
+# <details><summary>Hint 2 to the files: the form</summary>
+#
+# `float32`, `bool` and `string`. A service without a request begins with the line `---`.
+# The order of an action's parts is goal, result, feedback.
+#
+# </details>
+#
+# <details><summary>Hint 3 to the files: all but the last line</summary>
+#
+# ```
+# geometry_msgs/Pose target_pose
+# float32 tolerance
+# ---
+# bool success
+# geometry_msgs/Pose final_pose
+# ---
+# ```
+#
+# </details>
+#
+# ### Exercise 4: have them generated
+#
 # Files alone do nothing, as you saw in notebook 01.
 # `CMakeLists.txt` must have them generated, by one command:
 #
 # ```cmake
+# find_package(rosidl_default_generators REQUIRED)
+# find_package(sensor_msgs REQUIRED)
+#
 # rosidl_generate_interfaces(${PROJECT_NAME}
-#   "folder/File.kind"
-#   "folder/Another.kind"
-#   DEPENDENCIES packages whose types the fields use
+#   "msg/Lamp.msg"
+#   "srv/Switch.srv"
+#   DEPENDENCIES sensor_msgs
 # )
 # ```
 #
-# Before it, `find_package` must load the generator, `rosidl_default_generators`, and every package that you name under DEPENDENCIES.
+# That would be a lamp whose message has a field with a type of `sensor_msgs`.
+# The generator and every package under DEPENDENCIES must be found first, each by a `find_package` line.
+# Write the same for your four files. Of which two packages do their fields have types?
 #
-# One trap lies here.
-# The generated module has the package's name, `ros2_robot_controller`, and so has your own.
+# (One trap: the generated module has the package's name, `ros2_robot_controller`, and so has your own.
 # The usual command for Python modules, `ament_python_install_package`, refuses then.
-# Yours, `install(DIRECTORY …)`, simply lays your files over the generated ones.
+# Yours, `install(DIRECTORY …)`, simply lays your files over the generated ones.)
 
 # %% tags=["exercise"]
 # %%writefile CMakeLists.txt
@@ -247,7 +365,7 @@ cmake_minimum_required(VERSION 3.20)
 project(ros2_robot_controller)
 
 find_package(ament_cmake REQUIRED)
-# TODO 5: find the generator, and the packages whose types your fields use
+# TODO 5: find the generator, and the two packages whose types your fields use
 
 # 1. The interfaces: rosidl turns these into Python (and C, C++) types.
 # TODO 6: generate the four
@@ -280,18 +398,20 @@ endif()
 ament_package()
 
 # %% [markdown]
-# And `package.xml` must say what all this needs:
+# ### Exercise 5: say what it needs
 #
-# | package | needed | because |
-# |---|---|---|
-# | `rosidl_default_generators` | to build | it generates |
-# | `rosidl_default_runtime` | to run | what was generated uses it |
-# | `geometry_msgs`, `std_msgs` | for both | your fields have their types |
-# | `action_msgs` | to run | every action uses its messages |
+# And `package.xml` must declare what all this needs:
+#
+# | package | needed | tag | because |
+# |---|---|---|---|
+# | `rosidl_default_generators` | to build | `<buildtool_depend>` | it generates |
+# | `rosidl_default_runtime` | to run | `<exec_depend>` | what was generated uses it |
+# | `geometry_msgs`, `std_msgs` | for both | `<depend>` | your fields have their types |
+# | `action_msgs` | to run | `<exec_depend>` | every action uses its messages |
 #
 # And one line of another kind, without which rosidl refuses to generate: `<member_of_group>rosidl_interface_packages</member_of_group>`.
 #
-# While you are there, declare what the next notebooks import, all of it to run: `nav_msgs` and `sensor_msgs` (odometry and scan), `rcl_interfaces` (parameters), and for launch files `launch`, `launch_ros` and `ament_index_python`.
+# What the next notebooks import is given: odometry and scan, parameters, launch files.
 
 # %% tags=["exercise"]
 # %%writefile package.xml
@@ -305,9 +425,15 @@ ament_package()
   <license>Apache-2.0</license>
 
   <buildtool_depend>ament_cmake</buildtool_depend>
-  <!-- TODO 8: what the interfaces need to be built, and to run; the group; what comes next -->
+  <!-- TODO 8: what the interfaces need to be built, and to run; the group -->
 
+  <exec_depend>ament_index_python</exec_depend>
+  <exec_depend>launch</exec_depend>
+  <exec_depend>launch_ros</exec_depend>
+  <exec_depend>nav_msgs</exec_depend>
+  <exec_depend>rcl_interfaces</exec_depend>
   <exec_depend>rclpy</exec_depend>
+  <exec_depend>sensor_msgs</exec_depend>
 
   <test_depend>ament_cmake_pytest</test_depend>
   <test_depend>python3-pytest</test_depend>
@@ -323,29 +449,19 @@ check("I2")
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# `!ros2 interface show std_srvs/srv/SetBool` shows a service that is very like `SetSpeed`.
-# In the table of types, a float of 32 bits, true or false, and a text are `float32`, `bool` and `string`.
+# For `CMakeLists.txt`, the lamp: which words are its files, which its packages?
+# For `package.xml`, the table of exercise 5, row by row.
 #
 # </details>
 #
-# <details><summary>Hint 2: the form</summary>
+# <details><summary>Hint 2: the lines</summary>
 #
-# A field of another package's type names the package, without `msg`: `geometry_msgs/Pose pose`.
-# A service without a request begins with the line `---`.
-# In `package.xml`, what is needed for both building and running is `<depend>`; tools for building are `<buildtool_depend>`.
+# Three `find_package` lines: the generator, `geometry_msgs`, `std_msgs`.
+# Six lines for `package.xml`: one for each of the five packages of the table, and the group.
 #
 # </details>
 #
 # <details><summary>Hint 3: all but the last line</summary>
-#
-# ```
-# geometry_msgs/Pose target_pose
-# float32 tolerance
-# ---
-# bool success
-# geometry_msgs/Pose final_pose
-# ---
-# ```
 #
 # ```cmake
 # find_package(rosidl_default_generators REQUIRED)
@@ -371,7 +487,7 @@ check("I2")
 # The number of seconds in what colcon prints differs each time.
 
 # %% [markdown]
-# Did it fail? Read the first error. "Cannot find" a folder of your package means that a file of notebook 01 is missing.
+# Did it fail? Read the first error. If it "cannot find" a folder of your package, a file of notebook 01 is missing.
 #
 # ## Same name, same type
 #
@@ -419,7 +535,6 @@ type_hash("geometry_msgs/msg/Vector3", ["x", "y", "z"])
 
 # %%
 import sys
-from pathlib import Path
 
 
 def installed_hash(prefix, interface):
@@ -457,8 +572,13 @@ for interface, wanted in contract.items():
     print(f"{interface:26}", "as in the contract" if yours.startswith(wanted) else f"not yet: {yours[:19]}")
 
 # %% [markdown]
-# If one differs, compare the file with the table above: type, name, order.
-# I3 also wants your *nodes* to use these types, so `check("I3")` comes when the last of them does, in notebook 07.
+# If one differs, compare the file with its exercise: type, name, order.
+# I3 also wants your *nodes* to use these types; that half comes with the last of them, in notebook 07.
+
+# %% tags=["check"]
+check("I3")
+
+# %% [markdown]
 #
 # ### Same name, other hash: silence
 #
@@ -512,14 +632,14 @@ print(*heard[:1])
 # hash of the listener  RIHS01_a77cd476e75c…
 # ```
 #
-# The middleware of this kit (Fast DDS, the default of ROS 2 Jazzy) joins two ends when the topic and the *name* of the type agree (and some settings, notebook 04).
-# It tells the hashes around, and leaves comparing them to you: `ros2 topic info -v TOPIC` shows the hash of each end.
+# The middleware of this kit (Fast DDS, the default of ROS 2 Jazzy) connects two ends when the topic and the *name* of the type agree (and some settings, notebook 04).
+# It publishes the hashes, and leaves comparing them to you: `ros2 topic info -v TOPIC` shows the hash of each end.
 #
-# **Remember:** interfaces that are in use are never changed; make a new one with a new name.
+# **Remember:** never change an interface that is in use; make a new one with a new name.
 #
 # ### Same topic, other name: silence of another kind
 #
-# This one has cost owners of a TurtleBot 4 many an hour.
+# This one has cost owners of a TurtleBot 4 many hours.
 # The robot listens on `cmd_vel` for `TwistStamped`, and your program sends `Twist`.
 #
 # (Two nodes of one program may not even try this, so the sender gets a context of its own: as if it were another program.)
@@ -544,12 +664,12 @@ for _ in range(20):
     rclpy.spin_once(node, timeout_sec=0.1)
 print("messages heard:", len(obeyed))
 print("subscribers on the topic:", planner.count_subscribers("cmd_vel"))
-print("of them joined to this publisher:", sender.get_subscription_count())
+print("of them connected to this publisher:", sender.get_subscription_count())
 
 # %% [markdown]
-# Nothing, and no word.
-# But the two numbers tell it: there *is* a subscriber, and it is not joined.
-# When a robot does not move, ask that first: `ros2 topic info -v /cmd_vel`, and compare the types.
+# Nothing, and no message about it.
+# But the two numbers show it: there *is* a subscriber, and it is not connected.
+# When a robot does not move, look at that first: `ros2 topic info -v /cmd_vel`, and compare the types.
 
 # %%
 planner.destroy_node()
@@ -558,6 +678,59 @@ node.destroy_node()
 rclpy.try_shutdown()
 
 # %% [markdown]
+# ## Ten seconds of driving
+#
+# Your types are good for something already.
+# This program takes your empty node, as in notebook 01, and gives it a service of *your* type `SetSpeed`: it drives at the speed that it was last asked for.
+
+# %%
+# %%writefile ../../speed_drive.py
+"""Drive at the speed of the last request: the empty node of the package, with a service of its own type."""
+import sys
+
+from geometry_msgs.msg import Twist
+from ros2_robot_controller.robot_controller import RobotController
+from ros2_robot_controller.srv import SetSpeed
+from ros2_robot_controller.utils.running import run
+
+
+class SpeedDrive(RobotController):
+    def __init__(self):
+        super().__init__()
+        self.twist = Twist()
+        self.create_service(SetSpeed, 'set_speed', self.on_set_speed)
+        self.speeds = self.create_publisher(Twist, 'cmd_vel', 10)
+        self.create_timer(0.1, lambda: self.speeds.publish(self.twist))
+
+    def on_set_speed(self, request, response):
+        self.twist.linear.x = request.speed
+        response.success, response.message = True, f'driving at {request.speed} m/s'
+        return response
+
+
+sys.exit(run(SpeedDrive))
+
+# %% [markdown]
+# **What will it be?** The answer's text has the speed that *arrived*. What does it say for 0.3?
+
+# %%
+run = run_node(program="../../speed_drive.py", world="open_field")
+for speed in (0.5, 0.3, -0.25):
+    print(f"asked for {speed}:", run.set_speed(speed).message)
+    recording = run.drive(3.4)
+
+# %%
+plt.figure(figsize=(8, 2.6), layout="constrained")
+plt.plot(recording.t, recording.v)
+plt.xlabel("simulated time (s)")
+plt.ylabel("speed (m/s)")
+plt.grid(alpha=0.3)
+run.close()
+
+# %% [markdown]
+# It does whatever it is asked, at any speed and into any wall.
+# Notebook 05 makes it stop, notebook 06 makes it refuse.
+#
 # > **On a real TurtleBot 4**
 # >
 # > - Its base takes `TwistStamped` on `cmd_vel`; the course's robot takes `Twist`, as the contract asks. Between the two you need a node of ten lines that puts the header on.
@@ -575,7 +748,7 @@ rclpy.try_shutdown()
 #
 # <details><summary>Topic, service or action: "take a photo", "battery voltage", "dock at the charger"?</summary>
 #
-# A photo: a service, one question and one answer. The voltage: a topic, it changes and several may want it. Docking: an action, it takes a while and you may want to cancel.
+# A photo: a service, one question and one answer. The voltage: a topic, it changes and several nodes may want it. Docking: an action, it takes a while and you may want to cancel.
 #
 # </details>
 #
@@ -593,7 +766,7 @@ rclpy.try_shutdown()
 #
 # <details><summary>Two packages define <code>SensorFusionData</code> with the same fields in another order. Does the subscriber notice?</summary>
 #
-# Not with Jazzy's default middleware: the bytes are read in the wrong order, silently. The type hashes differ; somebody has to look.
+# Not with Jazzy's default middleware: the bytes are read in the wrong order, silently. The type hashes differ, but you have to look.
 #
 # </details>
 #

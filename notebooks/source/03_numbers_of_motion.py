@@ -13,24 +13,24 @@
 # %% [markdown]
 # # 03 The numbers of motion
 #
-# ![A robot's way through three offices, with arrows for its heading, and the heading over time](pictures/03.png)
+# ![At the left a robot's path with an arrow for each heading, in the middle the same heading as a number that jumps, at the right two turns from -170° to 170°, one of them the long way round](pictures/03.png)
 #
 # A robot that drives needs three numbers: where it is, x and y, and which way it faces.
 # The third one is the difficult one.
-# It comes as four numbers, it jumps when the robot looks west, and half of all robot code gets it wrong once.
-# In this notebook you get it wrong on purpose, and then write four functions that get it right.
+# It arrives as four numbers, it jumps when the robot looks west, and half of all robot code gets it wrong once.
+# In this notebook you get it wrong on purpose, and then write four short functions that get it right.
 #
 # **You will be able to**
 #
-# - read a heading out of a ROS message, and write one into it;
+# - read a heading from a ROS message, and write one into it;
 # - add, subtract and compare angles without turning the long way round;
 # - say which numbers are in radians, and see what happens when one is not;
-# - keep a number within limits without hiding that it was none;
-# - write docstrings that say units, frames and ranges, and let a linter read them.
+# - keep a number within limits without hiding that it is not a number at all;
+# - write docstrings that state units, frames and ranges, and let a linter read them.
 #
-# **Time:** about 40 minutes.
+# **Time:** about 55 minutes. A good place for a break is before "From four numbers back to one".
 #
-# **Your package so far**, from notebooks 01 and 02, and what comes today:
+# **Your package so far**, from notebooks 01 and 02, and what you add today:
 #
 #     ros2_robot_controller/
 #     ├── CMakeLists.txt  package.xml  setup.py  setup.cfg
@@ -48,7 +48,7 @@
 # Before you run one that asks *What will it be?*, say your answer aloud or write it down: a guess that fails teaches more than one that was never made.
 
 # %%
-from grader.notebook import begin, check, run_node, start_at
+from grader.notebook import begin, check, run_node, start_at, tries
 
 begin("03")
 
@@ -59,7 +59,7 @@ begin("03")
 # ## Which way does it face?
 #
 # No nodes yet.
-# You drive the simulator from this cell: for eight seconds, with a driver that comes with it.
+# This cell runs the simulator for eight seconds, with a driver that comes with it.
 
 # %%
 import math
@@ -76,7 +76,7 @@ map_view(recording)
 
 # %% [markdown]
 # The short line from the centre to the rim is the robot's front.
-# Next you look at what a robot *says* about this moment: its odometry, as the message that goes over the topic `odom`.
+# Next you look at what a robot *says* about this moment: its odometry, as the message that is published on the topic `odom`.
 #
 # **What will it be?** The robot has turned to its left by about a right angle.
 # How would *you* write that into a message?
@@ -94,11 +94,11 @@ print("orientation", odom.pose.pose.orientation)
 #
 # Why four numbers for one angle?
 # The same message serves drones and arms, which can tilt in every direction.
-# Three angles would do for them, but three angles have places where they fail (two of the three axes fall together), and quaternions have none.
+# Three angles would be enough, but three angles fail in some positions (two of the three axes fall together), and quaternions never do.
 # A robot on the floor only turns about its z axis.
 # That one angle is called **yaw**, and then `x` and `y` of the quaternion stay 0.
 #
-# ROS agrees on the rest once for all robots ([REP 103](https://www.ros.org/reps/rep-0103.html)):
+# ROS fixes the rest once for all robots ([REP 103](https://www.ros.org/reps/rep-0103.html)):
 #
 # | | |
 # |---|---|
@@ -110,7 +110,7 @@ print("orientation", odom.pose.pose.orientation)
 # %% [markdown]
 # ## Half the angle, in two numbers
 #
-# Rotating by yaw about the z axis is this quaternion:
+# Turning by yaw about the z axis is this quaternion:
 #
 #     x = 0    y = 0    z = sin(yaw / 2)    w = cos(yaw / 2)
 #
@@ -127,7 +127,7 @@ for degrees in (0, 90, 180, -90, 270):
     print(f"{degrees:4d}°   {math.sin(half):6.3f}   {math.cos(half):6.3f}")
 
 # %% [markdown]
-# The last two lines are the surprise: one direction, two quaternions, each the other's negative.
+# The last two lines are the surprise: one direction, two quaternions, each the negative of the other.
 # Draw it: at the left the arrow on the map, at the right the point (w, z).
 
 # %%
@@ -136,7 +136,7 @@ def draw_arrow(axes, degrees, color, length=1.0, nudge=(0.0, 0.0)):
     x, y = length * math.cos(math.radians(degrees)), length * math.sin(math.radians(degrees))
     axes.quiver(0, 0, x, y, color=color, angles="xy", scale_units="xy", scale=1)
     label = {"color": color, "ha": "center", "va": "center"}
-    axes.text(1.15 * x + nudge[0], 1.15 * y + nudge[1], f"{degrees:g}°", **label)
+    axes.text(1.22 * x + nudge[0], 1.22 * y + nudge[1], f"{degrees:g}°", **label)
 
 
 figure, (arrows, points) = plt.subplots(1, 2, figsize=(9, 4.3), layout="constrained")
@@ -159,20 +159,91 @@ for axes in (arrows, points):
 # A full turn of the arrow is half a turn of the point.
 # So a point and the one opposite, q and -q, are the *same* arrow: look at -90° and 270°.
 #
-# The way back looks easy then: the point's own angle, times two.
-# **What will it be** for the two quaternions of "to the right"?
+# **Change one thing:** add -45 and 315 to the list of the drawing and run it again.
+#
+# ### Today's file
+#
+# Here is the file that you fill today, `utils/conversions.py`, as a skeleton: everything is there except what the four functions do.
+# They know nothing of nodes and topics, only numbers, so you can try them in a cell and test them without a robot.
+# (`%%writefile` makes no folders, so the first cell makes sure that there is one.)
 
 # %%
-for z, w in ((-0.7071, 0.7071), (0.7071, -0.7071)):
-    print(f"z = {z:7.4f}, w = {w:7.4f}: {math.degrees(2 * math.atan2(z, w)):6.1f}°")
+# !mkdir -p ros2_robot_controller/utils
+
+# %% tags=["skeleton"]
+# %%writefile ros2_robot_controller/utils/conversions.py
+"""Turn angles and quaternions into each other. Numbers only: no node, no topics."""
+
+import math
+
+from geometry_msgs.msg import Quaternion
+
+
+def yaw_from_quaternion(q: Quaternion) -> float:
+    return 0.0  # exercise 3
+
+
+def quaternion_from_yaw(yaw: float) -> Quaternion:
+    return Quaternion()  # exercise 1
+
+
+def normalize_angle(angle: float) -> float:
+    return angle  # exercise 2
+
+
+def clamp(value: float, low: float, high: float) -> float:
+    return value  # exercise 4
 
 # %% [markdown]
-# Same direction, and yet -90 and 270: two numbers that `==` calls different.
-# And it breaks further on a ramp.
-# There the robot tilts, x and y of the quaternion are no longer 0, and the formula does not even look at them.
-# A formula that holds for every quaternion is one of the four things you will write below.
+# ### Exercise 1: write a heading
 #
-# **Change one thing:** add -45 and 315 to the list of the drawing and run it again.
+# `%%into FILE` in the first line of a cell puts the function below it into that file, in place of the one with the same name.
+# Write `quaternion_from_yaw`: the table by hand from above, as code.
+# The fields have names: `Quaternion(x=0.0, y=0.0, z=…, w=…)`.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/utils/conversions.py
+def quaternion_from_yaw(yaw: float) -> Quaternion:
+    # TODO: half the angle, in two of the four numbers
+    return Quaternion()
+
+# %% [markdown]
+# Try it on the spot.
+# `tries` reads your file, computes each line, and compares the result with the number at the right.
+
+# %%
+pi, nan, inf = math.pi, math.nan, math.inf
+CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
+tries(
+    {
+        "quaternion_from_yaw(0.0).w": 1.0,
+        "quaternion_from_yaw(pi / 2).z": math.sqrt(0.5),
+        "quaternion_from_yaw(-pi / 2).z": -math.sqrt(0.5),
+        "quaternion_from_yaw(pi).z": 1.0,
+        "quaternion_from_yaw(pi).w": 0.0,
+    },
+    of=CONVERSIONS,
+)
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The formula at the top of this section, and the cell that printed the table below it.
+# </details>
+#
+# <details><summary>Hint 2: the API</summary>
+#
+# `math.sin` and `math.cos` take radians, and `yaw` is in radians already.
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# def quaternion_from_yaw(yaw: float) -> Quaternion:
+#     half = yaw / 2.0
+#     ...                  # return the Quaternion with its four fields
+# ```
+# </details>
 
 # %% [markdown]
 # ## Angles wrap
@@ -211,18 +282,78 @@ axes.grid(alpha=0.3)
 print("-10 % 360 =", -10 % 360)
 
 # %% [markdown]
-# 350: the same direction, cut in front of the robot, where it hurts most.
+# 350: the same direction, but cut in front of the robot, where it hurts most.
 # "Turn by -10°" means a little to the right; "turn by 350°" means nearly a full turn to the left.
 # You want the sign: in (-π, π], positive is left and negative is right.
-# The brackets are meant: -π itself is *not* in it, π is, so that "straight back" has one number and not two.
+# The brackets matter: -π itself is *not* included and π is, so that "straight back" has one number and not two.
+#
+# Python's `math` has a second remainder, the one *nearest to zero*.
+# **What will it be** for the same angles, and for both ends?
+
+# %%
+for degrees in (-10, 181, 540, -180, 180):
+    print(f"math.remainder({degrees:4d}, 360) = {math.remainder(degrees, 360):6.1f}")
+
+# %% [markdown]
+# Almost what you want.
+# It can return both ends, 180 and -180 (540 is one and a half turns, and comes out as the wrong one), and you want only one of them.
+#
+# ### Exercise 2: fold an angle
+#
+# Write `normalize_angle`, in radians: a full turn is `math.tau`, which is 2π.
+# One more edge: an angle that is infinite or not a number has no direction.
+# `math.remainder(inf, …)` raises an exception; return `math.nan` for those, so that the caller can see it.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/utils/conversions.py
+def normalize_angle(angle: float) -> float:
+    # TODO: NaN for what is no direction; otherwise the remainder, with one end in place of the other
+    return angle
+
+# %%
+tries(
+    {
+        "normalize_angle(0.5)": 0.5,
+        "normalize_angle(math.tau + 0.5)": 0.5,
+        "normalize_angle(-pi - 0.1)": pi - 0.1,
+        "normalize_angle(pi)": pi,
+        "normalize_angle(-pi)": pi,
+        "normalize_angle(nan)": nan,
+        "normalize_angle(inf)": nan,
+    },
+    of=CONVERSIONS,
+)
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The cell above with `math.remainder`, with radians in place of degrees.
+# </details>
+#
+# <details><summary>Hint 2: the API</summary>
+#
+# - `math.isfinite(angle)` is False for NaN and for both infinities.
+# - `math.remainder(angle, math.tau)` gives -π to π, both ends included.
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# def normalize_angle(angle: float) -> float:
+#     if not math.isfinite(angle):
+#         return math.nan
+#     wrapped = math.remainder(angle, math.tau)
+#     ...                  # one line: which of the two ends becomes the other?
+# ```
+# </details>
 
 # %% [markdown]
 # ## Turning the long way round
 #
-# Now it costs time and power.
-# A robot faces -170° and shall face 170°.
+# What does a missing fold cost? Time and power.
+# A robot faces -170° and should face 170°.
 # That is 20° to the right.
-# It turns as many robots do: the further off, the faster.
+# It turns as many robots do: the farther off, the faster.
 #
 #     omega = 1.5 * (wanted - yaw)
 #
@@ -230,7 +361,7 @@ print("-10 % 360 =", -10 % 360)
 
 # %%
 def turner(wanted_deg, difference):
-    """Return a driver that turns to a heading: the further off, the faster."""
+    """Return a driver that turns to a heading: the farther off, the faster."""
     wanted = math.radians(wanted_deg)
     return lambda seen: Twist(0.0, 1.5 * difference(wanted, seen.odometry.pose.yaw))
 
@@ -256,8 +387,8 @@ print(f"turned by {turned(turn(-170, 170, minus)):.0f}°")
 # %% [markdown]
 # 340° instead of 20°, to the left instead of to the right.
 # It did arrive, though.
-# So change one thing: the robot starts at 90° and shall face 183°.
-# Nobody writes 183°, but "my heading plus a quarter turn" does, when the heading is 93°.
+# So change one thing: the robot starts at 90° and should face 183°.
+# Nobody writes 183°, but "my heading plus a quarter turn" is exactly that when the heading is 93°.
 #
 # **What will it do?**
 
@@ -290,13 +421,144 @@ live
 # (`live.stop()` ends it; so does the next cell. Where no kernel runs you see a picture.)
 #
 # It works in every test that does not look backwards, and that is why this bug is so common.
-# You will come back to this plot with a function of your own.
+#
+# Here is the same robot with one change: the difference is normalized, by *your* function.
+
+# %%
+def shortest(wanted, yaw):
+    """Return the turn from yaw to wanted, in rad, positive to the left."""
+    return normalize_angle(wanted - yaw)
+
+
+live.stop()
+first, second = turn(-170, 170, shortest), turn(90, 183, shortest)
+print(f"from -170° to 170°: turned by {turned(first):.0f}°")
+print(f"from   90° to 183°: turned by {turned(second):.0f}°")
+heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
+
+# %% [markdown]
+# Look for 20° and 93°; until your function works, the numbers are those from before.
+# Notice what did *not* have to change: the goal is still 183°, the heading still jumps at 180°.
+# Normalize differences, and it does not matter where the circle is cut.
+#
+# **Change one thing:** let the robot turn from 0° to 180°, then from 1° to 180° and from -1° to 180°. Which way does it turn, and why is either way right in the first case?
+
+# %% [markdown]
+# ## From four numbers back to one
+#
+# Now the way back, from a message to a heading.
+# On a flat floor it looks easy: the point (w, z) has half the angle, so take its angle twice.
+#
+# **What will it be** for the two quaternions of "to the right"?
+
+# %%
+for z, w in ((-0.7071, 0.7071), (0.7071, -0.7071)):
+    print(f"z = {z:7.4f}, w = {w:7.4f}: {math.degrees(2 * math.atan2(z, w)):6.1f}°")
+
+# %% [markdown]
+# Same direction, and yet -90 and 270: two numbers that `==` calls different.
+# And it gets worse on a ramp.
+# There the robot tilts, x and y of the quaternion are no longer 0, and this formula does not even look at them.
+#
+# ### The formula, in four lines
+#
+# A quaternion is a number with four parts, w + x·i + y·j + z·k, and a few rules for multiplying: i·i = j·j = k·k = -1; i·j = k, j·k = i, k·i = j; and a minus if the two change places (j·i = -k).
+# It turns an arrow into q · arrow · q\*, where q\* is q with x, y and z negated.
+#
+# Turn the arrow that matters: "ahead", the robot's own x axis, which is simply i.
+#
+# | | |
+# |---|---|
+# | ahead, seen by the robot | i |
+# | multiply by q from the left | q·i = -x + w·i + z·j - y·k |
+# | multiply by q\* from the right | (w² + x² - y² - z²)·i + 2(wz + xy)·j + … ·k |
+# | the heading of that arrow on the map | yaw = atan2( 2(wz + xy), w² + x² - y² - z² ) |
+#
+# Go through the second line by hand; it is four small products.
+# The third line is sixteen of them, so let Python check it, for a robot on a ramp that tilts forward and to the side.
+# **What will it be?** Will "twice the angle" agree with the arrow?
+
+# %%
+def multiply(p, q):
+    """Return the product of two quaternions (w, x, y, z), by the rules above."""
+    a, b, c, d = p
+    w, x, y, z = q
+    return (
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    )
+
+
+w, x, y, z = 0.9, 0.1, 0.3, 0.3  # 0.81 + 0.01 + 0.09 + 0.09 = 1
+_, east, north, up = multiply(multiply((w, x, y, z), (0, 1, 0, 0)), (w, -x, -y, -z))
+print(f"ahead points to x = {east:.2f}, y = {north:.2f}, z = {up:.2f}")
+print(f"by the table:   x = {w * w + x * x - y * y - z * z:.2f}, y = {2 * (w * z + x * y):.2f}")
+print(f"heading of the arrow {math.degrees(math.atan2(north, east)):.1f}°")
+print(f"twice the angle      {math.degrees(2 * math.atan2(z, w)):.1f}°")
+
+# %% [markdown]
+# The arrow points 43.2° to the left (and a little down: the robot faces downhill).
+# "Twice the angle" is 6° off, and nothing would have told you.
+#
+# (On flat ground both agree: with x = y = 0 the two terms are w² - z² and 2wz, the cosine and the sine of twice the half angle.)
+#
+# ### Exercise 3: read a heading
+#
+# Write `yaw_from_quaternion` by the last line of the table.
+# `math.atan2(sine, cosine)` takes the y part first, and gives -π to π with both ends; you have a function for that since exercise 2.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/utils/conversions.py
+def yaw_from_quaternion(q: Quaternion) -> float:
+    # TODO: the heading of the arrow "ahead", in (-pi, pi]
+    return 0.0
+
+# %%
+right = Quaternion(z=math.sqrt(0.5), w=-math.sqrt(0.5))
+ramp = Quaternion(x=0.1, y=0.3, z=0.3, w=0.9)
+tries(
+    {
+        "yaw_from_quaternion(Quaternion(w=1.0))": 0.0,
+        "yaw_from_quaternion(right)": -pi / 2,
+        "yaw_from_quaternion(ramp)": math.atan2(0.60, 0.64),
+        "yaw_from_quaternion(Quaternion(z=1.0, w=0.0))": pi,
+        "yaw_from_quaternion(Quaternion(z=-1.0, w=0.0))": pi,
+        "yaw_from_quaternion(quaternion_from_yaw(3.0))": 3.0,
+        "yaw_from_quaternion(quaternion_from_yaw(4.0))": 4.0 - math.tau,
+    },
+    of=CONVERSIONS,
+)
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The last row of the table in "The formula, in four lines".
+# </details>
+#
+# <details><summary>Hint 2: the formula</summary>
+#
+# - sine: `2 * (q.w * q.z + q.x * q.y)`
+# - cosine: `q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z`
+# - `normalize_angle(...)` around the result, because `atan2` can give -π.
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# def yaw_from_quaternion(q: Quaternion) -> float:
+#     sine = 2.0 * (q.w * q.z + q.x * q.y)
+#     cosine = q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z
+#     ...                  # return the normalized angle of the two
+# ```
+# </details>
 
 # %% [markdown]
 # ## Degrees in a radians field
 #
-# The message says `float64` and no more.
-# Somebody means 90° and writes 90.
+# The message says `float64` and nothing else.
+# Someone means 90° and writes 90.
 #
 # **Which way does that robot face?**
 # Do it by hand: a full turn is 6.283 rad.
@@ -304,7 +566,6 @@ live
 # %%
 from geometry_msgs.msg import Quaternion
 
-live.stop()
 oops = Quaternion(z=math.sin(90 / 2), w=math.cos(90 / 2))
 print(oops)
 rest = 90 % math.tau
@@ -314,21 +575,20 @@ print(f"{90 / math.tau:.2f} turns; the rest is {rest:.3f} rad or {math.degrees(r
 # Fourteen full turns, and then 116.6°.
 # Nothing complains: it is a valid quaternion, in a valid message, of the right type.
 # Wrong units do not crash; they arrive somewhere else.
-# Two habits help: a name or a docstring that says the unit, and a number that is asked whether it can be true.
-# No robot in this course turns faster than 1.9 rad/s, so an `angular.z` of 90 is no speed, it is a mistake in degrees.
+# Two habits help: a name or a docstring that states the unit, and the question whether a number can be true.
+# No robot in this course turns faster than 1.9 rad/s, so an `angular.z` of 90 is not a speed, it is a mistake in degrees.
 
 # %% [markdown]
-# ## Limits, and a number that is none
+# ## Limits, and NaN
 #
-# The last of the four functions keeps a number within limits; every robot does it before it commands a speed.
+# The last of the four functions keeps a number within limits; every robot does that before it commands a speed.
 #
 #     speed = min(max(speed, -0.5), 0.5)
 #
 # Now a sensor fails, numpy divides 0 by 0, and the speed is **NaN**, "not a number".
-# NaN has one property you have to know by heart: *every* comparison with it is False.
+# NaN has one property that you have to know by heart: *every* comparison with it is False.
 
 # %%
-nan = math.nan
 print("nan < 0.5:", nan < 0.5, "  nan > 0.5:", nan > 0.5, "  nan == nan:", nan == nan)
 
 # %% [markdown]
@@ -344,161 +604,80 @@ print("max(low, min(high, nan)) =", max(low, min(high, nan)))
 
 # %% [markdown]
 # Only the first line still says that something is wrong.
-# With the others one broken sensor makes the robot drive at full speed: backwards twice, and once forwards.
+# The others make a command of it: one broken sensor, and the robot drives at full speed, backwards twice and forwards once.
 # `max(a, b)` keeps `a` unless `b > a`, so with NaN it is the *order* that decides.
 #
-# A clamp that turns NaN into a limit hides the fault and makes a command of it.
-# Yours shall let NaN through as NaN, so that whoever asks next, "is this a finite number?", can still see it.
+# ### Exercise 4: keep a number within limits
+#
+# A clamp that turns NaN into a limit hides the fault.
+# Yours returns NaN for NaN, so that the next function that asks "is this a finite number?" can still see it.
+# Do it without `min` and `max`: two questions, each of which NaN answers with False.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/utils/conversions.py
+def clamp(value: float, low: float, high: float) -> float:
+    # TODO: below low, above high, and everything else
+    return 0.0
+
+# %%
+tries(
+    {
+        "clamp(0.2, -0.5, 0.5)": 0.2,
+        "clamp(7.0, -0.5, 0.5)": 0.5,
+        "clamp(-7.0, -0.5, 0.5)": -0.5,
+        "clamp(-inf, -0.5, 0.5)": -0.5,
+        "clamp(nan, -0.5, 0.5)": nan,
+    },
+    of=CONVERSIONS,
+)
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The line with `nan < 0.5` above: which branch of an `if` does NaN take?
+# </details>
+#
+# <details><summary>Hint 2: the form</summary>
+#
+# Two `if`s, each with a `return` of its own, and a last `return` for all that is left.
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# def clamp(value: float, low: float, high: float) -> float:
+#     if value < low:
+#         return low
+#     if value > high:
+#         return high
+#     ...                  # what is left: values within the limits, and NaN
+# ```
+# </details>
 
 # %% [markdown]
 # ## Four functions and their edges
 #
-# Now write them: `utils/conversions.py`, the contract's four functions.
-# They know nothing of nodes and topics, only numbers, so they can be tried in a cell and tested without a robot.
+# Your file now holds the contract's four functions.
+# Requirement **F14** asks that they are right at their edges, which is where the next bug is: 0, both ends, one step beyond each end, and NaN.
 #
-# | function | gives | edges |
+# | function | returns | edges |
 # |---|---|---|
-# | `yaw_from_quaternion(q)` | yaw in rad, in (-π, π] | q and -q give the same; x and y may be other than 0 |
+# | `yaw_from_quaternion(q)` | yaw in rad, in (-π, π] | q and -q give the same; x and y may differ from 0 |
 # | `quaternion_from_yaw(yaw)` | a `Quaternion` | any yaw, also beyond a full turn |
 # | `normalize_angle(angle)` | the same direction in rad, in (-π, π] | -π gives π; 3π too; NaN gives NaN |
 # | `clamp(value, low, high)` | `value`, or the nearer limit | NaN gives NaN |
 #
-# Write into the cell below and run it: `%%writefile` saves it as a file of your package.
-# The `TODO`s that ask for docstrings can wait for the next section.
-# (`%%writefile` makes no folders, so the line before it makes sure that there is one.)
-
-# %%
-# !mkdir -p ros2_robot_controller/utils
-
-# %% tags=["exercise"]
-# %%writefile ros2_robot_controller/utils/conversions.py
-# TODO 5: a docstring for the module: what is in here, and what stays out?
-import math
-
-from geometry_msgs.msg import Quaternion
-
-# TODO 6: a docstring in each of the four functions: what it gives, in which unit, in which range.
-
-
-def yaw_from_quaternion(q: Quaternion) -> float:
-    # TODO 1: the yaw of any quaternion, in (-pi, pi].
-    return 0.0
-
-
-def quaternion_from_yaw(yaw: float) -> Quaternion:
-    # TODO 2: half the angle, in two of the four numbers.
-    return Quaternion()
-
-
-def normalize_angle(angle: float) -> float:
-    # TODO 3: fold the angle into (-pi, pi]. Which of the two ends needs care?
-    return angle
-
-
-def clamp(value: float, low: float, high: float) -> float:
-    # TODO 4: keep the value between low and high. Comparisons with NaN are False: use that.
-    return value
-
-# %% [markdown]
-# Try them here first: `%run` runs your file as it is saved now and puts its functions into the notebook.
-# Add lines of your own to the list.
-# An edge is where the next bug sits: 0, both ends, one step beyond each end, and a value that is none.
-
-# %%
-# %run ros2_robot_controller/utils/conversions.py
-pi = math.pi
-right, tilted = Quaternion(z=0.7071, w=-0.7071), Quaternion(x=0.5, y=0.5, z=0.5, w=0.5)
-tries = [
-    (normalize_angle, (0.5,), 0.5),
-    (normalize_angle, (3 * pi,), pi),
-    (normalize_angle, (-pi,), pi),
-    (normalize_angle, (-pi - 0.1,), pi - 0.1),
-    (yaw_from_quaternion, (right,), -pi / 2),
-    (yaw_from_quaternion, (tilted,), pi / 2),
-    (clamp, (7.0, -0.5, 0.5), 0.5),
-    (clamp, (-7.0, -0.5, 0.5), -0.5),
-    (clamp, (nan, -0.5, 0.5), nan),
-]
-for function, values, wanted in tries:
-    got = function(*values)
-    fits = math.isnan(got) if math.isnan(wanted) else math.isclose(got, wanted, abs_tol=1e-3)
-    verdict = "right" if fits else "NOT YET"
-    print(f"{function.__name__:20s} gave {got:7.3f}, wanted {wanted:7.3f}  {verdict}")
-for yaw, wanted in ((0.0, 0.0), (3.0, 3.0), (-3.0, -3.0), (pi, pi), (4.0, 4.0 - 2 * pi)):
-    got = yaw_from_quaternion(quaternion_from_yaw(yaw))
-    fits = math.isclose(got, wanted, abs_tol=1e-3)
-    verdict = "right" if fits else "NOT YET"
-    print(f"{yaw:6.3f} there and back gave {got:7.3f}, wanted {wanted:7.3f}  {verdict}")
-
-# %% [markdown]
-# And now the grader's own check, the same that will look at what you hand in.
+# This is the grader's own check, the same that will look at what you hand in.
 # It builds the package first, so the first time takes a while.
 
 # %% tags=["check"]
 check("F14")
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# - Yaw: the heading is the direction in which the robot's x axis points, once it has been rotated by q. Two formulas give that direction's sine and cosine, `math.atan2(sine, cosine)` gives the angle. "Quaternion to yaw" is worth a search; the ROS 2 page is [Quaternion fundamentals](https://docs.ros.org/en/jazzy/Tutorials/Intermediate/Tf2/Quaternion-Fundamentals.html).
-# - Normalizing: Python's `math` has a function for the remainder that is *nearest to zero*. It is not `%` and not `fmod`.
-# - Clamp: two `if`s are enough, and need no `min` or `max`.
-# </details>
-#
-# <details><summary>Hint 2: the formulas</summary>
-#
-# - `sine = 2 * (w * z + x * y)` and `cosine = 1 - 2 * (y * y + z * z)`, for a quaternion of length 1.
-# - `math.remainder(angle, math.tau)` gives -π ... π, with both ends possible. One of them is not allowed.
-# - `atan2` can give -π too.
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# ```python
-# def normalize_angle(angle: float) -> float:
-#     if not math.isfinite(angle):
-#         return math.nan  # math.remainder(inf, ...) raises ValueError
-#     wrapped = math.remainder(angle, math.tau)
-#     ...                  # one line: which of the two ends does it give back as the other?
-#
-# def clamp(value: float, low: float, high: float) -> float:
-#     if value < low:
-#         return low
-#     if value > high:
-#         return high
-#     ...                  # what is left: values within, and NaN
-# ```
-#
-# `yaw_from_quaternion` ends in a call of `normalize_angle`; `quaternion_from_yaw` is the table by hand from above, with names: `Quaternion(x=0.0, ...)`.
-# </details>
-#
-# ### Your functions at work
-#
-# Here is the robot that turned the long way round, with one change: the difference is normalized, by *your* function.
-
-# %%
-def shortest(wanted, yaw):
-    """Return the turn from yaw to wanted, in rad, positive to the left."""
-    return normalize_angle(wanted - yaw)
-
-
-first, second = turn(-170, 170, shortest), turn(90, 183, shortest)
-print(f"from -170° to 170°: turned by {turned(first):.0f}°")
-print(f"from   90° to 183°: turned by {turned(second):.0f}°")
-heading_view([("from -170° to 170°", first), ("from 90° to 183°", second)])
-
-# %% [markdown]
-# Look for 20° and 93°; until your function works, the numbers are those from before.
-# Notice what did *not* have to change: the goal is still 183°, the heading still jumps at 180°.
-# Normalize differences, and it does not matter where the circle is cut.
-#
-# **Change one thing:** let the robot turn from 0° to 180°, then from 1° to 180° and from -1° to 180°. Which way does it turn, and why may it choose in the first case?
-
-# %% [markdown]
 # ## Say what a function gives
 #
-# Somebody uses your functions next week.
-# What they see is this:
+# Someone else uses your functions next week.
+# This is what they see:
 
 # %%
 help(clamp)
@@ -518,7 +697,7 @@ help(normalize_angle)
 # | the range | in (-pi, pi] |
 # | what happens at the edges | NaN stays NaN; inf where there is none |
 #
-# Do not say what the name and the type say already, and do not tell how it works: the code does that, and it is never out of date.
+# Do not repeat what the name and the type say already, and do not tell how it works: the code does that, and it is never out of date.
 #
 # How docstrings are *written* is a matter of agreement, and ROS packages agree on the rules of PEP 257, checked by a linter: `ament_pep257`.
 # Here are three functions with something to find, in a file beside your package.
@@ -550,16 +729,16 @@ def bare(value):
 # !cd ../.. && ament_pep257 three_docstrings.py
 
 # %% [markdown]
-# The first function gets three findings: no full stop (two rules say so) and "Returns", where an order was wanted.
+# The first function gets three findings: no full stop (two rules say so), and "Returns", where an order was wanted.
 # The second lacks an empty line after its first sentence.
 #
-# And the third, which says nothing at all?
+# And the third, which has no docstring at all?
 # **No finding.**
 # ROS's setting of the linter looks at how docstrings are written, not at whether they are there.
 # A linter that is silent has not said that all is well.
-# The grader counts the missing ones itself: public modules, classes and functions, with full marks at 90 %.
+# So requirement **Q2** counts the missing ones too: public modules, classes and functions, with full marks at 90 %.
 #
-# This is how the second one reads when it is right; the summary starts on the line after the quotes, as ROS likes it:
+# This is the second one, put right; the summary starts on the line after the quotes, as ROS likes it:
 #
 # ```python
 # def limit(value: float) -> float:
@@ -570,7 +749,8 @@ def bare(value):
 #     """
 # ```
 #
-# Now go back to your `conversions.py` above, do TODO 5 and 6, run its cell again, and then these two.
+# **Your turn:** go back to exercises 1 to 4 and give each function a docstring: what it returns, in which unit, in which range; one line or two each.
+# Run the four cells again, and then these two.
 
 # %% tags=["nbval-ignore-output"]
 # As above: the order of the lines may change.
@@ -585,7 +765,7 @@ check("Q2")
 # <details><summary>Hint 1: where to look</summary>
 #
 # The check names file and line of what lacks a docstring.
-# A module's docstring is the first thing in the file, above the imports; a function's is the first thing below `def`.
+# It is the first thing below `def`, indented like the code.
 # </details>
 #
 # <details><summary>Hint 2: the form</summary>
@@ -597,8 +777,6 @@ check("Q2")
 # <details><summary>Hint 3: all but the last line</summary>
 #
 # ```python
-# """Turn angles and quaternions into each other. ..."""   # and what is it that does not belong here?
-#
 # def quaternion_from_yaw(yaw: float) -> Quaternion:
 #     """Return the unit quaternion of a rotation by `yaw` radians about z."""
 #
@@ -614,7 +792,7 @@ check("Q2")
 # > **On a real TurtleBot 4**
 # >
 # > - `ros2 topic echo --once --field pose.pose.orientation /odom` shows the same four numbers. x and y are not quite 0 there: floors and sensors are never level.
-# > - The lidar is mounted turned by 90° to the left. Its frame relative to the robot is the quaternion z = w = 0.7071, which you can now read at a glance. A program that takes the beam at angle 0 for "ahead" looks to the robot's left.
+# > - The lidar is mounted turned by 90° to the left. Its orientation on the robot is the quaternion z = w = 0.7071, which you can now read at a glance. Notebook 04 shows what that does to "ahead".
 # > - Odometry starts at yaw 0 wherever the robot stands when it is switched on. A heading means nothing until you say in which frame.
 
 # %% [markdown]
@@ -622,12 +800,12 @@ check("Q2")
 #
 # Not needed for the next notebook.
 #
-# - Quaternions can be longer than 1, for example after many multiplications. For those, 1 - 2(y² + z²) is wrong. Multiply out w² + x² - y² - z² for length 1 and see that it is the same; use it, and your function holds for every length.
+# - Most books write 1 - 2(y² + z²) for the cosine. Show that it is the same for a quaternion of length 1, and try both with one of length 2.
 # - The mean of angles that does work: add up the arrows, `atan2(sum of sines, sum of cosines)`. What does it say for 0° and 180°, and what *should* it say?
-# - Two turns one after the other are one multiplication of quaternions. Write it for z and w only, and check that it adds the angles.
+# - Two turns one after the other are one product of quaternions. Use `multiply` from above for two turns about z, and check that it adds the angles.
 
 # %% [markdown]
-# ## Do you remember?
+# ## Recall
 #
 # <details><summary>A message says z = 1, w = 0. Which way does the robot face?</summary>
 #
@@ -642,14 +820,18 @@ check("Q2")
 #
 # <details><summary>What is <code>max(low, min(high, value))</code> for a value of NaN, and why is that bad?</summary>
 #
-# `high`: `min(high, nan)` keeps `high`, for `nan < high` is False.
+# `high`: `min(high, nan)` keeps `high`, because `nan < high` is False.
 # A broken sensor becomes the command "full speed ahead".
+# </details>
+#
+# <details><summary>Why is "twice the angle of (w, z)" not enough on a ramp?</summary>
+#
+# A robot that tilts forward and to the side has x and y other than 0, and they change where "ahead" points.
 # </details>
 #
 # <details><summary>ament_pep257 finds nothing in a file. Does every function have a docstring?</summary>
 #
-# Not at all: its ROS setting leaves out the rules about missing docstrings.
+# Not necessarily: its ROS setting leaves out the rules about missing docstrings.
 # </details>
-
-# %% [markdown]
+#
 # **Next:** [04 Seeing](04_seeing.ipynb). The robot gets eyes: 360 numbers ten times a second, some of which are lies.

@@ -47,6 +47,7 @@ class Live(Engine):
         ValueError: driver and step are both given, or a number is out of range.
     """
 
+    # The views by their cells and by their displays.
     _shown: ClassVar[weakref.WeakValueDictionary[str, Live]] = weakref.WeakValueDictionary()
     _grace_s: ClassVar[float] = GRACE_S
 
@@ -91,6 +92,7 @@ class Live(Engine):
             self._open_widget()
             self._start_thread()
         self._display_id = self._display_id or uuid.uuid4().hex
+        self._shown[self._display_id] = self
         bundle, metadata = self._repr_mimebundle_()
         display(bundle, metadata=metadata, raw=True, display_id=self._display_id)  # type: ignore[no-untyped-call]
 

@@ -51,7 +51,6 @@ def validate(path: Path, workspace: Path, cell_seconds: float = notebook_run.CEL
         (folder / "notebooks").mkdir()
         environment = notebook_run.environment(workspace)
         startup = Path(environment["IPYTHONDIR"]) / "profile_default" / "startup"
-        startup.mkdir(parents=True, exist_ok=True)
         (startup / "semicolons.py").write_text(SEMICOLONS)
         shutil.copy(path, folder / "notebooks")
         ran = subprocess.run(

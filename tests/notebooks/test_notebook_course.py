@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable, Iterable
+from pathlib import Path
 
+import ament_flake8
 import pytest
 from helpers.notebook_rules import OF_PUBLISHED, OF_SOURCES, OF_STUDENTS, Page, Rule, sections_of_the_rubric_are_there
 
@@ -11,6 +15,7 @@ from grader.authoring import book, checkpoint_texts, notebook_source
 from grader.notebook import checkpoints, pieces
 from grader.scoring.rubric import Rubric
 
+STYLE = Path(ament_flake8.__file__).parent / "configuration" / "ament_flake8.ini"  # the rules of Q1
 NAMES = notebook_source.names()
 
 
@@ -85,6 +90,27 @@ def test_a_skeleton_with_its_pieces_is_the_solution(name: str, source_page: Call
             files[path] = pieces.merged(files[path], solved)
     for path, text in files.items():
         assert text == checkpoint_texts.solution(name, path), path
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_it_gives_and_its_skeletons_keep_ament_flake8s_rules(
+    name: str, source_page: Callable[[str], Page], tmp_path: Path
+):
+    """A learner who changes nothing but the TODOs must not lose points of Q1 for a line of ours."""
+    files = {path: cell for cell in source_page(name).code() if (path := notebook_source.written_file(cell))}
+    written = []
+    for path, cell in files.items():
+        text = notebook_source.body(cell)
+        if path.endswith(".py") or text.startswith("#!/usr/bin/env python3"):
+            (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / path).write_text(text)
+            written.append(path)
+    if not written:
+        return
+    # The TODOs use what a skeleton imports for them.
+    command = [sys.executable, "-m", "flake8", f"--config={STYLE}", "--extend-ignore=F401", "--jobs=1", *written]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stdout + done.stderr == ""
 
 
 def test_each_requirement_is_checked_in_some_notebook(rubric: Rubric, source_page: Callable[[str], Page]):

@@ -71,6 +71,23 @@ def test_time_lines_have_units_and_thresholds(crash: Recording) -> None:
     assert any("my_threshold 0.4 m" in text.get_text() for text in figure.axes[2].texts)
 
 
+def test_the_names_of_thresholds_stand_where_no_line_crosses_them(crash: Recording) -> None:
+    """The robot of this recording ends close to a wall, so they stand at the start."""
+    (name,) = run_view(crash, {"my_threshold": 0.4}).axes[2].texts
+    assert name.xy[0] == crash.t[0]
+
+
+def test_nothing_in_range_is_written_beside_the_thresholds() -> None:
+    simulator = Simulator(World("nothing anywhere"))
+    recorder = Recorder(simulator)
+    recorder.take(simulator.step(0.1))
+    axes = run_view(recorder.recording()).axes[2]
+    (height,) = [text.get_position()[1] for text in axes.texts if text.get_text() == "nothing in range"]
+    drawn = [line.get_ydata()[0] for line in axes.get_lines() if line.get_linestyle() == ":"]
+    assert drawn == [0.5, 0.2]
+    assert min(abs(height - value) for value in drawn) > 0.2
+
+
 @pytest.mark.parametrize(
     "view",
     [

@@ -73,7 +73,7 @@ def _one(item: Any) -> Substitution:
 
 
 def _instead(value: Any) -> str:
-    """Return what to write in place of a value that is no text."""
+    """Return what to write in place of a value that is not text."""
     if isinstance(value, list | tuple):
         return "put its parts into the list around it"
     return f"write str(…) around {value!r}" if value is not None else "leave it out, or write a text"

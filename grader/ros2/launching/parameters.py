@@ -188,7 +188,7 @@ def document(values: Mapping[str, Any], node: str) -> str:
 
 
 def listed(parameters: Any) -> list[Parameters | Parameter | ParameterFile]:
-    """Return the `parameters=` of a node, checked; raise TypeError for what is no list of dictionaries and files."""
+    """Return the `parameters=` of a node, checked; raise TypeError for what is not a list of dictionaries and files."""
     if not isinstance(parameters, list):
         raise TypeError(
             f"'Node' expected 'parameters' to be one of [<class 'list'>], but got '{parameters}' of type "

@@ -50,7 +50,7 @@ class LaunchConfiguration(Substitution):
 
 
 def texts(default: Any) -> Iterator[Substitution]:
-    """Yield the parts of a default; what is no text becomes one, item by item."""
+    """Yield the parts of a default; what is not text becomes text, item by item."""
     for item in default if isinstance(default, Iterable) and not isinstance(default, str) else [default]:
         yield item if isinstance(item, Substitution) else TextSubstitution(text=str(item))
 

@@ -94,6 +94,24 @@ def test_a_line_about_progress_leaves_nothing_behind():
     assert notebook.cells[0].outputs == []
 
 
+LIVE = """\
+from sim import Simulator, load_world
+from sim.live import Live
+live = Live(Simulator(load_world("office")))
+display(live)
+"""
+
+
+def test_a_live_view_that_nobody_watches_runs_for_a_while_and_is_stored_as_its_last_picture(tmp_path: Path):
+    """Not one that its author lets run: the page says for how long."""
+    cells = [LIVE, "live.simulator.time", f"{LIVE}live.run(2.0)", "live.simulator.time"]
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
+    assert notebook_run.execute(notebook, tmp_path / "ws").error is None
+    watched, its_time, _, other_time = [cell.outputs for cell in notebook.cells]
+    assert "image/png" in watched[-1].data
+    assert [output.data["text/plain"] for output in (*its_time, *other_time)] == ["10.0", "2.0"]
+
+
 def test_nbgrader_finds_its_metadata(example: Path, rubric: Rubric):
     notebook = notebook_source.read("02_interfaces", rubric, renamed(example, "02_interfaces"))
     marks = {cell["id"]: cell.metadata.nbgrader for cell in notebook.cells if "nbgrader" in cell.metadata}

@@ -118,10 +118,11 @@ def test_the_same_tree_gives_the_same_bytes(archive: Path, tmp_path: Path):
 
 def test_setup_installs_the_requirements_of_the_kit_without_developers_tools(kit: Path):
     project = tomllib.loads((kit / "pyproject.toml").read_text())
-    assert set(project["project"]["optional-dependencies"]) == {"ros", "build", "grade", "notebooks"}
+    assert set(project["project"]["optional-dependencies"]) == {"ros", "build", "grade", "notebooks", "setup"}
     assert set(project["tool"]) == {"setuptools"}
     pinned = {line.split("==")[0] for line in (kit / "requirements.txt").read_text().splitlines() if "==" in line}
-    assert {"jupyterlab", "ros-jazzy-rclpy", "colcon-core", "pymunk", "setuptools", "pytest", "nbformat"} <= pinned
+    needed = {"jupyterlab", "ros-jazzy-rclpy", "colcon-core", "pymunk", "setuptools", "pytest", "nbformat", "uv"}
+    assert needed <= pinned
     assert not pinned & {"mypy", "ruff", "hypothesis", "jupytext", "nbval"}
     assert "entry-points" not in project["project"]  # it would name a module that the kit does not have
 

@@ -124,6 +124,21 @@ def test_a_table_says_of_each_call_whether_it_is_right(capsys: pytest.CaptureFix
     )
 
 
+def test_a_table_reads_the_functions_of_a_file_first(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    file = tmp_path / "halves.py"
+    file.write_text("def halved(x):\n    return x / 2\n")
+    tries({"halved(3)": 1.5}, of=str(file))
+    file.write_text("import nonsense\ndef halved(x):\n    return x / 2\n")
+    tries({"halved(4)": 2.0}, of=str(file))
+    file.write_text("halved(4)(5)\n")
+    tries({"halved(4)": 2.0}, of=str(file))
+    assert capsys.readouterr().out.replace(str(tmp_path), "") == (
+        "right    halved(3)  1.5\n1 of 1 right\n"
+        "halves.py, line 1: No module named 'nonsense'\nright    halved(4)  2\n1 of 1 right\n"
+        "NOT YET  /halves.py cannot be run: TypeError: 'float' object is not callable\n"
+    )
+
+
 @pytest.mark.parametrize(
     ("got", "wanted", "equal"),
     [

@@ -348,6 +348,42 @@ report(contacts=len(run.recording.contacts), stands=run.simulator.twist.v)
     assert facts["stands"] == pytest.approx(0.0, abs=0.01)
 
 
+def test_a_file_of_ones_own_can_stand_in_for_a_node(laid_out: Callable[[str], Path]) -> None:
+    """Notebook 01 lets the empty node of its package drive, by a class derived from it."""
+    facts = play(
+        laid_out("02"),
+        """
+from pathlib import Path
+Path("../../circle.py").write_text('''
+import sys
+from geometry_msgs.msg import Twist
+from ros2_robot_controller.robot_controller import RobotController
+from ros2_robot_controller.utils.running import run
+
+
+class Circle(RobotController):
+    def __init__(self):
+        super().__init__()
+        self.speeds = self.create_publisher(Twist, 'cmd_vel', 10)
+        self.create_timer(0.1, self.go)
+
+    def go(self):
+        speed = Twist()
+        speed.linear.x = 0.25
+        self.speeds.publish(speed)
+
+
+sys.exit(run(Circle))
+''')
+run = run_node("robot_controller", program="../../circle.py")
+run.drive(2.0)
+report(trouble=run.trouble, v=run.simulator.twist.v)
+""",
+    )
+    assert facts["trouble"] == ""
+    assert facts["v"] == pytest.approx(0.25, abs=0.02)
+
+
 @pytest.mark.slow
 def test_a_reset_of_the_live_view_starts_the_node_anew(laid_out: Callable[[str], Path]) -> None:
     facts = play(

@@ -1,0 +1,112 @@
+"""How the tests are shared out among processes, and what is said of the time they take.
+
+With `-n 2 --dist loadfile`, as `make test` runs them, each file stays in one of pytest-xdist's processes, so that a
+fixture of a file is made once. Each process has temporary folders of its own.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import signal
+import time
+from collections import Counter
+from typing import Any
+
+import pytest
+
+ONE_NETWORK = (
+    "tests/notebooks/test_notebook_runs.py",
+    "tests/grader/notebook/test_session.py",
+    "tests/grader/trials/test_service_proxy.py",
+    "tests/grader/trials/test_listening.py",
+)
+"""Files whose nodes use this machine's own network. They run one after the other, in one process, so that no test
+meets the nodes of another. All others start theirs in networks of their own."""
+
+DEAR = (
+    *ONE_NETWORK,
+    "tests/grader/test_grading.py",
+    "tests/grader/test_variants.py",
+    "tests/grader/student_tests/test_suite_run.py",
+    "tests/grader/student_tests/test_worker.py",
+    "tests/grader/mutation/test_mutant_run.py",
+    "tests/grader/student_tests/test_padding.py",
+)
+"""The files that take longest. They begin first: the last to begin runs while other cores have nothing to do."""
+
+TAKES = {"not slow": "6 to 8 minutes on two idle cores, 3 more the first time", "": "several hours"}
+"""How long the whole selection takes, by pytest's option -m."""
+
+_began = time.monotonic()
+_seconds: Counter[str] = Counter()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let SIGINT interrupt the tests and what they start: a shell has it ignored in what it runs in the background."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Share out by file where that is asked for."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class ByFile(LoadFileScheduling):  # type: ignore[misc]
+        def _split_scope(self, nodeid: str) -> str:
+            return scope(nodeid)
+
+    config.option.loadscopereorder = False  # xdist would begin with the files of the most tests
+    return ByFile(config, log) if config.option.dist == "loadfile" else None
+
+
+def scope(nodeid: str) -> str:
+    """Return what must run in one process: the file of a test, or all of ONE_NETWORK."""
+    file = nodeid.partition("::")[0]
+    return "one network" if file in ONE_NETWORK else file
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the files of DEAR first."""
+    items.sort(key=lambda item: rank(item.nodeid))
+
+
+def rank(nodeid: str) -> int:
+    """Return which turn the file of a test has."""
+    file = nodeid.partition("::")[0]
+    return DEAR.index(file) if file in DEAR else len(DEAR)
+
+
+def pytest_report_header(config: pytest.Config) -> str | None:
+    """Say before anything runs how long it will take, if that is known."""
+    cache = getattr(config, "cache", None)
+    if cache and (last := cache.get(_key(config), None)):
+        return f"time: the same tests took {words(last)} the last time"
+    whole = config.args_source is config.ArgsSource.TESTPATHS and not config.option.keyword
+    return f"time: {TAKES[config.option.markexpr]}" if whole and config.option.markexpr in TAKES else None
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Add up the time by folder."""
+    _seconds[report.nodeid.partition("::")[0].rpartition("/")[0]] += report.duration
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """Say after a run of more than a minute which folders took how long; remember how long all of it took."""
+    took = time.monotonic() - _began
+    cache = getattr(config, "cache", None)
+    if cache and not terminalreporter.stats.get("failed"):
+        cache.set(_key(config), round(took, 1))
+    if took > 60:
+        terminalreporter.section("seconds by folder")
+        for folder, seconds in _seconds.most_common():
+            terminalreporter.line(f"{seconds:8.0f}  {folder}")
+
+
+def words(seconds: float) -> str:
+    """Return a time in seconds or minutes."""
+    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"
+
+
+def _key(config: pytest.Config) -> str:
+    return "kit/took/" + hashlib.sha256(repr(config.invocation_params.args).encode()).hexdigest()[:16]
