@@ -111,11 +111,14 @@ def _raised(cell: NotebookNode) -> bool:
 
 # Where nobody watches, the picture of a live view would be that of its start.
 _LIVE_VIEWS = """
-import contextlib, sys
+import contextlib, sys, weakref
+
+seen = weakref.WeakSet()
 
 def let_it_run(_result):
     views = sys.modules.get("sim.live.view")
-    for live in {*views.Live._shown.values()} if views else ():
+    for live in {*views.Live._shown.values()} - {*seen} if views else ():
+        seen.add(live)
         if live.simulator.time == 0.0 and not live.is_running and not live.is_stopped:
             with contextlib.suppress(Exception):  # the view itself shows what a driver raises
                 live.run(10.0)

@@ -1167,7 +1167,7 @@ weather.destroy_node()
 # %%into ros2_robot_controller/sensor_processor.py
 class SensorProcessor:
     def _fuse(self) -> None:
-        pass  # TODO: nothing before the first scan; then fill a SensorFusionData and publish both messages
+        pass  # TODO: nothing before the first scan; then fill and publish both messages
 
 # %% [markdown]
 # To try it, give the node two publishers that only collect what they are told to publish.
