@@ -77,6 +77,7 @@ def execute(notebook: NotebookNode, workspace: Path, kit: Path = KIT) -> Noteboo
         client = NotebookClient(
             notebook,
             timeout=CELL_SECONDS,
+            startup_timeout=CELL_SECONDS,  # nbclient gives a kernel a minute, which a busy machine may need to import
             kernel_name="python3",
             record_timing=False,
             store_widget_state=False,
