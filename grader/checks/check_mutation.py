@@ -10,12 +10,12 @@ _LISTED = 8
 
 
 def test_mutants_are_noticed(judge: Judge) -> None:
-    """The package's own tests notice faults put into its source: no points at 10 %, these points at 42.5 %."""
+    """The package's own tests notice mutants of its source: no points at 10 %, these points at 42.5 %."""
     _share(judge, _NONE, _MIDDLE)
 
 
 def test_most_mutants_are_noticed(judge: Judge) -> None:
-    """The package's own tests notice most faults put into its source: none of these points at 42.5 %, all at 75 %."""
+    """The package's own tests notice most mutants of its source: none of these points at 42.5 %, all at 75 %."""
     _share(judge, _MIDDLE, _FULL)
 
 
@@ -59,7 +59,7 @@ def _conviction(mutation: Mutation) -> str:
     names = ", ".join(short_name(name) for name in mutation.convicted[:3])
     return (
         f"{names} failed each time a line was rewritten without changing what the package does{change}. A test that "
-        "fails on any change of the source does not show that it finds faults"
+        "fails on any change of the source does not show that it finds mistakes"
     )
 
 

@@ -34,11 +34,13 @@ class Checkpoint:
     """The files that one notebook adds or replaces, by their paths in the package.
 
     Students write the `exercises`, the course writes the `given` files, a command in the notebook writes those `made`.
+    The `optional` files are the solution's; the notebook suggests them, and no cell writes them.
     """
 
     exercises: tuple[str, ...] = ()
     given: tuple[str, ...] = ()
     made: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()
 
 
 _P = spec.PACKAGE
@@ -73,12 +75,12 @@ CHECKPOINTS = {
         ),
     ),
     "09_tests_that_notice": Checkpoint(
-        exercises=(
-            *spec.NODE_TESTS, "test/test_conversions.py", "test/test_layers.py", "test/test_motion.py",
-            "test/test_running.py", "test/test_scans.py", "test/test_settings.py", "test/test_speed_server.py",
-            "test/test_steering.py",
-        ),
+        exercises=("test/test_motion.py", *spec.NODE_TESTS, "test/test_scans.py"),
         given=("test/conftest.py",),
+        optional=(
+            "test/test_conversions.py", "test/test_layers.py", "test/test_running.py", "test/test_settings.py",
+            "test/test_speed_server.py", "test/test_steering.py",
+        ),
     ),
     "10_show_and_hand_in": Checkpoint(
         exercises=("scripts/demo.py", "README.md"), given=("LICENSE",), made=("test_results.xml",)
@@ -166,7 +168,7 @@ def _student_work_before(key: str) -> set[str]:
     own: set[str] = set()
     for earlier, files in _BY_NUMBER.items():
         if earlier < key:
-            own = (own | {*files.exercises, *files.made}) - {*files.given}
+            own = (own | {*files.exercises, *files.made, *files.optional}) - {*files.given}
     return own
 
 
