@@ -20,7 +20,7 @@ from nbformat import NotebookNode
 
 from grader import KIT
 from grader.authoring import checkpoint_texts, editions, nbgrader, notebook_run, notebook_source, stored_outputs
-from grader.errors import KitError
+from grader.errors import GraderError, KitError
 from grader.scoring.rubric import RUBRIC, Rubric, load
 
 PICTURE_WIDTH = 1000  # pixels: as wide as a notebook's column on most screens
@@ -29,6 +29,7 @@ _TABLE_MARK = "<!-- Written by `python -m grader.authoring.book table`; do not e
 _VERBS = {
     "build": "write both editions; the published one is run with the solutions, and every check must pass",
     "student": "write the student edition alone; this runs nothing",
+    "reword": "write both editions after a change of the prose alone: the published outputs stay, nothing is run",
     "pictures": "draw notebooks/pictures/NN.png",
     "check": "list the notebooks that differ from their source",
     "nbgrader": "write the notebooks as an nbgrader assignment into an nbgrader course folder",
@@ -84,6 +85,10 @@ def _run_verb(options: argparse.Namespace, name: str, rubric: Rubric, folder: Pa
         return _draw(name, folder)
     if options.verb == "student":
         print(f"{write_student(name, rubric, folder).name} written")
+        return True
+    if options.verb == "reword":
+        reword(name, rubric, folder)
+        print(f"{name}: both editions written")
         return True
     if options.verb == "untouched":
         return _print_run(name, run_untouched(name, rubric, folder))
@@ -143,6 +148,31 @@ def publish(
         target.parent.mkdir(exist_ok=True)
         write(run.notebook, target)
     return run
+
+
+def reword(
+    name: str,
+    rubric: Rubric,
+    folder: Path = notebook_source.NOTEBOOKS,
+    solutions: notebook_run.Solutions = checkpoint_texts.solution,
+) -> None:
+    """Write both editions of the notebook `name`, the published one with the outputs that are stored.
+
+    Raises:
+        GraderError: the code has changed too, so that the outputs may be others.
+    """
+    target = editions.published_file(name, folder)
+    made = editions.published(name, rubric, folder, solutions)
+    old = [cell for cell in read_stored(target).cells if cell.cell_type == "code"]
+    code = [cell for cell in made.cells if cell.cell_type == "code"]
+    if [cell.source for cell in code] != [cell.source for cell in old]:
+        raise GraderError(
+            f"The code of {name} has changed too. Run `python -m grader.authoring.book build {name[:2]}`."
+        )
+    for cell, stored in zip(code, old, strict=True):
+        cell.outputs, cell.execution_count = stored.outputs, stored.execution_count
+    write_student(name, rubric, folder)
+    write(made, target)
 
 
 def run_solved(

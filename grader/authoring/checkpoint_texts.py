@@ -82,7 +82,7 @@ def texts(notebook: str) -> dict[str, str]:
     """
     files = checkpoints.checkpoint(notebook)
     given = given_texts(notebook) if files.given else {}
-    solved = {path: solution(notebook, path) for path in (*files.exercises, *files.made)}
+    solved = {path: solution(notebook, path) for path in (*files.exercises, *files.made, *files.optional)}
     return {path: given[path] for path in files.given} | solved
 
 

@@ -77,6 +77,7 @@ def execute(notebook: NotebookNode, workspace: Path, kit: Path = KIT) -> Noteboo
         client = NotebookClient(
             notebook,
             timeout=CELL_SECONDS,
+            startup_timeout=CELL_SECONDS,  # nbclient gives a kernel a minute, which a busy machine may need to import
             kernel_name="python3",
             record_timing=False,
             store_widget_state=False,
@@ -110,11 +111,14 @@ def _raised(cell: NotebookNode) -> bool:
 
 # Where nobody watches, the picture of a live view would be that of its start.
 _LIVE_VIEWS = """
-import contextlib, sys
+import contextlib, sys, weakref
+
+seen = weakref.WeakSet()
 
 def let_it_run(_result):
     views = sys.modules.get("sim.live.view")
-    for live in {*views.Live._shown.values()} if views else ():
+    for live in {*views.Live._shown.values()} - {*seen} if views else ():
+        seen.add(live)
         if live.simulator.time == 0.0 and not live.is_running and not live.is_stopped:
             with contextlib.suppress(Exception):  # the view itself shows what a driver raises
                 live.run(10.0)

@@ -7,9 +7,10 @@ import fcntl
 import hashlib
 import os
 import stat
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from importlib import metadata
+from functools import cache
 from pathlib import Path
 
 from grader import evidence
@@ -79,11 +80,12 @@ def build_tree_folder(source: Path, cache: Path) -> Path | None:
     return cache / "trees" / digest.hexdigest()[:40]
 
 
+@cache
 def toolchain_id() -> str:
     """Return the versions and places of what builds and runs packages."""
-    versions = sorted(
-        f"{d.name}={d.version}" for d in metadata.distributions() if d.name.startswith(("ros-jazzy", "colcon", "cmake"))
-    )
+    # By the names of folders: to read the metadata of three hundred distributions takes 0.1 s of CPU time.
+    installed = {path.name for folder in sys.path for path in Path(folder).glob("*.dist-info")}
+    versions = sorted(name for name in installed if name.startswith(("ros_jazzy", "colcon", "cmake")))
     return "\n".join([str(ros_env.PREFIX), str(ros_env.BASE_PREFIX), *versions])
 
 

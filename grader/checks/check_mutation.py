@@ -10,12 +10,12 @@ _LISTED = 8
 
 
 def test_mutants_are_noticed(judge: Judge) -> None:
-    """The package's own tests notice faults put into its source: no points at 10 %, these points at 42.5 %."""
+    """The package's own tests notice mutants of its source: no points at 10 %, these points at 42.5 %."""
     _share(judge, _NONE, _MIDDLE)
 
 
 def test_most_mutants_are_noticed(judge: Judge) -> None:
-    """The package's own tests notice most faults put into its source: none of these points at 42.5 %, all at 75 %."""
+    """The package's own tests notice most mutants of its source: none of these points at 42.5 %, all at 75 %."""
     _share(judge, _MIDDLE, _FULL)
 
 
@@ -28,8 +28,10 @@ def _share(judge: Judge, none: float, full: float) -> None:
     # Whole tenths of a percent, so that the last digit of a float never decides a point.
     percent = round(100 * len(noticed) / len(judged), 1)
     share = (percent - none) / (full - none)
-    if share < 1:
-        seen = f"{len(noticed)} of {len(judged)} mutants were noticed, {percent:g} %" + _notes(mutation)
+    seen = f"{len(noticed)} of {len(judged)} mutants were noticed, {percent:g} %" + _notes(mutation)
+    if share >= 1:
+        judge.remark(seen)
+    else:
         try_ = "for each line listed, write down what would go wrong, then write a test that asserts that it does not"
         judge.share(share, "\n".join([seen, *_unnoticed(judged)]), try_)
 
@@ -57,7 +59,7 @@ def _conviction(mutation: Mutation) -> str:
     names = ", ".join(short_name(name) for name in mutation.convicted[:3])
     return (
         f"{names} failed each time a line was rewritten without changing what the package does{change}. A test that "
-        "fails on any change of the source does not show that it finds faults"
+        "fails on any change of the source does not show that it finds mistakes"
     )
 
 

@@ -1,4 +1,4 @@
-"""The functions that the notebooks import: `begin`, `start_at`, `check`, `run_node`, `tries`."""
+"""The functions that the notebooks import: `begin`, `start_at`, `check`, `run_node`, `tries`, `mine`, `bench`, ..."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from grader.notebook import cell_hooks, checkpoints, feedback
+from grader.notebook.bench import bench, mine
 from grader.notebook.feedback import Checked
+from grader.notebook.matrix import mutant_matrix
 from grader.notebook.tables import tries
 from grader.notebook.workspace import find, open_workspace
 
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
     from grader.notebook.session import Run
     from sim import World
 
-__all__ = ["begin", "check", "run_node", "start_at", "tries"]
+__all__ = ["begin", "bench", "check", "mine", "mutant_matrix", "run_node", "start_at", "tries"]
 
 
 def begin(notebook: str) -> None:

@@ -19,6 +19,7 @@ from pathlib import Path
 from grader.contract import spec
 from grader.errors import GraderError
 from grader.intake import course_marker
+from grader.notebook.file_backups import FileBackups
 from grader.notebook.workspace import Workspace, ignored_by_colcon
 
 PACKED = Path(__file__).parent / "checkpoints.bin"
@@ -33,11 +34,13 @@ class Checkpoint:
     """The files that one notebook adds or replaces, by their paths in the package.
 
     Students write the `exercises`, the course writes the `given` files, a command in the notebook writes those `made`.
+    The `optional` files are the solution's; the notebook suggests them, and no cell writes them.
     """
 
     exercises: tuple[str, ...] = ()
     given: tuple[str, ...] = ()
     made: tuple[str, ...] = ()
+    optional: tuple[str, ...] = ()
 
 
 _P = spec.PACKAGE
@@ -72,12 +75,12 @@ CHECKPOINTS = {
         ),
     ),
     "09_tests_that_notice": Checkpoint(
-        exercises=(
-            *spec.NODE_TESTS, "test/test_conversions.py", "test/test_layers.py", "test/test_motion.py",
-            "test/test_running.py", "test/test_scans.py", "test/test_settings.py", "test/test_speed_server.py",
-            "test/test_steering.py",
-        ),
+        exercises=("test/test_motion.py", *spec.NODE_TESTS, "test/test_scans.py"),
         given=("test/conftest.py",),
+        optional=(
+            "test/test_conversions.py", "test/test_layers.py", "test/test_running.py", "test/test_settings.py",
+            "test/test_speed_server.py", "test/test_steering.py",
+        ),
     ),
     "10_show_and_hand_in": Checkpoint(
         exercises=("scripts/demo.py", "README.md"), given=("LICENSE",), made=("test_results.xml",)
@@ -146,6 +149,7 @@ def start_at(workspace: Workspace, notebook: str) -> str:
         target.write_text(text, encoding="utf-8")
         if text.startswith("#!"):
             target.chmod(0o755)
+    FileBackups(workspace).note_laid_out({path: _last_written_before(path, key) for path in files})
     if own := _student_work_before(key):
         sums = {path: hashlib.sha256(files[path].encode()).hexdigest() for path in sorted(own)}
         marker = json.dumps({"laid_out_before": key, "sha256": sums}, indent=1)
@@ -154,12 +158,17 @@ def start_at(workspace: Workspace, notebook: str) -> str:
     return f"{words} Its earlier content is in {workspace.shown(backup)}." if backup else words
 
 
+def _last_written_before(path: str, key: str) -> str:
+    found = [e for e, files in _BY_NUMBER.items() if e < key and path in (*files.exercises, *files.given, *files.made)]
+    return found[-1] if found else ""
+
+
 def _student_work_before(key: str) -> set[str]:
     """Return the files that students write in the notebooks before this one and that the course does not replace."""
     own: set[str] = set()
     for earlier, files in _BY_NUMBER.items():
         if earlier < key:
-            own = (own | {*files.exercises, *files.made}) - {*files.given}
+            own = (own | {*files.exercises, *files.made, *files.optional}) - {*files.given}
     return own
 
 

@@ -31,6 +31,7 @@ LATER = {
     "check_graph::test_controller_shows_the_contracts_interfaces": Later(
         "07", "the controller's topics, services and action"
     ),
+    "check_habits::test_contract_numbers_are_parameters": Later("07", "the use of `fusion_rate`"),
     "check_interfaces::test_nodes_use_the_contracts_types": Later("07", "nodes that use the types"),
     "check_structure::test_layout_matches_the_contract": Later("10", "the last file of the contract's layout"),
     "check_structure::test_conversions_are_in_utils_and_used": Later(
@@ -41,8 +42,8 @@ LATER = {
 
 STAND_INS = {
     "F6": StandIn(
-        "06", "F12", "check_fusion::test_fuses_the_closest_valid_reading",
-        "your sensor processor took only valid readings; its points come in notebook 06, for the robot that drives",
+        "05", "F12", "check_fusion::test_fuses_the_closest_valid_reading",
+        "your sensor processor took only valid readings; its points come in notebook 05, for the robot that drives",
     ),
     "I7": StandIn(
         "05", "F13", "check_fusion::test_publishes_nothing_before_the_first_scan",

@@ -13,6 +13,10 @@ from pathlib import Path
 from grader.notebook import interface_types, workspace
 
 
+class MissingError(AttributeError):
+    """A module or node of the student's is not there; the reason has been printed."""
+
+
 def tries(table: Mapping[str, object], of: str = "") -> None:
     """Compute each call of the table, and print whether it gives what is wanted.
 
@@ -30,6 +34,8 @@ def tries(table: Mapping[str, object], of: str = "") -> None:
             got = eval(call, names)  # the author of the notebook wrote it
             fits = same(got, wanted)
             seen = shown(got)
+        except MissingError:
+            fits, seen = False, "-"
         except Exception as error:  # of the student's function; the other rows are still of interest
             fits, seen = False, f"{type(error).__name__}: {error}"
         right += fits
@@ -87,6 +93,7 @@ def shown(value: object) -> str:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         inner = ", ".join(f"{field.name}={shown(getattr(value, field.name))}" for field in dataclasses.fields(value))
         return f"{type(value).__name__}({inner})"
-    if isinstance(value, list):
-        return f"[{', '.join(map(shown, value))}]"
+    if isinstance(value, list | tuple):
+        inner = ", ".join(map(shown, value))
+        return f"[{inner}]" if isinstance(value, list) else f"({inner})"
     return repr(value)

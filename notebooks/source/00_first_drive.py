@@ -24,9 +24,10 @@
 # - drive a robot by sending it messages, from Python and from a terminal;
 # - say what a node, a topic and a message are, and find them in a running system with the `ros2` command;
 # - read a laser scan: which beam looks where, and what `inf` means;
-# - explain why a program that never spins hears nothing.
+# - explain why a program that never spins hears nothing;
+# - say what a requirement of the contract is, and where to read it.
 #
-# **Time:** about 40 minutes.
+# **Time:** about 45 minutes.
 #
 # **Your package so far:** nothing.
 # The first cell makes the folder in which it will grow.
@@ -444,7 +445,8 @@ plt.ylabel("v by odometry (m/s)");
 # ## Your turn: out of the corridor
 #
 # Drive the robot into the first office, through the door between x = 1.1 m and x = 2.1 m.
-# Write your way as a list of (v, ω, seconds), and mind the walls.
+# Write your way as a list of (v, ω, seconds), one line for each piece, and mind the walls.
+# Write all numbers with a point, `2.0` and not `2`: the fields of the message are floats, and ROS does not convert.
 
 # %%
 route = [
@@ -460,19 +462,10 @@ for v, omega, seconds in route:
 hand.publish(Twist())
 robot.picture()
 
-# %%
-here = simulator.pose
-if simulator.contacts:
-    print(f"not yet: it touched the {simulator.contacts[0].obstacle}")
-elif here.y < 1.8:
-    print(f"not yet: it is at x = {here.x:.1f} m, y = {here.y:.1f} m; the office begins behind y = 1.8 m")
-else:
-    print(f"you are in: x = {here.x:.1f} m, y = {here.y:.1f} m")
-
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The door's middle is at x = 1.6 m, and the robot starts at x = 0.6 m.
+# On the map at the top: the door's middle is at x = 1.6 m, and the robot starts at x = 0.6 m, y = 0.7 m.
 # Three pieces are enough: drive, turn, drive.
 #
 # </details>
@@ -481,16 +474,29 @@ else:
 #
 # distance = v · seconds, and angle = ω · seconds.
 # A quarter turn to the left is π/2 ≈ 1.57 rad.
-# All numbers must be written with a point: `2.0`, not `2`.
 #
 # </details>
 #
-# <details><summary>Hint 3: all but the last piece</summary>
+# <details><summary>Hint 3: all but the last line</summary>
 #
-# `(0.25, 0.0, 4.0)` drives one metre, `(0.0, 0.785, 2.0)` turns to the left.
-# From y = 0.7 m it is still more than a metre.
+# ```python
+# route = [
+#     (0.25, 0.0, 4.0),   # one metre ahead
+#     (0.0, 0.785, 2.0),  # a quarter turn to the left
+#     ...                 # from y = 0.7 m it is still more than a metre
+# ]
+# ```
 #
 # </details>
+
+# %%
+here = simulator.pose
+if simulator.contacts:
+    print(f"not yet: it touched the {simulator.contacts[0].obstacle}")
+elif here.y < 1.8:
+    print(f"not yet: it is at x = {here.x:.1f} m, y = {here.y:.1f} m; the office begins behind y = 1.8 m")
+else:
+    print(f"you are in: x = {here.x:.1f} m, y = {here.y:.1f} m")
 
 # %%
 robot.stop()
@@ -502,7 +508,7 @@ rclpy.try_shutdown()
 # ## What you will build
 #
 # You have just driven blindly, by counting seconds.
-# The package `ros2_robot_controller` does better.
+# The package `ros2_robot_controller`, which you write from the next notebook on, does better.
 # It has two nodes:
 #
 # | node | hears | says | can be asked |
@@ -523,10 +529,30 @@ rclpy.try_shutdown()
 # | 06 Services | set a speed, be refused, ask for the status |
 # | 07 Going there | drive to a place, tell how far it is, cancel |
 # | 08 Settings and launch | parameters; everything with one command |
-# | 09 Tests that notice | tests, and faults that test the tests |
+# | 09 Tests that notice | tests, and small mistakes put in on purpose to test the tests |
 # | 10 Show and hand in | the demonstration, the README, the hand-in |
 #
-# It grows in a **workspace**, a folder of which only `src` is written by hand.
+# ### The contract
+#
+# What the package must do is written down before you begin, as 31 numbered sentences called **requirements**.
+# Their letters say what they are about:
+#
+# | | about | for example |
+# |---|---|---|
+# | F1 to F14 | **f**unctionality: what the robot does | F4: driven at an obstacle, it stops and never touches it |
+# | I1 to I8 | **i**ntegration: a good neighbour among other ROS programs | I8: Ctrl-C ends each node, and the last command is zero |
+# | Q1 to Q6 | **q**uality: code that others can read | Q5: a README that is true |
+# | T1 to T3 | **t**ests that notice when something breaks | T1: tests exist for both nodes, and pass |
+#
+# Each is worth some points, 100 in all.
+# Nothing else is graded, and nothing is a secret: the same sentences are in the [handout](../docs/handout.md), each with the notebook that teaches it.
+# From now on a cell such as `check("F4")` asks the grader about one requirement.
+# It answers "passed" or "not yet", and "not yet" comes with what was *seen*, what was *expected*, and what to *try*.
+# Ask as often as you like: it is how you work, not an exam.
+#
+# ### The workspace
+#
+# The package grows in a **workspace**, a folder of which only `src` is written by hand.
 # `begin` has made it beside the notebooks, and changed into the package's folder:
 
 # %%
@@ -535,11 +561,11 @@ rclpy.try_shutdown()
 # %% [markdown]
 # > **On a real TurtleBot 4**
 # >
-# > - Its base listens on `cmd_vel` for `TwistStamped`, a `Twist` with a time. A plain `Twist` is ignored, silently. (A launch argument or a parameter of some packages chooses between the two; always ask `ros2 topic info`.)
+# > - In Jazzy its `cmd_vel` takes `TwistStamped`, a `Twist` with a time; a plain `Twist` on that topic is ignored, silently. The Create 3 base below still takes a plain `Twist` too. Which topic has which type depends on the robot's set-up, so ask first: `ros2 topic info /cmd_vel`.
 # > - It stops by itself half a second after the last command. So a program must command again and again, and yours will: ten times a second.
 # > - It drives at most 0.306 m/s until its safety limits are lifted; ours does 0.5 m/s.
-# > - Its lidar is mounted turned by 90°, so the beam at 0 rad does not look ahead. Always ask the robot where its sensor sits.
-# > - Its sensors publish *best effort*: what gets lost on the network is not sent again. Notebook 04 shows what that means for you.
+# > - Its lidar is mounted turned by 90°, so the beam at 0 rad does not look ahead. Always ask the robot where its sensor sits; notebook 04 shows how.
+# > - The sensors of its base publish *best effort*: what gets lost on the network is not sent again. Notebook 04 shows what that means for you.
 #
 # ## Go further
 #
@@ -575,6 +601,13 @@ rclpy.try_shutdown()
 # <details><summary>Which node must be changed so that a second program can listen to <code>/scan</code> too?</summary>
 #
 # None. Publishers do not know who listens.
+#
+# </details>
+#
+# <details><summary>A check says "I3 not yet". What is it about, and where do you read what is asked?</summary>
+#
+# About integration with ROS, by its letter.
+# The sentence itself is in the handout, and the check's answer quotes what was expected.
 #
 # </details>
 #

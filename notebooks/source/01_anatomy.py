@@ -583,6 +583,7 @@ check("I1")
 # %% [markdown]
 # In a terminal a built workspace must be *sourced* first: `source install/setup.bash` puts it on the paths on which ROS looks.
 # Your notebook does that after each build by itself.
+# A new terminal of this kit is prepared by one line before that, typed in the kit's folder: `source grader/ros2/setup.bash`.
 #
 # With your files done, both executables are there.
 # `ros2 run` starts one, which runs until Ctrl-C; `timeout -s INT 3` presses Ctrl-C after three seconds.

@@ -307,7 +307,7 @@ for degrees in (-10, 181, 540, -180, 180):
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/conversions.py
 def normalize_angle(angle: float) -> float:
-    # TODO: NaN for what is no direction; otherwise the remainder, with one end in place of the other
+    # TODO: NaN for what is no direction; otherwise the remainder, one end for the other
     return angle
 
 # %%

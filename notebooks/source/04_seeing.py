@@ -562,7 +562,7 @@ print("heard:", heard)
 # One odd message from a driver that is just starting, and the robot is blind or its controller is gone.
 #
 # **This is the end of part 1**, and a good place for a break.
-# F6 is asked of nodes, so `check("F6")` comes in part 2, when your first one sees, and again in notebook 06 for the one that drives.
+# F6 is asked of nodes, so `check("F6")` comes in part 2, when your first one sees, and again in notebook 05 for the one that drives.
 
 # %% [markdown]
 # ## Be seen on the graph
@@ -1167,7 +1167,7 @@ weather.destroy_node()
 # %%into ros2_robot_controller/sensor_processor.py
 class SensorProcessor:
     def _fuse(self) -> None:
-        pass  # TODO: nothing before the first scan; then fill a SensorFusionData and publish both messages
+        pass  # TODO: nothing before the first scan; then fill and publish both messages
 
 # %% [markdown]
 # To try it, give the node two publishers that only collect what they are told to publish.

@@ -16,6 +16,9 @@
 #
 # ![Requests arrive at the node, some are refused; the speed follows those that are not](pictures/06.png)
 #
+# A robot that takes every number it is told is dangerous, and one that says only "error" is no help.
+# Today yours answers, and can say no.
+#
 # You will be able to
 #
 # - say when a topic fits and when a service does;
@@ -26,8 +29,8 @@
 # Time: about 45 minutes.
 #
 # Your robot drives and stops.
-# How fast, a parameter says, and it takes any number.
-# Today it gets somebody to talk to:
+# How fast, a makeshift says, and it takes any number.
+# Today you replace it:
 #
 #     ros2_robot_controller/
 #     ├── srv/                       SetSpeed.srv  GetRobotStatus.srv   (notebook 02)
@@ -37,7 +40,7 @@
 #         └── robot_controller.py    <- given: starts the new class
 
 # %%
-from grader.notebook import begin, check, run_node, start_at
+from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
 begin("06")
 
 # %% [markdown]
@@ -151,6 +154,99 @@ print(f"asked for 0.3, arrives as {arrives:.17f}, above 0.3: {arrives > 0.3}")
 # At 1 m/s² it takes 0.3 s until the robot is that fast, and a wall may keep it from ever being so.
 # A callback that waited for it would keep the scans waiting too.
 # So the service only sets `self._speed`, and the control loop of notebook 05 does the rest.
+#
+# ### A node that takes orders, in four steps
+#
+# `SpeedServer` is a `Driver` with two more services.
+# Whatever the driver does, it does too; it only adds.
+# The skeleton first:
+
+# %%
+# !mkdir -p ros2_robot_controller
+
+# %% tags=["skeleton"]
+# %%writefile ros2_robot_controller/speed_server.py
+"""The robot takes orders: a speed to drive at, and the question how it is."""
+
+import math
+from typing import Any
+
+from ros2_robot_controller.driver import Driver
+from ros2_robot_controller.srv import GetRobotStatus, SetSpeed
+from ros2_robot_controller.utils import motion
+from ros2_robot_controller.utils.conversions import clamp
+
+FLOAT32_SLACK = 1e-6  # 0.3 arrives in a float32 message as 0.30000001
+
+
+def speed_refusal(speed: float, limit: float) -> str:
+    """Step 2."""
+    return ''
+
+
+class SpeedServer(Driver):
+    """
+    Let others set the speed in force, and tell them how the robot is.
+
+    Services: `set_speed` (SetSpeed), `get_status` (GetRobotStatus).
+    Parameters: `max_linear_speed` limits what may be set; `robot_name` stands in the log.
+    """
+
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__(**node_options)
+
+    def _on_set_speed(self, request: SetSpeed.Request,
+                      response: SetSpeed.Response) -> SetSpeed.Response:
+        return response  # step 3
+
+    def _on_get_status(self, _: GetRobotStatus.Request,
+                       response: GetRobotStatus.Response) -> GetRobotStatus.Response:
+        return response  # step 4
+
+    def _obstacle_in_way(self) -> bool:
+        return False  # step 4
+
+    def _direction(self) -> float:
+        return self._speed  # its sign counts, and 0 looks forward
+
+# %% [markdown]
+# The services' types are what rosidl made of your `srv` files in notebook 02: each has a `Request` and a `Response`.
+#
+# **Step 1: offer the services.**
+# The lamp above shows how.
+# `super().__init__(**node_options)` comes first: it does all that `Driver` does.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/speed_server.py
+class SpeedServer:
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__(**node_options)
+        # TODO: 'set_speed' calls self._on_set_speed, 'get_status' calls self._on_get_status.
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# `Lamp.__init__`, at the top of this notebook.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# `self.create_service(Type, 'name', callback)`; the types are `SetSpeed` and `GetRobotStatus`.
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# super().__init__(**node_options)
+# self.create_service(SetSpeed, 'set_speed', self._on_set_speed)
+# ...  # and the other one
+# ```
+# </details>
+
+# %%
+server = bench("speed_server.SpeedServer")
+tries({
+    "[s.service_name for s in server.services if s.srv_type.__name__ == 'SetSpeed']": ["/set_speed"],
+    "[s.service_name for s in server.services if s.srv_type.__name__ == 'GetRobotStatus']": ["/get_status"],
+})
 
 # %% [markdown]
 # ## Refuse a speed
@@ -208,6 +304,112 @@ print(f"4 s later: x = {simulator.pose.x:.2f} m, still at {simulator.twist.v:.1f
 # | `error` | nothing |
 # | `speed too high` | try less, but how much less? |
 # | `Speed unchanged: 0.8 m/s is beyond the limit of 0.5 m/s` | what was heard, what happened, what would be taken |
+#
+# **Step 2: why not?**
+# What may be refused is a plain function: it returns the reason, and an empty text if there is none.
+# An empty text counts as false in an `if`.
+# Two reasons: the speed is no finite number, or its size is above the limit (grant the hair: `limit * (1.0 + FLOAT32_SLACK)`).
+# Both state the limit.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/speed_server.py
+def speed_refusal(speed: float, limit: float) -> str:
+    """Return why `speed` may not be set, in words that state the limit; empty if it may."""
+    # TODO: not a finite number; beyond the limit
+    return ''
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# At the table of the four ways: the size counts, not the number. NaN comes first, because no comparison finds it.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# `math.isfinite(speed)` is false for NaN and for both infinities. In a message, `f'{speed:.3g} m/s'` makes 0.3 of 0.30000001192092896.
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# if not math.isfinite(speed):
+#     return f'a speed of {speed} is no number to drive at, the limit is {limit:.3g} m/s'
+# if abs(speed) > limit * (1.0 + FLOAT32_SLACK):
+#     return f'{speed:.3g} m/s is beyond the limit of {limit:.3g} m/s'
+# ...  # nothing against it
+# ```
+# </details>
+
+# %%
+server = mine("speed_server")
+tries({
+    "server.speed_refusal(0.3, 0.5)": "",
+    "server.speed_refusal(-0.5, 0.5)": "",
+    "server.speed_refusal(0.0, 0.5)": "",
+    "server.speed_refusal(float(np.float32(0.3)), 0.3)": "",  # the hair
+    "'0.5' in server.speed_refusal(0.51, 0.5)": True,
+    "'0.5' in server.speed_refusal(-9.0, 0.5)": True,
+    "'0.5' in server.speed_refusal(math.nan, 0.5)": True,
+    "'0.5' in server.speed_refusal(-math.inf, 0.5)": True,
+})
+
+# %% [markdown]
+# **Step 3: answer.**
+# `_on_set_speed` fills the response, and returns it in every case:
+#
+# - `success`: whether there was no reason against it;
+# - `message`: the refusal, or the speed that is in force now.
+#
+# If it is accepted, `self._speed` becomes the requested speed, clamped to the limit.
+# The limit is a parameter, read at each request: `self._value('max_linear_speed')`.
+# Log each answer with `self.get_logger().info(...)`, and name the robot by its parameter: two robots may share a log.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/speed_server.py
+class SpeedServer:
+    def _on_set_speed(self, request: SetSpeed.Request,
+                      response: SetSpeed.Response) -> SetSpeed.Response:
+        limit = self._value('max_linear_speed')
+        # TODO: is there a refusal? success, message, perhaps self._speed.
+        self.get_logger().info(f"{self._value('robot_name')}: {response.message}")
+        return response
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# `speed_refusal` decides; here the answer is only written down. What comes in is `request.speed`.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# `response.success = not refusal`; `clamp(request.speed, -limit, limit)`.
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# refusal = speed_refusal(request.speed, limit)
+# response.success = not refusal
+# if refusal:
+#     response.message = f'Speed unchanged: {refusal}'
+# else:
+#     response.message = ...  # which speed is set now, and what the limit is
+#     ...                     # and set it: before the message, so that it can say so
+# ```
+# </details>
+#
+# `ask` calls a service of the node on the bench, as a client would.
+# **Predict** the last row: 0.3 is in force, 0.8 is refused. What does the robot drive at?
+
+# %% tags=["nbval-ignore-output"]
+# The log has the time of day.
+server = bench("speed_server.SpeedServer")
+tries({
+    "server.ask('set_speed', speed=0.3).success": True,
+    "server._speed": 0.3,
+    "server.ask('set_speed', speed=-0.5).success": True,
+    "server._speed ": -0.5,
+    "server.ask('set_speed', speed=0.8).success": False,
+    "'0.5' in server.ask('set_speed', speed=0.8).message": True,
+    "server.ask('set_speed', speed=math.nan).success": False,
+    "server._speed  ": -0.5,
+})
 
 # %% [markdown]
 # ## Ask for the status
@@ -229,90 +431,69 @@ print(f"4 s later: x = {simulator.pose.x:.2f} m, still at {simulator.twist.v:.1f
 # `obstacle_in_way` in your `motion.py` answers the second one.
 # It asks for a direction: that of the speed in force, and forward when it is 0.
 #
-# ### Exercise: a node that takes orders
+# **Step 4: how are you?**
+# Two methods:
 #
-# `SpeedServer` is a `Driver` with two services more.
-# What may be refused is a plain function again.
-# Log each answer with `self.get_logger().info(...)`, and name the robot by its parameter: two robots may share a log.
+# - `_obstacle_in_way` asks `motion.obstacle_in_way` about what is near, `self._direction()`, and the limits. Notebook 07 uses it as well.
+# - `_on_get_status` fills the four fields. The pose that came with `odom` is in `self._pose`.
 
-# %%
-# !mkdir -p ros2_robot_controller
-
-# %% tags=["exercise"]
-# %%writefile ros2_robot_controller/speed_server.py
-"""The robot takes orders: a speed to drive at, and the question how it is."""
-
-from typing import Any
-
-from ros2_robot_controller.driver import Driver
-
-FLOAT32_SLACK = 1e-6  # 0.3 arrives in a float32 message as 0.30000001
-
-
-def speed_refusal(speed: float, limit: float) -> str:
-    """Return why `speed` may not be set, in words that state the limit; empty if it may."""
-    return ''  # TODO 1: not a number; beyond the limit
-
-
-class SpeedServer(Driver):
-    """
-    Let others set the speed in force, and tell them how the robot is.
-
-    Services: `set_speed` (SetSpeed), `get_status` (GetRobotStatus).
-    Parameters: `max_linear_speed` limits what may be set; `robot_name` stands in the log.
-    """
-
-    def __init__(self, **node_options: Any) -> None:
-        super().__init__(**node_options)
-        # TODO 2: create the two services; their types are in ros2_robot_controller.srv.
-
-    # TODO 3: _on_set_speed(request, response): refuse, or keep the speed within the limits in
-    #         self._speed. Both with a message, both with `return response`.
-    # TODO 4: _on_get_status(request, response): four fields.
+# %% tags=["piece"]
+# %%into ros2_robot_controller/speed_server.py
+class SpeedServer:
+    def _on_get_status(self, _: GetRobotStatus.Request,
+                       response: GetRobotStatus.Response) -> GetRobotStatus.Response:
+        # TODO: speed, obstacle_detected, pose, status
+        return response
 
     def _obstacle_in_way(self) -> bool:
-        return False  # TODO 5: notebook 07 uses this as well
-
-    def _direction(self) -> float:
-        return self._speed  # its sign counts, and 0 looks forward
+        return False  # TODO
 
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The lamp above is the skeleton. `from ros2_robot_controller.srv import GetRobotStatus, SetSpeed`.
-# The limit is a parameter: `self._value('max_linear_speed')`, read at each request.
+# At the table of the four fields. The driver remembers all you need: `self._speed`, `self._near`, `self._pose`.
 # </details>
 # <details><summary>Hint 2: the API</summary>
 #
-# - `math.isfinite(speed)` is false for NaN and for both infinities
-# - a number in a message: `f'{speed:.3g} m/s'` makes 0.3 of 0.30000001192092896
-# - `motion.obstacle_in_way(self._near, self._direction(), self._limits())`
-# - the pose that came with `odom` is in `self._pose`
+# `motion.obstacle_in_way(self._near, self._direction(), self._limits())`; `a if condition else b` for the status.
 # </details>
 # <details><summary>Hint 3: all but the last line</summary>
 #
 # ```python
-# def speed_refusal(speed: float, limit: float) -> str:
-#     if not math.isfinite(speed):
-#         return f'a speed of {speed} is no number to drive at, the limit is {limit:.3g} m/s'
-#     if abs(speed) > limit * (1.0 + FLOAT32_SLACK):
-#         return f'{speed:.3g} m/s is beyond the limit of {limit:.3g} m/s'
-#     ...
-#
-# def _on_set_speed(self, request, response):
-#     limit = self._value('max_linear_speed')
-#     refusal = speed_refusal(request.speed, limit)
-#     response.success = not refusal
-#     if refusal:
-#         response.message = f'Speed unchanged: {refusal}'
-#     else:
-#         self._speed = clamp(request.speed, -limit, limit)
-#         response.message = f'Speed set to {self._speed:.3g} m/s'
-#     ...  # log it, and give the response back
+# response.speed = self._speed
+# response.obstacle_detected = self._obstacle_in_way()
+# response.pose = self._pose
+# ...  # 'OBSTACLE_DETECTED' or 'ACTIVE'
+# return response
 # ```
 # </details>
+
+# %% tags=["nbval-ignore-output"]
+# The log has the time of day.
+server, scans = bench("speed_server.SpeedServer"), mine("utils.scans")
+
+
+def status(ahead, behind, speed):
+    """Return (speed, obstacle, status) with these closest readings and this speed in force."""
+    server.node._near = scans.Proximity(ahead, behind, min(ahead, behind))
+    server.node._speed = speed
+    answer = server.ask("get_status")
+    return answer.speed, answer.obstacle_detected, answer.status
+
+
+tries({
+    "status(ahead=3.0, behind=3.0, speed=0.25)": (0.25, False, "ACTIVE"),
+    "status(ahead=0.4, behind=3.0, speed=0.25)": (0.25, True, "OBSTACLE_DETECTED"),
+    "status(ahead=0.4, behind=3.0, speed=-0.25)": (-0.25, False, "ACTIVE"),
+    "status(ahead=3.0, behind=0.4, speed=-0.25)": (-0.25, True, "OBSTACLE_DETECTED"),
+    "status(ahead=0.4, behind=3.0, speed=0.0)": (0.0, True, "OBSTACLE_DETECTED"),  # 0 looks forward
+    "status(ahead=3.0, behind=0.19, speed=0.25)": (0.25, True, "OBSTACLE_DETECTED"),  # an emergency
+})
+
+# %% [markdown]
+# ### Start it
 #
-# This one is given; the makeshift parameter is gone.
+# This file is given; the makeshift is gone.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/robot_controller.py
@@ -362,7 +543,7 @@ print(f"speed in force {run.status().speed:.2f} m/s, driven {recording.v[-1]:.2f
 run_view(recording)
 
 # %%
-from sim import Box
+from sim import Box, World
 
 place = run.simulator.pose.x - 0.45  # it drives backwards, so the box goes behind it
 run.simulator.add_obstacle(Box((place, 0.0), (0.1, 0.5), name="box"))
@@ -381,11 +562,19 @@ run.close()
 check("F2", "F3", "F7")
 
 # %% [markdown]
-# The speed can be set now, so the grader can try what you wrote in notebooks 04 and 05:
-# F4 stops before the wall, F5 drives on when the way is free, F6 is not misled by bad readings.
+# And by hand: in Jupyter the next cell is a live view of your node.
+# Drag the box in front of it, then run the cell after it, again and again.
 
-# %% tags=["check"]
-check("F4", "F5", "F6")
+# %%
+run = run_node(world=World("a box", obstacles=(Box((1.5, 0.6), (0.3, 0.3), name="box"),)))
+run.set_speed(0.2)
+run.drive(2.0)
+run.live()
+
+# %%
+answer = run.status()
+print(f"speed {answer.speed:.2f}, {answer.status}")
+run.close()
 
 # %% [markdown]
 # ## A service that asks a service
@@ -480,7 +669,7 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 #
 # > **On a real TurtleBot 4**
 # >
-# > - Its base, a Create 3, has services and actions of its own: `/e_stop`, `/dock`, `/undock`. `ros2 service list` shows them.
+# > - Its base, a Create 3, has services of its own, such as `/e_stop`; `ros2 service list` shows them. Driving to the dock and away from it, `/dock` and `/undock`, takes a while: those are actions (`ros2 action list`).
 # > - It drives 0.306 m/s at most in its normal mode. A `max_linear_speed` of 0.5 would be accepted by your node, and cut by the base without a word. Set the parameter to what the robot can do.
 # > - Over Wi-Fi a request or its answer may be late. A client always waits with a time limit.
 
@@ -515,4 +704,4 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 # The thread, which `await` frees, and the callback group: the one that waits needs another group than the ones that answer.
 # </details>
 #
-# Next: `07_going_there`. "Drive to the kitchen" takes a minute, can fail on the way, and you may change your mind. That is no service any more.
+# **Next:** [07 Going there](07_going_there.ipynb). "Drive to the kitchen" takes a minute, can fail on the way, and you may change your mind. That is no service any more.

@@ -16,31 +16,37 @@
 #
 # ![The robot visits three goals; the distance that it reports falls to zero three times](pictures/07.png)
 #
+# "Drive to the kitchen" takes a minute, can fail on the way, and you may change your mind.
+# Today your robot gets somewhere, and can be called back.
+#
 # You will be able to
 #
-# - steer a robot to a place, and say why it turns first and slows down at last;
+# - steer a robot to a place, and say why it turns first and slows down at the end;
+# - work out how strongly it may steer before it sways;
 # - offer an action: goal, feedback, result, cancel;
-# - say what a callback blocks, and write one that waits without blocking;
+# - write a callback that waits without blocking the others;
 # - send goals from Python, from the command line, and by a click on the map.
 #
-# Time: about 60 minutes.
+# This notebook has two parts.
+# Part 1, how to steer: about 35 minutes.
+# Part 2, the action: about 60 minutes, on another day if you like.
 #
 # Your robot drives at a speed, answers questions, and stops before walls.
-# Today it gets somewhere:
+# Two files are new:
 #
 #     ros2_robot_controller/
 #     ├── action/                    NavigateToPosition.action          (notebook 02)
 #     └── ros2_robot_controller/
 #         ├── driver.py              drives, and stops before walls     (notebook 05)
 #         ├── speed_server.py        takes a speed, tells its status    (notebook 06)
-#         ├── navigator.py           <- you write it today
+#         ├── navigator.py           <- part 2: the action
 #         ├── robot_controller.py    <- given: starts the new class
 #         └── utils/
 #             ├── conversions.py  scans.py  motion.py  settings.py  running.py
-#             └── steering.py        <- you write it today
+#             └── steering.py        <- part 1: how to get there
 
 # %%
-from grader.notebook import begin, check, run_node, start_at
+from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
 begin("07")
 
 # %% [markdown]
@@ -82,17 +88,63 @@ print(f"{math.degrees(error):.1f} degrees, {distance:.2f} m")
 # `normalize_angle` is the one that you wrote in notebook 03; here it is the simulator's.
 # Without it a robot that looks to 179 degrees and wants to −179 would turn by 358.
 #
+# ### How strongly to steer
+#
+# The nearer the target is to straight ahead, the less there is to turn.
+# So the turning speed is a number times the error, $\omega = k \cdot \mathrm{error}$; $k$ is called the **gain**.
+# Which gain?
+#
+# By hand: the control loop runs every 0.1 s.
+# In one step the robot turns by $k \cdot 0.1$ of the error.
+#
+# - $k = 1.5$: 15 % of the error goes in each step; after ten steps $0.85^{10}$ = 20 % is left.
+# - $k = 10$: all of it goes in one step.
+#
+# So is 10 the best?
+# The error is measured, though, and what is measured is up to 0.1 s old: at $k = 10$ the robot turns once more for an error that is gone already.
+#
+# **Predict:** how do the three gains in the next cell differ?
+
+# %%
+import matplotlib.pyplot as plt
+import numpy as np
+
+from sim import Pose, Simulator, Twist, World, drive
+from sim.views import compare_view
+
+
+def turn_with(gain):
+    """Return the recording of a robot that turns to a heading of 0.4 rad with this gain."""
+    late = [0.0]  # the heading one step ago: measured, sent, received
+
+    def driver(seen):
+        late.append(seen.odometry.pose.yaw)
+        return Twist(0.0, gain * (0.4 - late[-2]))
+
+    return drive(Simulator(World()), driver, 3.0)
+
+
+figure, axes = plt.subplots(figsize=(8, 3), layout="constrained")
+for gain, style in ((1.5, "-"), (5.0, "--"), (10.0, ":")):
+    trip = turn_with(gain)
+    axes.plot(trip.t, 0.4 - trip.yaw, style, label=f"gain {gain:g}")
+axes.axhline(0.0, color="0.6", linewidth=0.8)
+axes.set(xlabel="simulated time (s)", ylabel="error (rad)")
+axes.grid(alpha=0.3)
+axes.legend();
+
+# %% [markdown]
+# With 10 the robot sways to and fro; with 5 it overshoots; with 1.5 it is a little slow, and calm.
+# A rule of thumb: stay well below 1 / (period + delay), here 1 / 0.2 s = 5 per second.
+# `TURN_GAIN` is 1.5 rad/s per rad.
+#
 # ### Turn first
 #
-# The nearer the target is to straight ahead, the less there is to turn: turning speed = 1.5 × error.
-# And why not drive at the same time?
+# Why not drive and turn at the same time?
 #
 # **Predict:** the target lies half a metre to the left. The robot drives at 0.5 m/s and turns at up to 1 rad/s towards it.
 
 # %%
-from sim import Pose, Simulator, Twist, World, drive
-from sim.views import compare_view
-
 TARGET = (0.0, 0.5)
 beside = World("target beside", goals=(Pose(*TARGET),))
 
@@ -129,16 +181,13 @@ compare_view(orbit, straight, ("turn while driving", "turn, then drive"))
 # So: while the target is more than 0.3 rad (17 degrees) off, turn in place.
 # Then drive, and go on correcting.
 #
-# ### Slow down at last
+# ### Slow down at the end
 #
 # `min(0.5, distance)` made the second robot slower near the target.
 #
 # **Predict:** what happens at a constant 0.5 m/s, if it is to stop within 2 cm?
 
 # %%
-import matplotlib.pyplot as plt
-import numpy as np
-
 TARGET = (1.5, 0.0)
 
 
@@ -153,7 +202,7 @@ def approach(speed_at):
 
 
 # %%
-figure, axes = plt.subplots(figsize=(8, 3))
+figure, axes = plt.subplots(figsize=(8, 3), layout="constrained")
 laws = {"always 0.5 m/s": lambda distance: 0.5, "min(0.5, distance)": lambda distance: min(0.5, distance)}
 for (label, speed_at), style in zip(laws.items(), ("-", "--")):
     trip = approach(speed_at)
@@ -168,28 +217,24 @@ axes.legend();
 # The zone is 4 cm wide, so it jumped over it, had to turn right round, and came back.
 # With a speed that falls with the distance it never does.
 #
-# **When has it arrived?**
-# The caller gives a `tolerance`, say 0.1 m.
-# Do not stop at 0.1 m.
-# Odometry is not quite where the robot is, and the result is measured by where it *is*.
-# Drive on to half the tolerance, or to 5 cm if that is less.
-# Only if an obstacle ends the way, within the tolerance will do.
+# ### A file in four steps
 #
-# ### Exercise: steering
-#
-# Plain functions again: no node, no topic.
+# Plain functions again, in `utils/steering.py`: no node, no topic.
+# The skeleton has the numbers, and a class for a place.
 
 # %%
 # !mkdir -p ros2_robot_controller/utils
 
-# %% tags=["exercise"]
+# %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/utils/steering.py
 """Decide how to get to a goal. No node, no topics; what is safe is decided in utils.motion."""
 
 from dataclasses import dataclass
+import math
 
 from geometry_msgs.msg import Pose
-from ros2_robot_controller.utils.motion import Command, Limits, STOP
+from ros2_robot_controller.utils.conversions import normalize_angle, yaw_from_quaternion
+from ros2_robot_controller.utils.motion import Command, Limits
 
 FACING_RAD = 0.3  # turn in place until the goal is this near to straight ahead
 TURN_GAIN = 1.5  # rad/s per rad: well below 1 / (control period + sensor delay), so no overshoot
@@ -208,20 +253,157 @@ class Place:
 
 
 def place_of(pose: Pose) -> Place:
-    """Return the place in a message's pose."""
-    return Place(0.0, 0.0, 0.0)  # TODO 1
+    """Step 1."""
+    return Place(0.0, 0.0, 0.0)
 
 
 def goal_refusal(x: float, y: float, tolerance: float) -> str:
-    """Return why nobody can drive to (x, y) within `tolerance`; empty if one can try."""
-    return ''  # TODO 2: numbers that are none; a tolerance that nobody can meet
+    """Step 4."""
+    return ''
+
+
+def distance_to(place: Place, x: float, y: float) -> float:
+    """Step 1."""
+    return 0.0
+
+
+def has_arrived(distance: float, tolerance: float, blocked: bool) -> bool:
+    """Step 3."""
+    return False
+
+
+def steer(place: Place, x: float, y: float, limits: Limits) -> Command:
+    """Step 2."""
+    return Command()
+
+# %% [markdown]
+# **Step 1: where, and how far.**
+# `place_of` takes the three numbers out of a message: the position's x and y, and the yaw of the orientation, for which you wrote a function in notebook 03.
+# `distance_to` is √(dx² + dy²).
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/utils/steering.py
+def place_of(pose: Pose) -> Place:
+    """Return the place in a message's pose."""
+    return Place(0.0, 0.0, 0.0)  # TODO
 
 
 def distance_to(place: Place, x: float, y: float) -> float:
     """Return the straight distance from the robot to (x, y) in metres."""
-    return 0.0  # TODO 3
+    return 0.0  # TODO
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# `error_and_distance` above has the distance; the skeleton's imports have the yaw.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# `pose.position.x`, `pose.orientation`; `yaw_from_quaternion(q)`; `math.hypot(dx, dy)`.
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# `return Place(pose.position.x, pose.position.y, ...)`, and `return math.hypot(x - place.x, ...)`.
+# </details>
+
+# %%
+from geometry_msgs.msg import Point, Pose as PoseMessage, Quaternion
+
+steering, motion = mine("utils.steering"), mine("utils.motion")
+left = PoseMessage(position=Point(x=1.0, y=1.0), orientation=Quaternion(z=math.sqrt(0.5), w=math.sqrt(0.5)))
+tries({
+    "steering.place_of(left).x": 1.0,
+    "steering.place_of(left).yaw": math.pi / 2,
+    "steering.distance_to(steering.Place(1.0, 1.0, 0.0), 3.0, 2.0)": math.sqrt(5),
+    "steering.distance_to(steering.Place(1.0, 1.0, 0.0), 1.0, -1.0)": 2.0,
+})
+
+# %% [markdown]
+# **Step 2: steer.**
+# In words, as `turn_then_drive` above:
+#
+# - the error is the direction to the target minus the yaw, normalized;
+# - further off than `FACING_RAD`: do not drive, turn with `TURN_GAIN * error`;
+# - else drive as fast as the limit allows, but no faster than `APPROACH_GAIN` times the distance, and go on turning.
+#
+# `make_safe` keeps omega within its limit later, so you need not; v you keep yourself.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/utils/steering.py
+def steer(place: Place, x: float, y: float, limits: Limits) -> Command:
+    """Return the way to (x, y): turn in place until it lies ahead, then drive, slower at last."""
+    return Command()  # TODO: the error; turn in place, or drive and turn
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# `error_and_distance` and `turn_then_drive` above: the same, with names for the numbers.
+# </details>
+# <details><summary>Hint 2: the formulas</summary>
+#
+# `math.atan2(y - place.y, x - place.x)` is the direction to the target. `min(limits.max_linear_speed, APPROACH_GAIN * ...)` is the speed.
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# error = normalize_angle(math.atan2(y - place.y, x - place.x) - place.yaw)
+# if abs(error) > FACING_RAD:
+#     return Command(v=0.0, omega=TURN_GAIN * error)
+# speed = min(limits.max_linear_speed, APPROACH_GAIN * distance_to(place, x, y))
+# ...  # a Command that drives and turns
+# ```
+# </details>
+
+# %%
+steering = mine("utils.steering")
 
 
+def steered(x, y, yaw=0.0):
+    """Return (v, omega) of a robot at (0, 0) that goes to (x, y); 0.5 m/s at most."""
+    limits = motion.Limits(0.5, 1.0, 1.0, 2.0, 0.5, 0.2, 0.3)
+    command = steering.steer(steering.Place(0.0, 0.0, yaw), x, y, limits)
+    return command.v, command.omega
+
+
+tries({
+    "steered(3.0, 0.0)": (0.5, 0.0),
+    "steered(0.2, 0.0)": (0.2, 0.0),  # slower at the end
+    "steered(0.0, 1.0)": (0.0, 1.5 * math.pi / 2),  # to the left: turn first
+    "steered(0.0, -1.0)": (0.0, -1.5 * math.pi / 2),
+    "steered(1.0, 0.1)": (0.5, 1.5 * math.atan(0.1)),  # nearly ahead: both
+    "steered(-1.0, 0.1, yaw=math.radians(-175))": (0.5, 1.5 * (math.atan2(0.1, -1.0) - math.radians(185))),  # the short way
+})
+
+# %% [markdown]
+# **Look at it.** Around the robot, which stands in the middle and looks to the right: where does it only turn, and where does it drive?
+
+# %%
+def show_steering():
+    """Plot for targets all around which v and omega steer() answers."""
+    x, y = np.meshgrid(np.linspace(-1.2, 1.2, 41), np.linspace(-1.2, 1.2, 41))
+    commands = np.array([steered(*target) for target in zip(x.flat, y.flat)])
+    figure, axes = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
+    for axis, values, name in zip(axes, commands.T, ("v (m/s)", "omega (rad/s)")):
+        mesh = axis.pcolormesh(x, y, values.reshape(x.shape), cmap="viridis")
+        figure.colorbar(mesh, label=name)
+        axis.add_patch(plt.Circle((0, 0), 0.171, fill=False, color="white"))
+        axis.set(xlabel="target's x (m)", ylabel="target's y (m)", aspect="equal")
+
+
+try:
+    show_steering()
+except AttributeError:
+    print("not yet: the plot needs your motion.py of notebook 05")
+
+# %% [markdown]
+# **Step 3: when has it arrived?**
+# The caller gives a `tolerance`, say 0.1 m.
+# Do not stop at 0.1 m: odometry is not quite where the robot is, and the result is measured by where it *is*.
+# Drive on to `ARRIVAL_SHARE`, half the tolerance, or to `ARRIVAL_M`, 5 cm, if that is less.
+# Only if an obstacle ends the way (`blocked`), within the tolerance will do.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/utils/steering.py
 def has_arrived(distance: float, tolerance: float, blocked: bool) -> bool:
     """
     Return whether the goal is reached at this distance.
@@ -229,37 +411,134 @@ def has_arrived(distance: float, tolerance: float, blocked: bool) -> bool:
     Drives on to well within the tolerance, because odometry is never quite where the robot is;
     where an obstacle ends the drive, the tolerance as such will do.
     """
-    return False  # TODO 4
-
-
-def steer(place: Place, x: float, y: float, limits: Limits) -> Command:
-    """Return the way to (x, y): turn in place until it lies ahead, then drive, slower at last."""
-    return STOP  # TODO 5: make_safe() keeps omega within its limit, v you keep yourself
+    return False  # TODO
 
 # %% [markdown]
-# **Look at it.** Around the robot, which stands in the middle and looks to the right: where does it only turn, and where does it drive?
+# <details><summary>Hint 1: where to look</summary>
+#
+# Two cases, two comparisons: the last two sentences above.
+# </details>
+# <details><summary>Hint 2: the formula</summary>
+#
+# `min(ARRIVAL_M, ARRIVAL_SHARE * tolerance)` is how near it should get.
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# if blocked:
+#     return distance <= tolerance
+# ...  # near enough?
+# ```
+# </details>
 
 # %%
-def show_steering(steering, limits):
-    """Plot for targets all around which v and omega steer() answers."""
-    x, y = np.meshgrid(np.linspace(-1.2, 1.2, 41), np.linspace(-1.2, 1.2, 41))
-    here = steering.Place(0.0, 0.0, 0.0)
-    commands = [steering.steer(here, *target, limits) for target in zip(x.flat, y.flat)]
-    figure, axes = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
-    for axis, values, name in zip(axes, ("v", "omega"), ("v (m/s)", "omega (rad/s)")):
-        z = np.reshape([getattr(command, values) for command in commands], x.shape)
-        figure.colorbar(axis.pcolormesh(x, y, z, cmap="viridis"), label=name)
-        axis.add_patch(plt.Circle((0, 0), 0.171, fill=False, color="white"))
-        axis.set(xlabel="target's x (m)", ylabel="target's y (m)", aspect="equal")
+steering = mine("utils.steering")
+tries({
+    "steering.has_arrived(0.08, tolerance=0.1, blocked=False)": False,  # drive on
+    "steering.has_arrived(0.05, tolerance=0.1, blocked=False)": True,
+    "steering.has_arrived(0.05, tolerance=0.06, blocked=False)": False,  # half of 6 cm
+    "steering.has_arrived(0.2, tolerance=1.0, blocked=False)": False,
+    "steering.has_arrived(0.08, tolerance=0.1, blocked=True)": True,
+    "steering.has_arrived(0.12, tolerance=0.1, blocked=True)": False,
+})
 
+# %% [markdown]
+# **Step 4: nobody can drive there.**
+# A target with NaN or infinity in it is no place, and a tolerance that is not above zero, or not finite, cannot be met.
+# `goal_refusal` returns the reason in words, empty if one can try, like `speed_refusal` in notebook 06.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/utils/steering.py
+def goal_refusal(x: float, y: float, tolerance: float) -> str:
+    """Return why nobody can drive to (x, y) within `tolerance`; empty if one can try."""
+    return ''  # TODO: numbers that are none; a tolerance that nobody can meet
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# `speed_refusal` of notebook 06. Ask for what is good, then negate.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# `math.isfinite`; `not 0.0 < tolerance < math.inf` holds for NaN too.
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# if not (math.isfinite(x) and math.isfinite(y)):
+#     return f'the target ({x}, {y}) is no place'
+# if not 0.0 < tolerance < math.inf:
+#     return f'a tolerance of {tolerance} m cannot be met'
+# ...  # nothing against it
+# ```
+# </details>
 
 # %%
+steering = mine("utils.steering")
+tries({
+    "steering.goal_refusal(3.0, -2.0, 0.1)": "",
+    "steering.goal_refusal(math.nan, 0.0, 0.1) != ''": True,
+    "steering.goal_refusal(0.0, -math.inf, 0.1) != ''": True,
+    "steering.goal_refusal(3.0, 2.0, 0.0) != ''": True,
+    "steering.goal_refusal(3.0, 2.0, math.nan) != ''": True,
+    "steering.goal_refusal(3.0, 2.0, math.inf) != ''": True,
+})
+
+# %% [markdown]
+# **Click.** Your functions drive, still without a node.
+# In five seconds the robot has gone to (1, 0.5); then click on the map, and it goes there.
+# (Where nobody watches, as on a web page, it is a picture.)
+
+# %%
+from sim import room
+from sim.live import Live
+
+
+class Clicked:
+    """Drives to where the map was clicked last."""
+
+    target = (1.0, 0.5)
+
+    def go(self, x, y):
+        self.target = (x, y)
+
+    def __call__(self, seen):
+        here = seen.odometry.pose
+        place = steering.Place(here.x, here.y, here.yaw)
+        if steering.has_arrived(steering.distance_to(place, *self.target), 0.1, False):
+            return Twist()
+        command = steering.steer(place, *self.target, motion.Limits(0.5, 1.0, 1.0, 2.0, 0.5, 0.2, 0.3))
+        return Twist(command.v, max(-1.0, min(1.0, command.omega)))
+
+
+clicked = Clicked()
+live = Live(Simulator(World("a room", obstacles=room((-1.5, -1.5), (2.5, 1.5)))), driver=clicked, on_goal=clicked.go)
 try:
-    from ros2_robot_controller.utils import motion, steering
-except ImportError as missing:
-    print(f"not yet: {missing}. Notebook 05 makes utils/motion.py.")
-else:
-    show_steering(steering, motion.Limits(0.5, 1.0, 1.0, 2.0, 0.5, 0.2, 0.3))
+    live.run(5.0)
+    display(live)
+except AttributeError as missing:
+    print("not yet:", missing)
+
+# %% [markdown]
+# If you stop here for today: your file is saved. Part 2 begins with a cell of its own.
+
+# %% [markdown]
+# ## Part 2: the action
+#
+# About 60 minutes.
+# If you begin here, this cell is the first to run; it needs nothing of part 1 but your file.
+
+# %%
+import math
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from grader.notebook import begin, bench, check, mine, run_node, start_at, tries
+from sim import Box, Circle, Pose, World
+from sim.views import run_view
+
+begin("07")
 
 # %% [markdown]
 # ### A deed that takes its time
@@ -279,66 +558,71 @@ else:
 # An action is not a third kind of message.
 # It is three services (send the goal, cancel it, get the result) and two topics (feedback, status) under one name.
 #
-# The server gets a callback `execute`: it runs from the goal's acceptance to its result.
-# The textbook's `execute` is a loop with a sleep in it.
+# ### A client and its two futures
 #
-# **Predict:** while that loop sleeps and loops for two seconds, how many odometry messages arrive? And what becomes of a cancel?
+# First the client's side, with a server that does nothing but talk.
+# The server gets a callback `execute`; it runs from the goal's acceptance to its result.
 
 # %%
-from grader.notebook import interface_types, workspace
-
-interface_types.load(workspace.find())  # the interface types, even where notebook 02 has not been built yet
-from ros2_robot_controller.action import NavigateToPosition
-
-# %%
-import threading
-import time
-from functools import partial
-
 import rclpy
-from nav_msgs.msg import Odometry
 from rclpy.action import ActionClient, ActionServer, CancelResponse
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
-from rclpy.task import Future
+
+NavigateToPosition = mine("action").NavigateToPosition
+if not rclpy.ok():
+    rclpy.init()
+talker, person = rclpy.create_node("talker"), rclpy.create_node("person")
 
 
-# %%
-class Server(Node):
-    """Counts odometry. A goal takes two seconds by a timer, less if it is canceled."""
-
-    def __init__(self, execute, **options):
-        super().__init__("server")
-        self.odometry, self.ticks, self.goal, self.over = 0, 0, None, Future()
-        self.create_subscription(Odometry, "lesson_odom", self.on_odom, 10)
-        self.create_timer(0.1, self.tick)
-        deed = partial(execute, self)  # not a lambda: that would hide from rclpy that it is async
-        self.action = ActionServer(self, NavigateToPosition, "lesson_go", deed, **options)
-
-# %% [markdown]
-# Odometry is counted.
-# The timer looks whether the goal is over, and if so completes a future.
-
-# %%
-def on_odom(self, odom):
-    self.odometry += 1
+def execute(goal):
+    for metres in (0.3, 0.2, 0.1):
+        goal.publish_feedback(NavigateToPosition.Feedback(distance_remaining=metres))
+    goal.succeed()
+    return NavigateToPosition.Result(success=True)
 
 
-def tick(self):
-    if self.goal is not None and not self.over.done():
-        self.ticks += 1
-        if self.ticks == 20 or self.goal.is_cancel_requested:
-            self.over.set_result(None)
-
-
-Server.on_odom, Server.tick = on_odom, tick
+server = ActionServer(talker, NavigateToPosition, "lesson_talk", execute)
+client = ActionClient(person, NavigateToPosition, "lesson_talk")
+executor = SingleThreadedExecutor()
+for node in (talker, person):
+    executor.add_node(node)
+print("found it:", client.wait_for_server(timeout_sec=5.0))
 
 # %% [markdown]
-# Now two ways to execute a goal.
-# The first sleeps and loops.
-# The second says what it waits for, and steps aside.
+# A service's client has one future (notebook 06), an action's has **two**: is the goal accepted, and what came of it?
+#
+# **Predict:** in which order do the lines come?
+
+# %% tags=["nbval-ignore-output"]
+# Feedback is a topic of its own: now and then a message overtakes the result.
+sent = client.send_goal_async(
+    NavigateToPosition.Goal(), feedback_callback=lambda m: print(f"feedback {m.feedback.distance_remaining:.1f} m"))
+executor.spin_until_future_complete(sent, timeout_sec=5.0)
+handle = sent.result()
+print("accepted:", handle.accepted)
+result = handle.get_result_async()
+executor.spin_until_future_complete(result, timeout_sec=5.0)
+print("success: ", result.result().result.success)
 
 # %%
+server.destroy()
+client.destroy()
+for node in (talker, person):
+    executor.remove_node(node)
+    node.destroy_node()
+
+# %% [markdown]
+# `run.go_to(x, y)`, further down, is such a client; and in notebook 09 you write one for a test.
+#
+# ### Wait without blocking
+#
+# Driving takes time, so `execute` must last.
+# The textbook's `execute` is a loop with a sleep in it:
+
+# %%
+import time
+
+
 def sleeping(server, goal):
     for _ in range(20):
         if goal.is_cancel_requested:
@@ -347,88 +631,27 @@ def sleeping(server, goal):
     return end(goal)
 
 
-async def awaiting(server, goal):
-    server.goal = goal
-    await server.over  # whoever completes this future wakes us up
-    return end(goal)
-
-
-# %%
 def end(goal):
     goal.canceled() if goal.is_cancel_requested else goal.succeed()
     return NavigateToPosition.Result()
 
 
-def wait(node, future):
-    """Serve the node until the answer is there; return it."""
-    rclpy.spin_until_future_complete(node, future, timeout_sec=10.0)
-    return future.result()
-
-
 # %% [markdown]
-# The server runs in a thread of its own.
-# You send a goal, odometry comes 20 times a second, and after a second you cancel.
+# `send_and_cancel` serves an action with such a function, in a node that also counts odometry.
+# It sends a goal, 20 messages of odometry within a second, and then a cancel.
+#
+# **Predict:** how many of the 20 messages arrive while the loop sleeps? And what becomes of the cancel?
 
-# %%
-if not rclpy.ok():
-    rclpy.init()
-me = rclpy.create_node("me")
-
-
-def serve(server, done):
-    """Spin the server until `done` is set."""
-    executor = SingleThreadedExecutor()
-    executor.add_node(server)
-    while not done.is_set():
-        executor.spin_once(timeout_sec=0.1)
-    server.action.destroy()
-    server.destroy_node()
-
-
-# %%
-def drive_along(odometry, server):
-    """Publish odometry for a second; return how much of it the server has heard."""
-    before = server.odometry
-    for _ in range(20):
-        odometry.publish(Odometry())
-        time.sleep(0.05)
-    return server.odometry - before
-
-
-
-# %%
-def send_and_cancel(server):
-    """Return odometry messages of one second, whether the cancel was taken, and the goal's status."""
-    client = ActionClient(me, NavigateToPosition, "lesson_go")
-    client.wait_for_server(timeout_sec=5.0)
-    odometry = me.create_publisher(Odometry, "lesson_odom", 10)
-    goal = wait(me, client.send_goal_async(NavigateToPosition.Goal()))
-    heard = drive_along(odometry, server)
-    cancel = wait(me, goal.cancel_goal_async())
-    status = wait(me, goal.get_result_async()).status
-    me.destroy_publisher(odometry)
-    client.destroy()
-    return heard, bool(cancel.goals_canceling), {4: "succeeded", 5: "canceled", 6: "aborted"}[status]
-
-
-# %%
-def experiment(name, execute, **options):
-    server, done = Server(execute, **options), threading.Event()
-    thread = threading.Thread(target=serve, args=(server, done))
-    thread.start()
-    heard, taken, status = send_and_cancel(server)
-    done.set()
-    thread.join()
-    print(f"{name}: {heard} of 20 odometry messages, cancel taken: {taken}, the goal {status}")
+# %% tags=["nbval-ignore-output"]
+# One odometry message more or less depends on the machine's load.
+from grader.notebook.lessons import send_and_cancel
 
 
 def accept(goal):
     return CancelResponse.ACCEPT
 
 
-# %% tags=["nbval-ignore-output"]
-# One odometry message more or less depends on the machine's load.
-experiment("sleeping", sleeping, cancel_callback=accept)
+print(send_and_cancel(sleeping, cancel_callback=accept))
 
 # %% [markdown]
 # The node was deaf.
@@ -438,11 +661,18 @@ experiment("sleeping", sleeping, cancel_callback=accept)
 #
 # A second thread is the textbook's cure.
 # Then two callbacks change `self` at the same time, and you need locks.
-# The better cure is not to wait:
+# The better cure is not to wait, but to say what you wait for, and step aside.
+# `server.over` is a future; a timer of that node looks ten times a second whether the goal is over, and if so completes it:
 
 # %% tags=["nbval-ignore-output"]
 # One odometry message more or less depends on the machine's load.
-experiment("awaiting", awaiting, cancel_callback=accept)
+async def awaiting(server, goal):
+    server.goal = goal
+    await server.over  # whoever completes this future wakes us up
+    return end(goal)
+
+
+print(send_and_cancel(awaiting, cancel_callback=accept))
 
 # %% [markdown]
 # `await` gives the thread back.
@@ -453,14 +683,14 @@ experiment("awaiting", awaiting, cancel_callback=accept)
 
 # %% tags=["nbval-ignore-output"]
 # One odometry message more or less depends on the machine's load.
-experiment("awaiting, no cancel_callback", awaiting)
+print(send_and_cancel(awaiting))
 
 # %% [markdown]
 # rclpy refuses a cancel unless you accept it.
 # Nothing warns you.
 # It is one line, and a robot that cannot be called back is no robot to stand beside.
 #
-# ### Exercise: the navigator
+# ### The navigator, in six steps
 #
 # The control loop of notebook 05 has a place for this: `_wanted`.
 # A layer above may want another command than straight on.
@@ -470,14 +700,19 @@ experiment("awaiting, no cancel_callback", awaiting)
 #     each step      ->  _control: is it over?  ->  _wanted: steer()   ->  (Driver) make_safe, gently, publish
 #     it is over     ->  complete `ending`  ->  _navigate wakes up, says succeed, canceled or abort, returns the result
 #
-# Four decisions are yours to keep:
+# Four decisions to keep:
 #
 # - A **new goal replaces** the running one, which is aborted.
 # - Without fresh odometry the robot does not know where it is: then `STOP` is wanted.
 # - However a goal ends, the **speed in force is 0** afterwards. It should not drive off from where you sent it.
 # - During a goal the direction of travel is forward, whatever the speed in force was.
+#
+# The skeleton has the last one already, and two small classes: the three ways in which a goal ends, and a goal with its future.
 
-# %% tags=["exercise"]
+# %%
+# !mkdir -p ros2_robot_controller
+
+# %% tags=["skeleton"]
 # %%writefile ros2_robot_controller/navigator.py
 """The robot finds its way: drive to a place, tell how far it still is, and be called back."""
 
@@ -485,10 +720,14 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Optional
 
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from rclpy.task import Future
+from ros2_robot_controller.action import NavigateToPosition
+from ros2_robot_controller.driver import NEVER
 from ros2_robot_controller.speed_server import SpeedServer
-from ros2_robot_controller.utils.motion import Command, Limits
+from ros2_robot_controller.utils import steering
+from ros2_robot_controller.utils.motion import Command, Limits, STOP
 
 
 class Ending(Enum):
@@ -524,66 +763,384 @@ class Navigator(SpeedServer):
     def __init__(self, **node_options: Any) -> None:
         super().__init__(**node_options)
         self._goal: Optional[Goal] = None
-        # TODO 1: the action server, with _navigate, a goal_callback and a cancel_callback;
-        #         self._feedback_timer at `fusion_rate`.
 
     # What others ask
 
-    # TODO 2: _on_goal(request): GoalResponse.REJECT with a warning in the log where
-    #         goal_refusal() has a reason, else ACCEPT.
-    # TODO 3: _on_cancel(handle): what does rclpy do if you leave it out?
-    # TODO 4: async _navigate(handle): end the goal that runs, keep the new one in self._goal,
-    #         await its ending; then handle.succeed(), .canceled() or .abort(), and a Result.
+    def _on_goal(self, request: NavigateToPosition.Goal) -> GoalResponse:
+        return GoalResponse.REJECT  # step 2
+
+    def _on_cancel(self, _: ServerGoalHandle) -> CancelResponse:
+        return CancelResponse.REJECT  # step 2
+
+    async def _navigate(self, handle: ServerGoalHandle) -> NavigateToPosition.Result:
+        handle.abort()  # step 4
+        return NavigateToPosition.Result()
 
     # On the way
 
     def _control(self) -> None:
-        # TODO 5: first end the goal if a cancel is requested, or if it has arrived.
+        self._end_goal_if_over()
         super()._control()
 
     def _wanted(self, limits: Limits) -> Command:
-        return super()._wanted(limits)  # TODO 6: steer, while there is a goal
+        return super()._wanted(limits)  # step 6
 
-    # TODO 7: _direction() and _give_feedback().
+    def _direction(self) -> float:
+        # It drives to a goal forwards, whatever the speed in force.
+        return super()._direction() if self._goal is None else 0.0
+
+    def _distance_to(self, goal: Goal) -> float:
+        return steering.distance_to(steering.place_of(self._pose), goal.x, goal.y)
+
+    def _give_feedback(self) -> None:
+        """In the section "Tell how far it still is"."""
 
     # The end of the way
 
-    # TODO 8: _end_goal(ending): complete the future, forget the goal, and the speed in force.
+    def _end_goal_if_over(self) -> None:
+        """Step 5."""
+
+    def _end_goal(self, ending: Ending) -> None:
+        """Step 3."""
+
+# %% [markdown]
+# **Step 1: offer the action.**
+# Two things at the end of `__init__`, both kept in `self`:
+#
+# - `ActionServer(self, Type, 'name', execute, goal_callback=..., cancel_callback=...)`: the execute callback is `self._navigate`;
+# - a timer at `fusion_rate` that calls `self._give_feedback`.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/navigator.py
+class Navigator:
+    def __init__(self, **node_options: Any) -> None:
+        super().__init__(**node_options)
+        self._goal: Optional[Goal] = None
+        # TODO: self._action_server, with self._on_goal and self._on_cancel; self._feedback_timer
 
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# `awaiting` above is the whole idea: the future is in `Goal.ending`, and `_control` does what `tick` did.
-# For `steering.py`: `error_and_distance`, `turn_then_drive`, and the lines about arriving.
+# The talker above has an `ActionServer`; `driver.py` has a timer with a rate.
 # </details>
 # <details><summary>Hint 2: the API</summary>
 #
-# - `ActionServer(self, NavigateToPosition, 'navigate_to_position', self._navigate, goal_callback=..., cancel_callback=...)`; keep it in `self`
-# - `handle.request.target_pose.position.x`, `handle.request.tolerance`, `handle.is_cancel_requested`
-# - `handle.publish_feedback(NavigateToPosition.Feedback(distance_remaining=...))`
-# - `goal.ending.set_result(Ending.ARRIVED)` wakes up `await goal.ending`, which returns `Ending.ARRIVED`
-# - `NavigateToPosition.Result(success=..., final_pose=self._pose)`
+# `self.create_timer(self._period('fusion_rate'), ...)`. The action's name is `'navigate_to_position'`.
 # </details>
 # <details><summary>Hint 3: all but the last line</summary>
 #
 # ```python
-# def steer(place, x, y, limits):
-#     error = normalize_angle(math.atan2(y - place.y, x - place.x) - place.yaw)
-#     if abs(error) > FACING_RAD:
-#         return Command(v=0.0, omega=TURN_GAIN * error)
-#     speed = min(limits.max_linear_speed, APPROACH_GAIN * distance_to(place, x, y))
-#     ...
-#
-# async def _navigate(self, handle):
-#     self._end_goal(Ending.REPLACED)
-#     target = handle.request.target_pose.position
-#     goal = Goal(handle, target.x, target.y, handle.request.tolerance)
-#     self._goal = goal
-#     ending = await goal.ending
-#     {Ending.ARRIVED: handle.succeed, Ending.CANCELED: handle.canceled, Ending.REPLACED: handle.abort}[ending]()
-#     ...
+# self._action_server = ActionServer(
+#     self, NavigateToPosition, 'navigate_to_position', self._navigate,
+#     goal_callback=self._on_goal, cancel_callback=self._on_cancel)
+# ...  # self._feedback_timer
 # ```
 # </details>
+
+# %%
+from rclpy.action import get_action_server_names_and_types_by_node as actions_of
+
+navigator = bench("navigator.Navigator")
+tries({
+    "[name for name, _ in actions_of(navigator.node, 'robot_controller', '/')]": ["/navigate_to_position"],
+    "navigator._feedback_timer.timer_period_ns": 50_000_000,
+})
+
+# %% [markdown]
+# **Step 2: take it or leave it.**
+# `_on_goal` answers `GoalResponse.REJECT`, with a warning in the log, where `steering.goal_refusal` has a reason; else `GoalResponse.ACCEPT`.
+# `_on_cancel` accepts every cancel.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/navigator.py
+class Navigator:
+    def _on_goal(self, request: NavigateToPosition.Goal) -> GoalResponse:
+        target = request.target_pose.position
+        return GoalResponse.REJECT  # TODO: is there a reason against it?
+
+    def _on_cancel(self, _: ServerGoalHandle) -> CancelResponse:
+        return CancelResponse.REJECT  # rclpy's default; TODO
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# `_on_set_speed` of notebook 06 asks for a refusal in the same way.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# `steering.goal_refusal(target.x, target.y, request.tolerance)`; `self.get_logger().warning(...)`.
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# refusal = steering.goal_refusal(target.x, target.y, request.tolerance)
+# if refusal:
+#     self.get_logger().warning(f'Goal rejected: {refusal}')
+#     return GoalResponse.REJECT
+# ...  # and otherwise?
+# ```
+# </details>
+#
+# To try it here, `Handle` stands for rclpy's goal handle: it has the goal's `request`, and notes what the server says.
+
+# %% tags=["nbval-ignore-output"]
+# The log has the time of day.
+from grader.notebook.lessons import Handle
+
+navigator = bench("navigator.Navigator")
+tries({
+    "navigator._on_goal(Handle(3.0, 2.0).request).name": "ACCEPT",
+    "navigator._on_goal(Handle(math.nan, 2.0).request).name": "REJECT",
+    "navigator._on_goal(Handle(3.0, 2.0, tolerance=0.0).request).name": "REJECT",
+    "navigator._on_cancel(Handle(3.0, 2.0)).name": "ACCEPT",
+})
+
+# %% [markdown]
+# **Step 3: the end of a goal.**
+# `_end_goal(ending)` does three things, if there is a goal: it completes the goal's future (`self._goal.ending`), forgets the goal, and sets the speed in force to 0.
+# Without a goal it does nothing.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/navigator.py
+class Navigator:
+    def _end_goal(self, ending: Ending) -> None:
+        """TODO: complete the future, forget the goal and the speed in force."""
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# `server.over` above is completed by that node's timer: `set_result`.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# `future.set_result(ending)`: whoever awaits it gets `ending`.
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# if self._goal is not None:
+#     self._goal.ending.set_result(ending)
+#     self._goal = None
+#     ...  # or the robot would drive off from where it was sent
+# ```
+# </details>
+
+# %%
+navigator, module = bench("navigator.Navigator"), mine("navigator")
+
+
+def with_goal(handle, speed=0.3):
+    """Give the navigator a goal and a speed in force, by hand; return the goal."""
+    target = handle.request.target_pose.position
+    navigator.node._goal = module.Goal(handle, target.x, target.y, handle.request.tolerance)
+    navigator.node._speed = speed
+    return navigator.node._goal
+
+
+def ended(ending):
+    """End a goal; return what its future holds, the goal in force and the speed in force."""
+    goal = with_goal(Handle(3.0, 2.0))
+    navigator._end_goal(module.Ending[ending])
+    return goal.ending.result().name, navigator._goal, navigator._speed
+
+
+tries({
+    "ended('ARRIVED')": ("ARRIVED", None, 0.0),
+    "ended('CANCELED')": ("CANCELED", None, 0.0),
+    "navigator._end_goal(module.Ending.REPLACED)": None,  # no goal: nothing to do
+})
+
+# %% [markdown]
+# **Step 4: the goal's life.**
+# `_navigate` is the `execute` callback, `awaiting` from above:
+#
+# 1. end the goal that runs, if there is one: `Ending.REPLACED`;
+# 2. make a `Goal` of the handle's request, and keep it in `self._goal`;
+# 3. `await goal.ending`: here the method steps aside until somebody ends the goal;
+# 4. tell the client how it ended: the dictionary in the cell picks the handle's method, and the last pair of brackets calls it;
+# 5. return a `NavigateToPosition.Result` with `success` and `final_pose`.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/navigator.py
+class Navigator:
+    async def _navigate(self, handle: ServerGoalHandle) -> NavigateToPosition.Result:
+        # Awaiting, not looping: the one thread goes on serving sensors, control and cancels.
+        ending = Ending.REPLACED  # TODO: points 1 to 3
+        {
+            Ending.ARRIVED: handle.succeed,
+            Ending.CANCELED: handle.canceled,
+            Ending.REPLACED: handle.abort,
+        }[ending]()
+        self.get_logger().info(f"{self._value('robot_name')}: goal {ending.value}")
+        return NavigateToPosition.Result()  # TODO: success, and where it is (self._pose)
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# `awaiting` and `end` above. The future is in `goal.ending`.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# - `handle.request.target_pose.position.x`, `handle.request.tolerance`
+# - `ending = await goal.ending` gives what `set_result` was called with
+# - `NavigateToPosition.Result(success=ending is Ending.ARRIVED, final_pose=self._pose)`
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# self._end_goal(Ending.REPLACED)
+# target = handle.request.target_pose.position
+# goal = Goal(handle, target.x, target.y, handle.request.tolerance)
+# self._goal = goal
+# ending = await goal.ending
+# ...  # the dictionary and the log line stay; the result gets its two fields
+# ```
+# </details>
+#
+# `begin` starts such a method on the bench, and gives back its future.
+
+# %% tags=["nbval-ignore-output"]
+# The log has the time of day.
+navigator, module = bench("navigator.Navigator"), mine("navigator")
+first, second = Handle(3.0, 2.0), Handle(-1.0, 1.0, tolerance=0.2)
+tries({
+    "navigator.begin(navigator._navigate, first).done()": False,  # it waits
+    "(navigator._goal.x, navigator._goal.y)": (3.0, 2.0),
+    "navigator.begin(navigator._navigate, second).done()": False,
+    "navigator._goal.tolerance": 0.2,  # the new one
+    "first.said": ["abort"],  # replaced
+    "navigator._end_goal(module.Ending.ARRIVED), navigator.advance(0.1), second.said": (None, [(0.0, 0.0)], ["succeed"]),
+})
+
+# %% [markdown]
+# **Step 5: is it over?**
+# `_control` calls `_end_goal_if_over` in each step.
+# If there is a goal, it is over when
+#
+# - a cancel is requested: `goal.handle.is_cancel_requested`;
+# - or the odometry is fresh, and the robot has arrived: `steering.has_arrived`, with the distance, the goal's tolerance, and whether an obstacle is in the way.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/navigator.py
+class Navigator:
+    def _end_goal_if_over(self) -> None:
+        goal = self._goal
+        if goal is None:
+            return
+        # TODO: CANCELED or ARRIVED
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# Freshness is step 3 of the driver; the distance has a method in the skeleton, the obstacle one in `speed_server.py`.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# `self._is_fresh(self._odom_time)`, `self._distance_to(goal)`, `self._obstacle_in_way()`.
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# if goal.handle.is_cancel_requested:
+#     self._end_goal(Ending.CANCELED)
+# elif self._is_fresh(self._odom_time) and steering.has_arrived(
+#         self._distance_to(goal), goal.tolerance, self._obstacle_in_way()):
+#     ...  # it has arrived
+# ```
+# </details>
+
+# %%
+from nav_msgs.msg import Odometry
+
+
+def odometry(x, y):
+    """Return the odometry of a robot at (x, y) that looks along x."""
+    odom = Odometry()
+    odom.pose.pose.position.x, odom.pose.pose.position.y = x, y
+    odom.pose.pose.orientation.w = 1.0
+    return odom
+
+
+def over(x, y, canceled=False, blocked=False, age=0.0):
+    """Return how a goal at (3, 2) ends for a robot at (x, y), None if it goes on; `age` is that of the odometry."""
+    handle = Handle(3.0, 2.0)
+    handle.is_cancel_requested = canceled
+    goal = with_goal(handle)
+    navigator.node._near = mine("utils.scans").Proximity(ahead=0.4 if blocked else math.inf)
+    navigator.set_clock(10.0)
+    navigator.hear("odom", odometry(x, y))
+    navigator.set_clock(10.0 + age)
+    navigator._end_goal_if_over()
+    return goal.ending.result().name if goal.ending.done() else None
+
+
+navigator, module = bench("navigator.Navigator"), mine("navigator")
+tries({
+    "over(0.0, 0.0)": None,
+    "over(2.97, 2.0)": "ARRIVED",
+    "over(2.92, 2.0)": None,  # within the tolerance: drive on
+    "over(2.92, 2.0, blocked=True)": "ARRIVED",  # it will get no nearer
+    "over(2.97, 2.0, age=0.6)": None,  # that was long ago
+    "over(0.0, 0.0, canceled=True)": "CANCELED",
+})
+
+# %% [markdown]
+# **Step 6: what is wanted?**
+# Without a goal, what the layer below wants.
+# With a goal, but without fresh odometry, `STOP`.
+# Else `steering.steer` from the robot's place to the goal.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/navigator.py
+class Navigator:
+    def _wanted(self, limits: Limits) -> Command:
+        return super()._wanted(limits)  # TODO: steer, while there is a goal
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# Three cases, three `return`s. `_distance_to` in the skeleton shows how to get the place.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# `super()._wanted(limits)`; `steering.place_of(self._pose)`; `steering.steer(place, x, y, limits)`.
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# if self._goal is None:
+#     return super()._wanted(limits)
+# if not self._is_fresh(self._odom_time):
+#     return STOP
+# place = steering.place_of(self._pose)
+# ...  # the way to the goal
+# ```
+# </details>
+
+# %%
+def wanted(target=None, at=None):
+    """Return (v, omega) wanted at a speed in force of 0.3, with a target and a place, or without."""
+    navigator.node._goal, navigator.node._speed = None, 0.3
+    if target:
+        with_goal(Handle(*target))
+    navigator.node._odom_time = -math.inf
+    if at:
+        navigator.hear("odom", odometry(*at))
+    command = navigator._wanted(navigator._limits())
+    return command.v, command.omega
+
+
+navigator, module = bench("navigator.Navigator"), mine("navigator")
+tries({
+    "wanted()": (0.3, 0.0),
+    "wanted(target=(3.0, 0.0))": (0.0, 0.0),  # where is it?
+    "wanted(target=(3.0, 0.0), at=(1.0, 0.0))": (0.5, 0.0),
+    "wanted(target=(3.0, 0.0), at=(2.8, 0.0))": (0.2, 0.0),
+    "wanted(target=(1.0, 2.0), at=(1.0, 0.0))": (0.0, 1.5 * math.pi / 2),
+})
+
+# %% [markdown]
+# ### Start it
 #
 # Given, as before:
 
@@ -608,8 +1165,6 @@ def main(args: Optional[list[str]] = None) -> int:
 # **Predict:** the target is at (−1, 1), behind the robot and to its left. Which way does it turn, and how long does it take?
 
 # %%
-from sim.views import run_view
-
 run = run_node(world=World("two metres of floor", goals=(Pose(-1.0, 1.0),)))
 went = run.go_to(-1.0, 1.0, tolerance=0.1)
 print(went)
@@ -617,8 +1172,11 @@ run_view(run.recording)
 
 # %% [markdown]
 # F8 asks for targets ahead, beside and behind: within the tolerance by ground truth, a `final_pose` that agrees with odometry, and a robot that stands still afterwards.
-# F9 is about the feedback; it comes next, and both are checked there.
-#
+
+# %% tags=["check"]
+check("F8")
+
+# %% [markdown]
 # ### By a click
 #
 # In Jupyter the next cell is a live view, and time runs as soon as you see it.
@@ -627,8 +1185,6 @@ run_view(run.recording)
 # (Where nobody watches, as on a web page, it is a picture.)
 
 # %%
-from sim import Circle
-
 floor = World("a pillar", obstacles=(Circle((1.0, 0.9), 0.2, name="pillar"),))
 run = run_node(world=floor)
 run.live()
@@ -658,12 +1214,52 @@ run.close()
 # ## Tell how far it still is
 #
 # F9: feedback at 2 Hz or faster, true within 0.15 m.
-# A timer of its own sends it, `fusion_rate` times a second.
+# The timer of step 1 calls `_give_feedback`, `fusion_rate` times a second.
 #
+# **Exercise.** If there is a goal, and odometry has come at least once (`self._odom_time` is not `NEVER`), publish the distance to it.
+
+# %% tags=["piece"]
+# %%into ros2_robot_controller/navigator.py
+class Navigator:
+    def _give_feedback(self) -> None:
+        goal = self._goal
+        # TODO: is there something to tell? Then goal.handle.publish_feedback(...)
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The talker at the top of part 2 gives feedback.
+# </details>
+# <details><summary>Hint 2: the API</summary>
+#
+# `NavigateToPosition.Feedback(distance_remaining=...)`; `self._distance_to(goal)`.
+# </details>
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+# if goal is None or self._odom_time == NEVER:
+#     return
+# ...  # publish the distance as feedback
+# ```
+# </details>
+
+# %%
+navigator, module, told = bench("navigator.Navigator"), mine("navigator"), Handle(3.0, 4.0)
+tries({
+    "with_goal(told, speed=0.0).x, navigator.advance(0.2), told.told": (3.0, [(0.0, 0.0)] * 2, []),  # where is it?
+    "navigator.hear('odom', odometry(0.0, 0.0)), navigator.advance(0.2), told.told": (
+        [], [(0.0, 0.0)] * 2, [5.0] * 4),
+})
+if hasattr(navigator, "close"):
+    navigator.close()
+
+# %% [markdown]
 # **Predict:** how does `distance_remaining` look over time, if the robot first turns?
 
 # %%
-figure, axes = plt.subplots(figsize=(8, 3))
+with run_node(world=World("two metres of floor", goals=(Pose(-1.0, 1.0),))) as run:
+    went = run.go_to(-1.0, 1.0, tolerance=0.1)
+figure, axes = plt.subplots(figsize=(8, 3), layout="constrained")
 times, told = np.array(went.feedback or [(0.0, math.nan)]).T
 axes.plot(times, told, ".", color="#009E73", label="feedback")
 axes.set(xlabel="simulated time (s)", ylabel="distance_remaining (m)", ylim=(0, 1.6))
@@ -678,7 +1274,7 @@ axes.legend();
 # Nothing important belongs there alone.
 
 # %% tags=["check"]
-check("F8", "F9")
+check("F9")
 
 # %% [markdown]
 # ## Cancel a goal
@@ -716,8 +1312,6 @@ print(f"one second later it drives at {abs(recording.v[-1]):.2f} m/s, x = {recor
 # Driving around needs a map and a planner; that is another robot, with Nav2.
 
 # %%
-from sim import Box
-
 box = Box((1.2, 0.0), (0.2, 0.6), name="box", appears=1.0, vanishes=6.0)
 with run_node(world=World("blocked way", obstacles=(box,), goals=(Pose(2.0, 0.0),))) as run:
     went = run.go_to(2.0, 0.0)
@@ -785,4 +1379,4 @@ check("I3", "I4", "Q4")
 # `cancel_callback`. Without one rclpy refuses.
 # </details>
 #
-# Next: `08_settings_and_launch`. All these numbers are parameters already. Now they come from a file, may change while the node runs, and one command starts everything.
+# **Next:** [08 Settings and launch](08_settings_and_launch.ipynb). All these numbers are parameters already. Now they come from a file, may change while the node runs, and one command starts everything.

@@ -13,10 +13,10 @@
 # %% [markdown]
 # # 10 Show and hand in
 #
-# ![A robot on its way through three offices, and the hundred points of the assignment, requirement by requirement](pictures/10.png)
+# ![A simulated robot's drive to three goals in three offices, and the hundred points of the assignment, one box for each requirement](pictures/10.png)
 #
 # Everything works, and the tests prove it.
-# What is missing is the other half of every piece of software: that somebody *else* can use it.
+# What is missing is the other half of every piece of software: somebody *else* must be able to use it.
 # Somebody who has five minutes, your README and no idea what you meant.
 # Today you write for that person, look at your own work through the eyes of the one who grades it, and hand it in.
 #
@@ -28,7 +28,7 @@
 # - read a report as an instructor reads it, and decide what to mend first;
 # - pack the package and know what is in it.
 #
-# **Time:** about 45 minutes.
+# **Time:** about 30 minutes for the demonstration and its results (part 1), and 30 for the README, your report and the hand-in (part 2).
 #
 # **Your package so far**, and what comes today:
 #
@@ -38,7 +38,7 @@
 #     ├── ros2_robot_controller/                   all modules
 #     ├── scripts/
 #     │   ├── robot_controller  sensor_processor
-#     │   └── demo.py                              ← today
+#     │   └── demo.py                              ← today, in four pieces
 #     ├── README.md  LICENSE                       ← today
 #     └── test_results.xml                         ← today
 
@@ -79,13 +79,13 @@ axes.set_xlabel("points")
 axes.legend();
 
 # %% [markdown]
-# Forty for what the robot does.
-# Sixty for what makes it usable, readable and trustworthy: that is about how the time is spent on real robots, too.
+# Forty for what the robot does, sixty for what makes it usable, readable and trustworthy.
+# On real robots, too, most of the time goes into the sixty.
 #
 # ## The demonstration
 #
-# A demonstration shows a stranger in half a minute what the package can do.
-# It is a node like any other, a client this time, so it can fail in a way you have not met yet: **by waiting**.
+# A demonstration shows a stranger in half a minute what the package can do; requirement Q6 asks for one.
+# It is a node like any other, a client this time, so it can fail in a way that you know from notebook 06: **by waiting**.
 #
 # Here is a client for a service that nobody offers.
 # **What would `call_async` do now, and how long would you wait for its future?**
@@ -107,7 +107,7 @@ node.destroy_node()
 # %% [markdown]
 # Nothing complains.
 # The request was sent to nobody, and without the time-out the script would stand there for ever.
-# A demonstration that hangs in front of an audience is a long silence.
+# In front of an audience that is a long silence.
 # So each wait gets a time-out, and each time-out a sentence that says what to do.
 #
 # The second habit: say with the **exit status** how it went.
@@ -121,23 +121,50 @@ for code in ("print('all shown')", "raise SystemExit('No node offers set_speed.'
     print(ended.returncode, "|", (ended.stdout + ended.stderr).strip())
 
 # %% [markdown]
-# Write `scripts/demo.py`.
-# It runs beside the running nodes, uses a service and the action, and ends by itself, well within a minute:
+# ### The demonstration, in pieces
+#
+# `scripts/demo.py` runs beside the running nodes, uses a service and the action, and ends by itself, well within a minute:
 #
 # 1. set a speed, ask for one that is refused, set 0 again;
 # 2. ask for the status;
 # 3. send a goal half a metre ahead of where the robot is, tell its feedback, wait for the result;
 # 4. cancel the goal if that takes longer than 20 s: on a stranger's floor there may be a chair.
+#
+# Here is all of it except four functions.
+# Read `show` first: it is the story, and the rest is what it needs.
+# `NoAnswer` is an exception of the script's own: whatever does not answer raises it, and `main` turns it into a sentence and an exit status of 1.
 
-# %% tags=["exercise"]
+# %% tags=["skeleton"]
 # %%writefile scripts/demo.py
 #!/usr/bin/env python3
 """Show what robot_controller can do: set the speed, be refused, read the status, go somewhere."""
 
+import math
 import sys
+from typing import Any
 
+from action_msgs.msg import GoalStatus
+from geometry_msgs.msg import Pose
 import rclpy
+from rclpy.action import ActionClient
+from rclpy.action.client import ClientGoalHandle
+from rclpy.client import Client
 from rclpy.node import Node
+from rclpy.task import Future
+from ros2_robot_controller.action import NavigateToPosition
+from ros2_robot_controller.srv import GetRobotStatus, SetSpeed
+from ros2_robot_controller.utils.conversions import yaw_from_quaternion
+
+ANSWER_S = 10.0  # wall time; a node that runs answers in milliseconds
+DRIVE_S = 20.0  # wall time; after that the goal is canceled
+STEP_M = 0.5  # how far ahead the goal lies
+TOLERANCE_M = 0.1
+SPEED_MPS = 0.1
+TOO_FAST_MPS = 100.0
+
+
+class NoAnswer(Exception):
+    """Something did not answer in time; the message says what and what to do."""
 
 
 class Demo(Node):
@@ -145,13 +172,65 @@ class Demo(Node):
 
     def __init__(self) -> None:
         super().__init__('demo')
-        # TODO 1: clients for set_speed and get_status, an ActionClient for navigate_to_position.
+        self._set_speed = self.create_client(SetSpeed, 'set_speed')
+        self._get_status = self.create_client(GetRobotStatus, 'get_status')
+        self._navigate = ActionClient(self, NavigateToPosition, 'navigate_to_position')
+        self._last_words = math.inf  # the distance that was told last, metres
 
-    def show(self) -> bool:
-        """Go through the demonstration; return whether everything answered."""
-        # TODO 2: the four steps. Each wait has a time-out, and words for when it is over.
-        self.get_logger().warning('There is nothing to show yet.')
-        return False
+    def show(self) -> None:
+        """Go through the demonstration; raises NoAnswer."""
+        for speed in (SPEED_MPS, TOO_FAST_MPS, 0.0):
+            answer = self.call(self._set_speed, SetSpeed.Request(speed=speed))
+            self.get_logger().info(f'set_speed {speed:g}: {answer.message}')
+        self.get_logger().info(f'get_status: {self.status().status}')
+        handle = self.send_goal(self.place_ahead())
+        self.get_logger().info(f'navigate_to_position: {self.finish(handle)}')
+        position = self.status().pose.position
+        self.get_logger().info(f'The robot is at ({position.x:.2f}, {position.y:.2f}).')
+
+    def call(self, client: Client, request: Any) -> Any:
+        """Return a service's response."""
+        raise NoAnswer(f'Not written yet: call, for {client.srv_name} (piece 2).')
+
+    def wait_for(self, future: Future, what: str) -> Any:
+        """Return the future's result."""
+        raise NoAnswer(f'Not written yet: wait_for, for {what} (piece 1).')
+
+    def status(self) -> GetRobotStatus.Response:
+        """Return the robot's status."""
+        return self.call(self._get_status, GetRobotStatus.Request())
+
+    def place_ahead(self) -> Pose:
+        """Return the place STEP_M in front of the robot."""
+        place = self.status().pose
+        yaw = yaw_from_quaternion(place.orientation)
+        raise NoAnswer(f'Not written yet: {STEP_M} m ahead, at a yaw of {yaw:.2f} rad (piece 3).')
+
+    def send_goal(self, target: Pose) -> ClientGoalHandle:
+        """Return the handle of an accepted goal."""
+        if not self._navigate.wait_for_server(timeout_sec=ANSWER_S):
+            raise NoAnswer('No node offers navigate_to_position. Start robot_controller first.')
+        goal = NavigateToPosition.Goal(target_pose=target, tolerance=TOLERANCE_M)
+        handle = self.wait_for(self._navigate.send_goal_async(goal, self.on_feedback), 'The goal')
+        if not handle.accepted:
+            raise NoAnswer('The goal was rejected. Does odom carry numbers?')
+        return handle
+
+    def on_feedback(self, message: Any) -> None:
+        """Tell the distance each time it has fallen by a tenth of a metre."""
+        distance = message.feedback.distance_remaining
+        if distance <= self._last_words - 0.1:
+            self.get_logger().info(f'{distance:.2f} m to go')
+            self._last_words = distance
+
+    def finish(self, handle: ClientGoalHandle) -> str:
+        """Wait for the goal's end, or cancel it after DRIVE_S; return how it ended in words."""
+        result = handle.get_result_async()
+        status = self.wait_for(result, 'The result').status
+        return {
+            GoalStatus.STATUS_SUCCEEDED: 'arrived',
+            GoalStatus.STATUS_CANCELED: 'canceled',
+        }.get(status, 'replaced by another goal')
 
 
 def main() -> int:
@@ -159,65 +238,262 @@ def main() -> int:
     rclpy.init()
     demo = Demo()
     try:
-        return 0 if demo.show() else 1
+        demo.show()
+    except NoAnswer as error:
+        demo.get_logger().error(str(error))
+        return 1
+    except KeyboardInterrupt:
+        return 130
     finally:
         demo.destroy_node()
         rclpy.try_shutdown()
+    return 0
 
 
 if __name__ == '__main__':
     sys.exit(main())
 
 # %% [markdown]
-# <details><summary>Hint 1: where to look</summary>
-#
-# Notebook 06 called the services from the shell and 07 sent goals; the names and types are the same.
-# `CMakeLists.txt` installs `scripts/demo.py` beside the other two, so `ros2 run ros2_robot_controller demo.py` finds it.
-# </details>
-#
-# <details><summary>Hint 2: the API</summary>
-#
-# `client.wait_for_service(timeout_sec=10.0)` and `action_client.wait_for_server(timeout_sec=10.0)` return whether somebody is there.
-# `rclpy.spin_until_future_complete(self, future, timeout_sec=10.0)`, then `future.done()`, then `future.result()`.
-# `send_goal_async(goal, feedback_callback)` gives a handle; `handle.accepted`, `handle.get_result_async()`, `handle.cancel_goal_async()`.
-# Half a metre ahead: `x + 0.5 * cos(yaw)`, with the pose from `get_status` and `yaw_from_quaternion`.
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# ```python
-# def call(self, client, request):
-#     if not client.wait_for_service(timeout_sec=ANSWER_S):
-#         raise NoAnswer(f'No node offers {client.srv_name}. Start robot_controller first.')
-#     future = client.call_async(request)
-#     rclpy.spin_until_future_complete(self, future, timeout_sec=ANSWER_S)
-#     if not future.done():
-#         raise NoAnswer(f'{client.srv_name} gave no answer within {ANSWER_S:g} s.')
-#     return ...
-# ```
-# </details>
-#
-# Build, as a stranger would, and show it: your node drives in the simulator, the demonstration talks to it from a process of its own.
+# The script talks to your built package, so build it, as a stranger would.
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: colcon says how long it took.
 # !cd ../.. && colcon build --packages-select ros2_robot_controller
 
-# %% tags=["nbval-ignore-output"]
-# Not compared: how the drive goes depends on the machine, for this once time is real.
+# %% [markdown]
+# And here is the stage.
+# Your node drives in the simulator, before your eyes; the script talks to it from a process of its own, and goes as far as you have written it.
+
+# %%
 import os
 
 os.environ["RCUTILS_CONSOLE_OUTPUT_FORMAT"] = "[{severity}] {message}"  # without times
-with run_node(world="open_field") as run:
-    live = run.live().start()
-    # !python3 scripts/demo.py; echo "exit status: $?"
-    live.pause()
-    recording = run.recording
+
+
+def perform(world="open_field", script="python3 scripts/demo.py"):
+    """Run the demonstration beside your node in this world, and return the drive."""
+    with run_node(world=world) as run:
+        live = run.live().start()
+        display(live)
+        # !{script}; echo "exit status: $?"
+        live.pause()
+        return run.recording
+
+
+# %% tags=["nbval-ignore-output"]
+# Not compared: for once time is real.
+perform();
+
+# %% [markdown]
+# #### Piece 1: wait for a future, but not for ever
+#
+# `rclpy.spin_until_future_complete(node, future, timeout_sec=...)` returns in both cases, when the future is done and when the time is over.
+# It does not tell which; the future does.
+# So: spin, at most `ANSWER_S` seconds; if the future is not done, raise a `NoAnswer` that names `what` did not answer; otherwise return its result.
+
+# %% tags=["piece"]
+# %%into scripts/demo.py
+class Demo:
+    def wait_for(self, future: Future, what: str) -> Any:
+        """Return the future's result."""
+        raise NoAnswer(f'{what} was not waited for.')  # TODO: spin; not done? raise; else return
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The cell of the service that nobody offers, above, has the call; here the node is `self`.
+# </details>
+#
+# <details><summary>Hint 2: the API</summary>
+#
+# `future.done()` is True or False, `future.result()` the response.
+# The words: `f'{what} gave no answer within {ANSWER_S:g} s. Is the node busy?'`
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+#         rclpy.spin_until_future_complete(self, future, timeout_sec=ANSWER_S)
+#         if not future.done():
+#             raise NoAnswer(f'{what} gave no answer within {ANSWER_S:g} s. Is the node busy?')
+#         return ...
+# ```
+# </details>
+#
+# Try it on a future that somebody sets, and on one that nobody ever does.
+# The first must return 'an answer', the second raise after a tenth of a second.
+
+# %% tags=["nbval-ignore-output"]
+# Not compared: before the package is built, the import fails.
+trial = """
+import demo, rclpy
+from rclpy.task import Future
+rclpy.init()
+node, early = demo.Demo(), Future()
+early.set_result('an answer')
+demo.ANSWER_S = 0.1
+for future, what in ((early, 'The first'), (Future(), 'The second')):
+    try:
+        print('returned:', node.wait_for(future, what))
+    except demo.NoAnswer as error:
+        print('raised:  ', error)
+"""
+# !cd scripts && python3 -c "{trial}" 2>&1 | tail -n 2
+
+# %% [markdown]
+# #### Piece 2: call a service, if there is one
+#
+# A request to a service that nobody offers is lost, so ask first: `client.wait_for_service(timeout_sec=...)` returns whether somebody is there.
+# If nobody is, the stranger has forgotten to start the node: say so.
+
+# %% tags=["piece"]
+# %%into scripts/demo.py
+class Demo:
+    def call(self, client: Client, request: Any) -> Any:
+        """Return a service's response."""
+        raise NoAnswer(f'{client.srv_name} was not called.')  # TODO: is somebody there? call
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The same cell above: `wait_for_service`, then `call_async`.
+# The waiting is done by `self.wait_for`.
+# </details>
+#
+# <details><summary>Hint 2: the API</summary>
+#
+# `client.call_async(request)` returns the future; `client.srv_name` is the name for both sentences.
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+#         if not client.wait_for_service(timeout_sec=ANSWER_S):
+#             raise NoAnswer(f'No node offers {client.srv_name}. Start robot_controller first.')
+#         return ...   # the future goes into self.wait_for, with the name
+# ```
+# </details>
+#
+# First without any node: it must say so, and end with 1.
+# Then beside your node: look for three answers about the speed and one about the status.
+
+# %% tags=["nbval-ignore-output"]
+# Not compared: for once time is real.
+impatient = 'import demo; demo.ANSWER_S = 0.5; raise SystemExit(demo.main())'
+# !cd scripts && python3 -c "{impatient}"; echo "exit status: $?"
+perform();
+
+# %% [markdown]
+# #### Piece 3: half a metre ahead
+#
+# The robot is at (x, y) and looks to `yaw`.
+# By hand, with yaw 0: half a metre ahead is (x + 0.5, y).
+# With yaw 90° it is (x, y + 0.5).
+# In between the step has two parts, 0.5 · cos(yaw) along x and 0.5 · sin(yaw) along y.
+
+# %% tags=["piece"]
+# %%into scripts/demo.py
+class Demo:
+    def place_ahead(self) -> Pose:
+        """Return the place STEP_M in front of the robot."""
+        place = self.status().pose
+        yaw = yaw_from_quaternion(place.orientation)
+        raise NoAnswer(f'A step at {yaw:.2f} rad was not computed.')  # TODO: move place, return it
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# `place` is a message that belongs to you: its `position.x` and `position.y` may be changed.
+# </details>
+#
+# <details><summary>Hint 2: the formula</summary>
+#
+# x + STEP_M · cos(yaw), y + STEP_M · sin(yaw), with `math.cos` and `math.sin`.
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+#         place.position.x += STEP_M * math.cos(yaw)
+#         ...                  # the same for y, and return the place
+# ```
+# </details>
+#
+# Now the robot should drive.
+
+# %% tags=["nbval-ignore-output"]
+# Not compared: for once time is real.
+recording = perform()
 
 # %%
 from sim.views import map_view
 
-map_view(recording, title="the demonstration")
+map_view(recording, title="the way that the demonstration drove");
+
+# %% [markdown]
+# #### Piece 4: a chair in the way
+#
+# Somebody has put a box 0.6 m before the robot.
+# Your node does the right thing: it stops, and waits until the way is free.
+#
+# **What will the demonstration do?**
+
+# %% tags=["nbval-ignore-output"]
+# Not compared: for once time is real.
+import sim
+
+chair = sim.World("a chair in the way", obstacles=(sim.Box(center=(0.7, 0.0), size=(0.2, 0.6)),))
+hurried = 'import demo; demo.ANSWER_S = demo.DRIVE_S = 3.0; raise SystemExit(demo.main())'
+perform(chair, f"cd scripts && python3 -c '{hurried}'");
+
+# %% [markdown]
+# It waits for the result as for any answer, gives up, and leaves behind a robot *with a goal*.
+# Take the chair away, and it drives off with nobody watching.
+# Whoever sends a goal is responsible for it until it has ended.
+#
+# So, in `finish`: wait `DRIVE_S` seconds for the result; if it is not there, say so in the log, cancel the goal, and only then wait for how it ended.
+
+# %% tags=["piece"]
+# %%into scripts/demo.py
+class Demo:
+    def finish(self, handle: ClientGoalHandle) -> str:
+        """Wait for the goal's end, or cancel it after DRIVE_S; return how it ended in words."""
+        result = handle.get_result_async()
+        # TODO: spin until the result is there, at most DRIVE_S; if it is not: warn, and cancel.
+        status = self.wait_for(result, 'The result').status
+        return {
+            GoalStatus.STATUS_SUCCEEDED: 'arrived',
+            GoalStatus.STATUS_CANCELED: 'canceled',
+        }.get(status, 'replaced by another goal')
+
+# %% [markdown]
+# <details><summary>Hint 1: where to look</summary>
+#
+# The first two lines are those of `wait_for`, with another time and without the exception.
+# A cancel request is a request like others: it gives a future, and it is answered.
+# </details>
+#
+# <details><summary>Hint 2: the API</summary>
+#
+# `rclpy.spin_until_future_complete(self, result, timeout_sec=DRIVE_S)`, `result.done()`, `self.get_logger().warning(...)`.
+# `handle.cancel_goal_async()` gives the future for `self.wait_for`.
+# </details>
+#
+# <details><summary>Hint 3: all but the last line</summary>
+#
+# ```python
+#         rclpy.spin_until_future_complete(self, result, timeout_sec=DRIVE_S)
+#         if not result.done():
+#             self.get_logger().warning(f'Not there after {DRIVE_S:g} s: cancelling.')
+#             ...              # cancel, and wait for the answer
+# ```
+# </details>
+#
+# Look for "canceled" and an exit status of 0: everything answered, and the robot has nothing left to do.
+
+# %% tags=["nbval-ignore-output"]
+# Not compared: for once time is real.
+perform(chair, f"cd scripts && python3 -c '{hurried}'");
 
 # %% [markdown]
 # ### Test results
@@ -227,7 +503,7 @@ map_view(recording, title="the demonstration")
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: pytest says how long it took.
-# !python3 -m pytest -q --tb=no --junit-xml=test_results.xml test
+# !python3 -m pytest -q --tb=no --junit-xml=test_results.xml test | tail -n 3
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: everybody has another number of tests.
@@ -239,6 +515,8 @@ print({name: suite.get(name) for name in ("tests", "failures", "errors", "skippe
 # %% [markdown]
 # A test that is in the package and not in that file was written after the run, or never run at all: the grader compares the two.
 #
+# That is the end of part 1, and a good place for a break.
+#
 # ## A README that is true
 #
 # A README is the only part of your package that everybody reads.
@@ -246,13 +524,9 @@ print({name: suite.get(name) for name in ("tests", "failures", "errors", "skippe
 # The last one is a table of topics, services and actions, and of all documentation it is the first to become wrong: somebody renames a topic, and nobody thinks of the table.
 #
 # So do not write it from memory.
-# The graph knows.
-#
-#     ros2 node info /robot_controller
-#
-# prints what the running node really has, and so does `get_topic_names_and_types` in Python.
+# The graph knows: `ros2 node info` prints what a running node really has.
 # Here for a node that is made on the spot.
-# **Which lines are not from this cell?**
+# **Which of the lines are not from this cell?**
 
 # %%
 from geometry_msgs.msg import Twist
@@ -269,8 +543,61 @@ node.destroy_node()
 # Seven services come with every node, six of them for its parameters, and `parameter_events` beside them; leave these out of a README.
 # What is left is the table: name, type, direction.
 #
+# So let the graph write it.
+# The next cells start your two nodes, ask the graph for what each has, and print the rows.
+
+# %%
+from rclpy.action import get_action_server_names_and_types_by_node as actions_of
+
+EVERYBODYS = ("/parameter_events", "/rosout", "/clock")
+
+
+def rows(visitor, name):
+    """Yield the README's rows of a running node, as the graph knows it."""
+    kinds = {
+        "subscribes": visitor.get_subscriber_names_and_types_by_node(name, "/"),
+        "publishes": visitor.get_publisher_names_and_types_by_node(name, "/"),
+        "service": visitor.get_service_names_and_types_by_node(name, "/"),
+        "action": actions_of(visitor, name, "/"),
+    }
+    for kind, found in kinds.items():
+        for path, types in found:
+            if path not in EVERYBODYS and "/_action/" not in path and not path.startswith(f"/{name}/"):
+                yield f"| `{name}` | {kind} | `{path[1:]}` | `{types[0]}` |"
+
+
+# %%
+import time
+
+
+def print_rows(visitor, name):
+    """Print a node's rows as soon as the graph says the same twice: it learns of a node bit by bit."""
+    found = []
+    for _ in range(20 if visitor.wait_for_node(f"/{name}", 10.0) else 0):
+        before, found = found, list(rows(visitor, name))
+        if found and found == before:
+            break
+        time.sleep(0.5)
+    print("\n".join(found))
+
+
+# %%
+visitor = rclpy.create_node("visitor", enable_rosout=False)
+print("| node | kind | name | type |\n|---|---|---|---|")
+for name in ("robot_controller", "sensor_processor"):
+    with run_node(name) as run:
+        if not run.trouble:
+            print_rows(visitor, name)
+visitor.destroy_node()
+
+# %% [markdown]
 # Q5 reads your table in any reasonable form and compares it with the running nodes.
 # A row for something that is not there counts as wrong, too.
+#
+# Now write the README.
+# For the commands in it, imagine the stranger's new terminal: a workspace with your package in `src/`, and ROS sourced.
+# Three things must be in: `colcon build`, then `ros2 launch` with your launch file, then `pytest` or `colcon test`.
+# A line that begins with four blanks is shown as code.
 
 # %% tags=["exercise"]
 # %%writefile README.md
@@ -280,32 +607,32 @@ TODO 1: what it does, in three sentences for somebody who meets it today. What d
 
 ## Build, run, test
 
-TODO 2: the commands, to copy and paste. Try each one in a new terminal.
+TODO 2: the commands, to copy and paste.
 
 ## Interfaces
 
-TODO 3: every subscription, publisher, service and action of both nodes.
+TODO 3: the rows that the graph has written.
 
 | node | kind | name | type |
 |---|---|---|---|
 
-TODO 4: the parameters, with defaults and units.
-
 ## Decisions
 
-TODO 5: what you decided where the contract leaves it open, and why.
+TODO 4 (if you like): what you decided where the contract leaves it open, and why.
 
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The class docstrings of your two nodes hold the table already, in other words.
-# The contract's table in the handout has the same rows; check them against *your* graph.
+# What it does: the class docstrings of your two nodes, in other words.
+# The commands: you have run all of them, in notebooks 01, 08 and 09.
+# The rows: copy what the cell above has printed, and compare with the contract's table in the handout.
 # </details>
 #
 # <details><summary>Hint 2: the form</summary>
 #
-# One row for each: `subscribes`, `publishes`, `service` or `action`, the name without a leading `/`, the type in full, such as `sensor_msgs/msg/LaserScan`.
-# The commands that Q5 looks for are `colcon build`, `ros2 launch` or `ros2 run`, and `pytest` or `colcon test`.
+# `colcon build --packages-select ros2_robot_controller`, then `source install/setup.bash`, in the workspace.
+# `ros2 launch ros2_robot_controller` and the name of a launch file.
+# `python -m pytest test`, in the package's folder.
 # </details>
 #
 # <details><summary>Hint 3: all but the last line</summary>
@@ -315,9 +642,12 @@ TODO 5: what you decided where the contract leaves it open, and why.
 # |---|---|---|---|
 # | `robot_controller` | subscribes | `scan` | `sensor_msgs/msg/LaserScan` |
 # | `robot_controller` | service | `set_speed` | `ros2_robot_controller/srv/SetSpeed` |
-# ...                       and nine more
+# ...                       # and nine more
 # ```
 # </details>
+#
+# Try each command in a new terminal, in the order in which they stand there.
+# In this kit a new terminal has to be told where ROS is, once, from the kit's folder: `source grader/ros2/setup.bash`.
 #
 # Your `package.xml` names a licence; its text belongs beside it.
 # This is the Apache License 2.0, word for word; nothing to learn here, run it and scroll on.
@@ -559,13 +889,13 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # |---|---|---|
 # | you stand in the right folder | no such file | run it from `/` |
 # | the file lies in `src/` | it was never installed | I1: look into `install/` |
-# | you installed that package once, by hand | `ModuleNotFoundError` | I2: every import is in `package.xml` |
+# | you once installed a package by hand | `ModuleNotFoundError` | I2: every import is in `package.xml` |
 # | an old `build/` still holds it | it is gone | delete `build/ install/ log/`, build again |
 # | a path begins with your home folder | it is not there | search for it: `grep -rn "/home/" .` |
-# | your clock, your cores, your network | tests flicker | T1: no sleeps, a bench |
+# | your clock, your cores, your network | tests flicker | hold the clock by hand, as in notebook 09 |
 #
 # The grader builds what you hand in, and nothing else, in an empty room: no network, no home, no old build.
-# You have been using that room all along; each `check` ran in it.
+# You have been using that room all along: each `check` ran in it.
 #
 # ## Read it like an instructor
 #
@@ -602,8 +932,8 @@ for name in lost:
 #     grader grade ws/src/ros2_robot_controller --out out/mine
 #
 # `out/mine/report.html` is what your instructor will see, with a picture of each trial.
-# Speeds, places and obstacles are drawn anew from a seed, and your instructor's seed is another one.
-# So a package that was tuned to the public trials shows it: `--seed 7` is a cheap way to find out.
+# Speeds, places and obstacles are drawn from a seed, and your instructor's seed is another one.
+# A package that was tuned to the public trials loses points there; `--seed 7` is a cheap way to find out whether yours is.
 #
 # ## Hand in
 #
@@ -611,7 +941,8 @@ for name in lost:
 # Then it opens the archive as the grader will, and tells what it finds.
 # Files that `start_at` laid out are named there, as the course's and not yours.
 #
-# With `--no-check` it only packs and looks; leave that away, in a terminal, and it runs all public checks on the archive, which takes some minutes.
+# With `--no-check` it only packs and looks.
+# Without it, it also runs all public checks on the archive, which takes some minutes; do that in a terminal.
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: sizes are those of one's own files.
@@ -627,7 +958,7 @@ for name in lost:
 # > **On a real TurtleBot 4**
 # >
 # > - The demonstration drives half a metre wherever the robot stands. Look where it is pointing, and let nobody's feet be there.
-# > - On the robot `cmd_vel` is a `TwistStamped` in Jazzy, on the course's robot a `Twist`. A README says such things in its first lines, under "needs".
+# > - In Jazzy the robot's `cmd_vel` takes `TwistStamped`, on the course's robot it is a `Twist`. A README says such things in its first lines, under "needs".
 # > - A base that has heard no command for 0.5 s stops by itself. It saves you when your node dies; it is no reason to leave out the last zero.
 # > - Bags are part of a demonstration: `ros2 bag record -a` while it runs, and you can show it again when the battery is empty.
 #

@@ -24,7 +24,9 @@ def draw() -> Figure:
         plan.plot(run.x, run.y, color=color, linewidth=2.0)
         here = run.pose_at(len(run) - 1)
         draw_robot(plan, here, 0.171)
-        plan.annotate(f"/{name}", (here.x, here.y), (0, 16), textcoords="offset points", ha="center", color=color)
+        above = here.y > 0  # the side away from the row of obstacles
+        offset = (0, 16 if above else -24)
+        plan.annotate(f"/{name}", (here.x, here.y), offset, textcoords="offset points", ha="center", color=color)
         speed.plot(run.t, run.v, color=color, label=f"/{name}, limit {limit:g} m/s")
     plan.set(xlabel="x (m)", ylabel="y (m)", title=f"where they are after {SECONDS:g} s")
     plan.set_aspect("equal", adjustable="datalim")
@@ -48,7 +50,7 @@ def _drive(limit: float) -> Recording:
 
 def _draw_graph(axes: Axes) -> None:
     """Draw the launch file, the nodes in their namespaces, and the topics that they would fight over without."""
-    axes.set(xlim=(0, 10), ylim=(0, 10), title="ros2 launch two_robots_launch.py")
+    axes.set(xlim=(0, 10), ylim=(0, 10), title="one launch file")
     axes.axis("off")
     for (name, limit, color), x in zip(ROBOTS, (0.2, 5.2), strict=True):
         _box(axes, (x, 0.6), (4.6, 7.0), color, f"namespace /{name}", 7.0, filled=False)

@@ -1,4 +1,4 @@
-"""The picture at the head of notebook 09: the same code and three sets of tests; green is a fault that was noticed."""
+"""The picture at the head of notebook 09: the same code and three sets of tests; green is a mutant that was noticed."""
 
 from collections.abc import Callable, Sequence
 from types import SimpleNamespace
@@ -9,7 +9,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from grader.mutation.operators import mutants
-from grader.mutation.source_text import Change, Source, parse
+from grader.mutation.source_text import Change, SourceText, parse
 from sim.views import View
 
 Code = SimpleNamespace
@@ -70,37 +70,38 @@ def knows_far(code: Code) -> None:
 
 
 SUITES: Sequence[tuple[str, Sequence[Test]]] = (
-    ("100 % of the lines reached", (reaches_all,)),
-    ("the obvious asserted", (reaches_all, stops, slows_down, drives_on)),
-    ("and the edges", (reaches_all, stops, slows_down, drives_on, knows_edges, knows_far)),
+    ("all lines\nreached", (reaches_all,)),
+    ("the obvious\nasserted", (reaches_all, stops, slows_down, drives_on)),
+    ("and the\nedges", (reaches_all, stops, slows_down, drives_on, knows_edges, knows_far)),
 )
 
 
 def draw() -> Figure:
-    """Return a table of faults and tests for each set of tests."""
+    """Return a table of mutants and tests for each set of tests."""
     source = parse("stopping.py", CODE)
     assert source is not None
     every = mutants(source)
-    figure = View(figsize=(13.0, 4.6), layout="constrained")
+    figure = View(figsize=(13.0, 4.8), layout="constrained")
+    figure.suptitle("The same code, three sets of tests: how many of its mutants are noticed (green)", fontsize=11)
     tables = figure.subplots(1, 3, sharey=True, width_ratios=[1, 4, 6])
     for axes, (title, tests) in zip(tables, SUITES, strict=True):
         _draw_table(axes, title, source, every, tests)
-    words = [f"line {fault.line}: {fault.words.replace('`', '')}" for fault in every]
+    words = [f"line {mutant.line}: {mutant.words.replace('`', '')}" for mutant in every]
     tables[0].set_yticks(np.arange(len(every)) + 0.5, words[::-1], fontsize=7)
     return figure
 
 
-def _draw_table(axes: Axes, title: str, source: Source, every: Sequence[Change], tests: Sequence[Test]) -> None:
-    seen = np.array([[_notices(test, source, fault) for test in tests] for fault in every])
+def _draw_table(axes: Axes, title: str, source: SourceText, every: Sequence[Change], tests: Sequence[Test]) -> None:
+    seen = np.array([[_notices(test, source, mutant) for test in tests] for mutant in every])
     colours = ListedColormap(["0.9", "#3a9d6a"])
     axes.pcolormesh(seen[::-1], cmap=colours, vmin=0, vmax=1, edgecolors="white", linewidth=2)
     axes.set_xticks(np.arange(len(tests)) + 0.5, [test.__name__.replace("_", "\n") for test in tests], fontsize=8)
-    axes.set_title(f"{title}:\n{seen.any(axis=1).sum()} of {len(seen)} faults noticed", fontsize=9)
+    axes.set_title(f"{title}:\n{seen.any(axis=1).sum()} of {len(seen)}", fontsize=9)
 
 
-def _notices(test: Test, source: Source, fault: Change) -> bool:
+def _notices(test: Test, source: SourceText, mutant: Change) -> bool:
     broken: dict[str, object] = {}
-    exec(source.apply(fault), broken)  # our own text with a small change
+    exec(source.apply(mutant), broken)  # our own text with a small change
     try:
         test(SimpleNamespace(**broken))
     except Exception:

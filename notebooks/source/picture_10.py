@@ -1,4 +1,4 @@
-"""The picture at the head of notebook 10: a robot that is shown, and the hundred points, requirement by requirement."""
+"""The picture at the head of notebook 10: a drive to three goals, and the hundred points in boxes, by requirement."""
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -17,8 +17,8 @@ def draw() -> Figure:
     plan, bars = figure.subplots(1, 2, width_ratios=[1.0, 1.5])
     simulator = Simulator(load_world("office"))
     draw_run(plan, drive(simulator, Tourist(simulator), SECONDS))
-    plan.set(xlabel="x (m)", ylabel="y (m)", title="the demonstration")
-    plan.set_aspect("equal", adjustable="datalim")
+    plan.set(xlabel="x (m)", ylabel="y (m)", title="a drive to three goals")
+    plan.set_aspect("equal")
     _draw_points(bars, load(RUBRIC))
     return figure
 
@@ -34,11 +34,12 @@ def _draw_points(axes: Axes, rubric: Rubric) -> None:
                 requirement.id,
                 ha="center",
                 va="center",
-                fontsize=8 if requirement.points > 1 else 6,
+                fontsize=8,
+                rotation=0 if requirement.points > 1 else 90,
                 color="w",
             )
             left += requirement.points
         axes.text(left + 0.5, -row, f"{left:g}", va="center", fontsize=11, color=colour)
     axes.set_yticks([-row for row in range(len(rubric.criteria))], [c.title for c in rubric.criteria])
-    axes.set(xlabel="points", xlim=(0, 44), title="100 points, and where each was learnt is in the report")
+    axes.set(xlabel="points", xlim=(0, 44), title="100 points, a box for each requirement")
     axes.spines[["top", "right"]].set_visible(False)

@@ -23,6 +23,7 @@ RUNS = [
         ["start and end", "start Python", "import rclpy", "compute", "A grading of the reference on F14"],
         marks=[pytest.mark.ros, pytest.mark.sandbox], id="sandbox_cost",
     ),
+    pytest.param("grading", ["I2"], marks=[pytest.mark.sandbox], id="grading"),
     pytest.param(
         "package_tests",
         ["results and coverage (T1, T2)", "mutants (T3)", "40 of 40 mutants were tried"],

@@ -269,6 +269,14 @@ def checks_say_passed(page: Page) -> Iterator[str]:
         yield f"{name}: the check of a solved notebook does not say `{name} passed`"
 
 
+def tries_are_right(page: Page) -> Iterator[str]:
+    """Cells that try a function on a table of cases print NOT YET beside a case that is wrong."""
+    for cell in page.code():
+        for line in "\n".join(notebook_run.plain_text(output) for output in cell.outputs).splitlines():
+            if "NOT YET" in line:
+                yield f"cell {cell['id']}: {line.strip()}"
+
+
 def outputs_name_no_machine(page: Page) -> Iterator[str]:
     for cell in page.code():
         for output in cell.outputs:
@@ -317,6 +325,7 @@ OF_UNTOUCHED_RUNS: tuple[Rule, ...] = (ran_without_an_exception, checks_say_not_
 OF_PUBLISHED: tuple[Rule, ...] = (
     ran_without_an_exception,
     checks_say_passed,
+    tries_are_right,
     outputs_name_no_machine,
     is_small,
     pictures_are_ours,

@@ -138,6 +138,7 @@ def test_a_students_notebook_with_an_output_breaks_the_rule(example: Path):
     [
         ("ran_without_an_exception", nbformat.v4.new_output("error", ename="ValueError", evalue="no", traceback=[])),
         ("ran_without_an_exception", nbformat.v4.new_output("stream", name="stderr", text="Warning: old")),
+        ("tries_are_right", nbformat.v4.new_output("stream", text="NOT YET  ramp(0.0, 0.5, 0.1)  0, wanted 0.1\n")),
         ("outputs_name_no_machine", nbformat.v4.new_output("stream", text="wrote /home/me/ws/x")),
         ("outputs_name_no_machine", nbformat.v4.new_output("stream", text="[INFO] [1763731234.123456789] [node]: on")),
         ("outputs_name_no_machine", nbformat.v4.new_output("display_data", data={"text/html": "<p>/tmp/x</p>"})),

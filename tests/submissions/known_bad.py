@@ -116,7 +116,7 @@ FAILS_ON = {
     "check_student_tests::test_own_tests_pass": "has_a_failing_test",
     # T2: Coverage
     "check_student_tests::test_coverage_of_lines_and_branches": "tests_its_conversions_only",
-    # T3: Tests that notice faults
+    # T3: Tests that notice mutants
     "check_mutation::test_mutants_are_noticed": "tests_its_conversions_only",
     "check_mutation::test_most_mutants_are_noticed": "tests_its_conversions_only",
 }

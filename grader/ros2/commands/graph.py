@@ -11,9 +11,10 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
 from typing import Any, TypeVar
 
-from .refusals import Refusal, near
+from .refusals import SETUP, Refusal, near
 
 T = TypeVar("T")
 NamesAndTypes = list[tuple[str, list[str]]]
@@ -108,7 +109,11 @@ class Graph:
                 return
             elif now - changed >= REST_S * self.slowness and self._whole():
                 others = len(last[0]) > 1
-                if others or now - began >= ALONE_S:
+                if others:
+                    return
+                if now - began >= ALONE_S:
+                    if said := of_silence(SETUP):
+                        print(said, file=sys.stderr)
                     return
             time.sleep(STEP_S)
 
@@ -161,6 +166,13 @@ class Graph:
     def others(self) -> list[tuple[str, str]]:
         """Return name and namespace of every node but ours."""
         return [one for one in self.node.get_node_names_and_namespaces() if one[0] != self.node.get_name()]
+
+
+def of_silence(setup: Path) -> str:
+    """Return why the nodes of the notebooks are not heard here, "" in a terminal that is prepared to hear them."""
+    if "ROS_DOMAIN_ID" in os.environ or not (setup.parent.parent.parent / "ws" / "src").is_dir():
+        return ""
+    return f"No node is heard. Those of the notebooks are in a domain of their own; to join it: source {setup}"
 
 
 def wait(ready: Callable[[], bool], name: str, wanted: str, there: Callable[[], NamesAndTypes]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ament_index_python import get_resources, get_search_paths
 
-from .refusals import Refusal, near
+from .refusals import SETUP, Refusal, near
 
 # Packages that tutorials start and no Python index has, and what the course uses in their place.
 ELSEWHERE = {
@@ -30,7 +30,6 @@ ELSEWHERE = {
 }
 # Written when a package is installed; a build that fails before leaves other files in its prefix.
 _MARKER = Path("share/ament_index/resource_index/packages")
-SETUP = Path(__file__).resolve().parents[1] / "setup.bash"
 KINDS = {"msg": "Messages", "srv": "Services", "action": "Actions"}
 
 

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from pathlib import Path
+
+SETUP = Path(__file__).resolve().parents[1] / "setup.bash"
+"""The file that prepares a terminal."""
 
 
 class Refusal(Exception):

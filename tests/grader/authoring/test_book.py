@@ -103,13 +103,14 @@ display(live)
 
 
 def test_a_live_view_that_nobody_watches_runs_for_a_while_and_is_stored_as_its_last_picture(tmp_path: Path):
-    """Not one that its author lets run: the page says for how long."""
-    cells = [LIVE, "live.simulator.time", f"{LIVE}live.run(2.0)", "live.simulator.time"]
+    """Not one that its author lets run, the page says for how long; and not again after a reset."""
+    author_runs = f"{LIVE}live.run(2.0)"
+    cells = [LIVE, "live.simulator.time", author_runs, "live.simulator.time", "live.reset()", "live.simulator.time"]
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
     assert notebook_run.execute(notebook, tmp_path / "ws").error is None
-    watched, its_time, _, other_time = [cell.outputs for cell in notebook.cells]
-    assert "image/png" in watched[-1].data
-    assert [output.data["text/plain"] for output in (*its_time, *other_time)] == ["10.0", "2.0"]
+    assert "image/png" in notebook.cells[0].outputs[-1].data
+    times = [cell.outputs[0].data["text/plain"] for cell in notebook.cells[1::2]]
+    assert times == ["10.0", "2.0", "0.0"]
 
 
 def test_nbgrader_finds_its_metadata(example: Path, rubric: Rubric):
@@ -192,6 +193,22 @@ def test_the_published_edition_lies_one_folder_deeper(example: Path, rubric: Rub
         '[a](03_next.ipynb) [b](../../docs/handout.md#f1) [c](#recall) [d](https://example.org) <img src="../x.png">'
         in made["same-name-same-type-01"].source
     )
+
+
+def test_a_change_of_the_prose_needs_no_run(example: Path, rubric: Rubric, answer: notebook_run.Solutions):
+    """The new words stand in both editions, over the outputs of the last run."""
+    before = cells(book.read_stored(editions.published_file(NAME, example)))
+    source(example).write_text(source(example).read_text().replace("Predict what this shows", "Guess what this shows"))
+    book.reword(NAME, rubric, example, answer)
+    assert book.differences(NAME, rubric, example, answer) == []
+    after = cells(book.read_stored(editions.published_file(NAME, example)))
+    assert after["check-i3"].outputs == before["check-i3"].outputs
+
+
+def test_a_change_of_the_code_needs_a_run(example: Path, rubric: Rubric, answer: notebook_run.Solutions):
+    source(example).write_text(source(example).read_text().replace('print("two")', 'print("three")'))
+    with pytest.raises(GraderError, match="The code of 02_example has changed too"):
+        book.reword(NAME, rubric, example, answer)
 
 
 def test_a_changed_source_is_noticed_in_both_editions(example: Path, rubric: Rubric, answer: notebook_run.Solutions):

@@ -69,6 +69,21 @@ def test_bad_readings_are_judged_by_the_node_that_is_there(
     assert "closest_obstacle_distance" in said
 
 
+@pytest.mark.sandbox
+def test_a_parameter_of_a_later_notebook_is_no_bad_habit(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
+    open_after(workspace, "05", monkeypatch)
+    assert repr(notebook.check("Q4")).startswith("Q4 passed so far (3.")
+    driver = workspace.package / "ros2_robot_controller" / "driver.py"
+    text = driver.read_text().replace("import math\n", "import math\nimport time\n")
+    driver.write_text(
+        text.replace("        limits = self._limits()\n", "        time.sleep(0.2)\n        limits = 1\n")
+    )
+    said = repr(notebook.check("Q4"))
+    assert said.startswith("Q4 not yet")
+    assert "time.sleep" in said
+    assert "fusion_rate" not in said
+
+
 def test_outside_a_notebook_nothing_waits() -> None:
     assert so_far.later("check_build::test_launch_and_config_are_installed", "") is None
     assert so_far.stand_in("F6", "") is None

@@ -40,3 +40,16 @@ def test_a_wait_prints_one_remark(monkeypatch, capsys):
     answers = iter([False] * 8 + [True])
     graph.wait(lambda: next(answers), "set_sped", "a/srv/B", lambda: [("/set_speed", ["a/srv/B"])])
     assert capsys.readouterr().err == "Did you mean /set_speed?\n"
+
+
+def test_silence_is_explained_where_the_notebooks_have_a_domain_of_their_own(monkeypatch, tmp_path):
+    """Beside a workspace, in a terminal that is not prepared; else an empty graph is an answer."""
+    setup = tmp_path / "grader" / "ros2" / "setup.bash"
+    monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+    assert graph.of_silence(setup) == ""
+    (tmp_path / "ws" / "src").mkdir(parents=True)
+    assert graph.of_silence(setup) == (
+        f"No node is heard. Those of the notebooks are in a domain of their own; to join it: source {setup}"
+    )
+    monkeypatch.setenv("ROS_DOMAIN_ID", "7")
+    assert graph.of_silence(setup) == ""

@@ -23,7 +23,7 @@ def python(code: str, box: Sandbox = PYTHON, **limits: object) -> sandbox.RunRes
     return sandbox.run(["python3", "-c", code], box, Limits(**{"wall_seconds": 30.0, **limits}))  # type: ignore[arg-type]
 
 
-def wait_until(holds, seconds: float = 10.0) -> bool:
+def wait_until(holds, seconds: float = 60.0) -> bool:
     deadline = time.monotonic() + seconds
     while not holds():
         if time.monotonic() > deadline:

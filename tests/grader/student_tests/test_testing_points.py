@@ -152,11 +152,12 @@ def test_a_conftest_that_rewrites_reports_earns_neither_passing_nor_coverage(gra
         TestReport.from_item_and_call = classmethod(always)
     """
     failing = """
-        from ros2_robot_controller import robot_controller, sensor_processor
+        from ros2_robot_controller import sensor_processor, speed_server
 
 
         def test_both():
-            assert robot_controller.main == sensor_processor.FULL_PERCENT
+            refused = speed_server.speed_refusal(0.1, 0.5)
+            assert refused == sensor_processor.battery_percent(0.5, 100.0)
     """
     scores = grade(lambda package: only(package, {"test/conftest.py": tamper, "test/test_both.py": failing}))
     assert points(scores) == {"T1": 2, "T2": 0, "T3": 0}, words(scores)

@@ -1,0 +1,203 @@
+"""What runs around the notebooks' experiments: somebody who sends, listens or cancels while a node is looked at."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+_PATIENCE_S = 10.0
+
+
+def feed_scans(node: Any, count: int = 15, rate: float = 10.0) -> None:
+    """Spin the node while a lidar, a thread of its own, sends so many empty scans on `lesson_scan`."""
+    import rclpy
+    from rclpy.qos import qos_profile_sensor_data
+    from sensor_msgs.msg import LaserScan
+
+    lidar = rclpy.create_node("lidar", enable_rosout=False)
+    publisher = lidar.create_publisher(LaserScan, "lesson_scan", qos_profile_sensor_data)
+
+    def send() -> None:
+        _wait(lambda: publisher.get_subscription_count() > 0)
+        for _ in range(count):
+            scan = LaserScan()
+            scan.header.stamp = lidar.get_clock().now().to_msg()
+            publisher.publish(scan)
+            time.sleep(1.0 / rate)
+
+    sender = threading.Thread(target=send)
+    sender.start()
+    while sender.is_alive():
+        rclpy.spin_once(node, timeout_sec=0.1)
+    node.destroy_node()
+    lidar.destroy_node()
+
+
+def last_words(script: str) -> tuple[float | None, str]:
+    """Start a script that publishes Twists on `lesson_cmd_vel`, interrupt it between two of them as Ctrl-C does.
+
+    Returns the last speed that was heard (m/s), and the last line that it has printed.
+    """
+    import rclpy
+    from geometry_msgs.msg import Twist
+
+    heard: list[float] = []
+    listener = rclpy.create_node("listener", enable_rosout=False)
+
+    def note(twist: Any) -> None:
+        heard.append(twist.linear.x)
+
+    listener.create_subscription(Twist, "lesson_cmd_vel", note, 10)
+    process = subprocess.Popen([sys.executable, script], stderr=subprocess.PIPE, text=True)
+
+    def spin(until: Callable[[], bool], seconds: float) -> None:
+        end = time.monotonic() + seconds
+        while not until() and time.monotonic() < end:
+            rclpy.spin_once(listener, timeout_sec=0.05)
+
+    spin(lambda: len(heard) >= 5, _PATIENCE_S)
+    time.sleep(0.04)
+    process.send_signal(signal.SIGINT)
+    complaint = process.communicate()[1].strip().splitlines()
+    spin(lambda: False, 0.3)
+    listener.destroy_node()
+    return (heard[-1] if heard else None), (complaint[-1] if complaint else "")
+
+
+class Handle:
+    """Stands for rclpy's goal handle on a bench: it has the goal's `request`, and notes what the server says.
+
+    Attributes:
+        said: "succeed", "canceled", "abort", in the order of the calls.
+        told: the distances of the feedback, in metres.
+    """
+
+    def __init__(self, x: float, y: float, tolerance: float = 0.1) -> None:
+        self.request = _action().Goal(tolerance=tolerance)
+        self.request.target_pose.position.x, self.request.target_pose.position.y = x, y
+        self.is_cancel_requested = False
+        self.said: list[str] = []
+        self.told: list[float] = []
+
+    def succeed(self) -> None:
+        """Note it."""
+        self.said.append("succeed")
+
+    def canceled(self) -> None:
+        """Note it."""
+        self.said.append("canceled")
+
+    def abort(self) -> None:
+        """Note it."""
+        self.said.append("abort")
+
+    def publish_feedback(self, feedback: Any) -> None:
+        """Note the distance."""
+        self.told.append(round(float(feedback.distance_remaining), 3))
+
+
+def _action() -> Any:
+    """Return the action's type, as the kit has built it."""
+    from grader.notebook import interface_types, workspace
+
+    interface_types.load(workspace.find())
+    from grader.trials.interfaces import NavigateToPosition
+
+    return NavigateToPosition
+
+
+def send_and_cancel(execute: Callable[..., Any], **options: Any) -> str:
+    """Serve an action with `execute(server, goal)`; send a goal, cancel it after a second, and say what was seen.
+
+    The server is a node in a thread of its own: it counts odometry (20 messages come in that second), and a timer
+    completes the future `server.over` after two seconds of a goal, or when a cancel is requested.
+    `options` are those of ActionServer.
+    """
+    import rclpy
+    from nav_msgs.msg import Odometry
+    from rclpy.action.client import ActionClient
+    from rclpy.executors import SingleThreadedExecutor
+
+    server, done = _server(execute, options), threading.Event()
+
+    def serve() -> None:
+        executor = SingleThreadedExecutor()
+        executor.add_node(server)
+        while not done.is_set():
+            executor.spin_once(timeout_sec=0.1)
+        executor.shutdown()
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    me = rclpy.create_node("me", enable_rosout=False)
+    client = ActionClient(me, server.type, "lesson_go")
+    odometry = me.create_publisher(Odometry, "lesson_odom", 10)
+
+    def wait(future: Any) -> Any:
+        rclpy.spin_until_future_complete(me, future, timeout_sec=_PATIENCE_S)
+        return future.result()
+
+    try:
+        client.wait_for_server(timeout_sec=_PATIENCE_S)
+        _wait(lambda: odometry.get_subscription_count() > 0)
+        goal = wait(client.send_goal_async(server.type.Goal()))
+        before = server.heard
+        for _ in range(20):
+            odometry.publish(Odometry())
+            time.sleep(0.05)
+        heard = server.heard - before
+        taken = bool(wait(goal.cancel_goal_async()).goals_canceling)
+        status = {4: "succeeded", 5: "canceled", 6: "aborted"}.get(wait(goal.get_result_async()).status, "unknown")
+    finally:
+        done.set()
+        thread.join()
+        client.destroy()
+        server.action.destroy()
+        me.destroy_node()
+        server.destroy_node()
+    return f"{heard} of 20 odometry messages, cancel {'taken' if taken else 'refused'}, the goal {status}"
+
+
+def _server(execute: Callable[..., Any], options: dict[str, Any]) -> Any:
+    from nav_msgs.msg import Odometry
+    from rclpy.action.server import ActionServer
+    from rclpy.node import Node
+    from rclpy.task import Future
+
+    action = _action()
+
+    class Server(Node):
+        type = action
+
+        def __init__(self) -> None:
+            super().__init__("server", enable_rosout=False)
+            self.heard, self.ticks = 0, 0
+            self.goal: Any = None
+            self.over: Any = Future()
+            self.create_subscription(Odometry, "lesson_odom", self.on_odom, 10)
+            self.create_timer(0.1, self.tick)
+            # A partial, not a lambda: that would hide from rclpy that a function is async.
+            self.action = ActionServer(self, action, "lesson_go", partial(execute, self), **options)
+
+        def on_odom(self, _odom: Any) -> None:
+            self.heard += 1
+
+        def tick(self) -> None:
+            if self.goal is not None and not self.over.done():
+                self.ticks += 1
+                if self.ticks == 20 or self.goal.is_cancel_requested:
+                    self.over.set_result(None)
+
+    return Server()
+
+
+def _wait(until: Callable[[], bool]) -> None:
+    end = time.monotonic() + _PATIENCE_S
+    while not until() and time.monotonic() < end:
+        time.sleep(0.01)

@@ -1,0 +1,177 @@
+"""Show which of a module's mutants are noticed by which tests: `mutant_matrix`.
+
+It is for plain functions and runs in the notebook's kernel. What a grading counts is decided by grader.mutation.
+"""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+import signal
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from textwrap import fill
+from types import FrameType, ModuleType
+from typing import Any
+
+from grader.contract.spec import PACKAGE
+from grader.mutation.operators import mutants
+from grader.mutation.source_text import parse
+
+LONGEST_S = 2.0  # wall time for all tests on one mutant, which may loop for ever; they take milliseconds
+
+Call = Callable[[], object]
+"""A test with its arguments."""
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """Which tests notice which mutants: `noticed[mutant][test]`; `failing` tests fail on the code as it is."""
+
+    mutants: tuple[str, ...]
+    tests: tuple[str, ...]
+    noticed: tuple[tuple[bool, ...], ...]
+    failing: tuple[str, ...]
+
+
+def mutant_matrix(module: str, tests: str, function: str = "") -> None:
+    """Draw which mutants of a module, or of one of its functions, are noticed by which tests.
+
+    A mutant is a copy of the module with one small mistake in it. Tests that use fixtures are left out.
+
+    Args:
+        module: the module's file, such as "ros2_robot_controller/utils/motion.py".
+        tests: the file of its tests.
+        function: the name of the only function to look at, "" for the whole module.
+    """
+    try:
+        found = matrix(Path(module), Path(tests), function)
+    except Exception as error:  # of the student's files
+        print(f"not yet: {type(error).__name__}: {error}")
+        return
+    for name in found.failing:
+        print(f"not yet: {name} fails on the code as it is, so it is left out")
+    if found.tests and found.mutants:
+        _draw(found)
+    elif not found.failing:
+        print(f"not yet: {tests} holds no test" if not found.tests else f"not yet: {module} has no function {function}")
+
+
+def matrix(module: Path, tests: Path, function: str = "") -> Matrix:
+    """Return which mutants are noticed by which tests.
+
+    Raises:
+        Exception: the module or the file of its tests cannot be read, parsed or executed.
+    """
+    text, name = module.read_text(encoding="utf-8"), _dotted(module)
+    source = parse(str(module), text)
+    if source is None:
+        compile(text, str(module), "exec")  # raises the error that names the line
+        raise ValueError(f"{module} cannot be parsed")
+    checks = tests.read_text(encoding="utf-8")
+    sound = {test: _fails(calls) for test, calls in _tests(name, text, checks).items()}
+    names = [test for test, fails in sound.items() if not fails]
+    changes = [change for change in mutants(source) if function in ("", change.function.rpartition(".")[2])]
+    return Matrix(
+        mutants=tuple(f"{change.line}: {change.words.replace('`', '')}" for change in changes),
+        tests=tuple(test.removeprefix("test_") for test in names),
+        noticed=tuple(tuple(_noticed(name, source.apply(change), checks, names)) for change in changes),
+        failing=tuple(test for test, fails in sound.items() if fails),
+    )
+
+
+def _dotted(module: Path) -> str:
+    """Return the name by which tests import a module."""
+    parts = module.with_suffix("").parts
+    return ".".join(parts[len(parts) - 1 - parts[::-1].index(PACKAGE) :]) if PACKAGE in parts else module.stem
+
+
+def _noticed(name: str, broken: str, checks: str, names: Sequence[str]) -> Iterator[bool]:
+    try:
+        with _time_limit():
+            found = _tests(name, broken, checks)
+            failed = {test for test in names if _fails(found[test])}
+    except Exception:  # a mutant that cannot even be imported, or that never ends, is noticed by whoever tries
+        failed = set(names)
+    yield from (test in failed for test in names)
+
+
+def _tests(name: str, text: str, checks: str) -> dict[str, list[Call]]:
+    """Return the tests of a file by name, for a module of this name with this text."""
+    under_test, file = ModuleType(name), ModuleType("tests_of_a_mutant")
+    before = sys.modules.get(name)
+    sys.modules[name] = under_test
+    try:
+        exec(compile(text, name, "exec"), under_test.__dict__)
+        exec(compile(checks, file.__name__, "exec"), file.__dict__)
+    finally:
+        if before is None:
+            del sys.modules[name]
+        else:
+            sys.modules[name] = before
+    functions = {key: value for key, value in vars(file).items() if key.startswith("test_") and callable(value)}
+    return {key: calls for key, value in functions.items() if (calls := list(_calls(value)))}
+
+
+def _calls(test: Callable[..., object]) -> Iterator[Call]:
+    """Yield the test with each combination of its parametrized arguments; nothing if it needs fixtures."""
+    marks = [mark.args for mark in getattr(test, "pytestmark", []) if mark.name == "parametrize"]
+    for chosen in itertools.product(*(values for _, values, *_ in marks)):
+        arguments: dict[str, Any] = {}
+        for (names, *_), values in zip(marks, chosen, strict=True):
+            arguments |= _named(names, values)
+        if set(inspect.signature(test).parameters) == set(arguments):
+            yield partial(test, **arguments)
+
+
+def _named(names: str | Sequence[str], values: Any) -> Mapping[str, Any]:
+    split = [name.strip() for name in names.split(",")] if isinstance(names, str) else list(names)
+    return dict(zip(split, values if len(split) > 1 else (values,), strict=True))
+
+
+def _fails(calls: Sequence[Call]) -> bool:
+    import pytest
+
+    for call in calls:
+        try:
+            call()
+        except TimeoutError:
+            raise
+        except (Exception, pytest.fail.Exception):  # pytest.fail is no Exception
+            return True
+    return False
+
+
+@contextmanager
+def _time_limit() -> Iterator[None]:
+    def end(_number: int, _frame: FrameType | None) -> None:
+        raise TimeoutError
+
+    before = signal.signal(signal.SIGALRM, end)
+    signal.setitimer(signal.ITIMER_REAL, LONGEST_S)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _draw(found: Matrix) -> None:
+    import matplotlib.pyplot as plt
+    import numpy as np
+    from matplotlib.colors import ListedColormap
+
+    rows, columns = len(found.mutants), len(found.tests)
+    seen = np.array(found.noticed)
+    _, axes = plt.subplots(figsize=(9, 1.4 + 0.24 * rows), layout="constrained")
+    axes.pcolormesh(seen[::-1], cmap=ListedColormap(["0.9", "#3a9d6a"]), vmin=0, vmax=1, edgecolors="w", lw=2)
+    axes.set_yticks(np.arange(rows) + 0.5, found.mutants[::-1], fontsize=8)
+    width = max(8, 42 // columns)  # characters that fit below a column
+    names = [fill(name.replace("_", " "), width, break_long_words=False) for name in found.tests]
+    axes.set_xticks(np.arange(columns) + 0.5, names, fontsize=8)
+    axes.set(ylabel="line and mistake", title=f"{seen.any(axis=1).sum()} of {rows} mutants noticed (green)")
+    plt.show()

@@ -1,0 +1,93 @@
+"""`mine` and `bench`: the student's modules and nodes, tried in the kernel without a robot."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from grader.contract.spec import PACKAGE
+from grader.notebook import bench, checkpoints, interface_types, mine, tries
+from grader.notebook.workspace import Workspace
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture
+def solved(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> Iterator[Workspace]:
+    """The package as notebook 07 leaves it, importable as in a kernel."""
+    checkpoints.start_at(workspace, "08")
+    monkeypatch.syspath_prepend(str(workspace.package))
+    interface_types.load(workspace)
+    # The interfaces stay loaded for the whole process, so the package's path is that of an earlier test.
+    path = sys.modules[PACKAGE].__path__
+    before = list(path)
+    path[:] = [str(workspace.package / PACKAGE), *before]
+    yield workspace
+    path[:] = before
+    for name in [name for name in sys.modules if name.partition(".")[0] == PACKAGE]:
+        if "." in name and name.split(".")[1] not in ("msg", "srv", "action"):
+            sys.modules.pop(name)
+
+
+def test_a_module_that_is_missing_is_said_once(workspace: Workspace, capsys: pytest.CaptureFixture[str]):
+    motion = mine("utils.nowhere")
+    assert "not yet: utils.nowhere cannot be imported" in capsys.readouterr().out
+    assert not hasattr(motion, "ramp")
+
+
+def test_time_on_a_bench_stands_until_it_is_advanced(solved: Workspace):
+    driver = bench("driver.Driver")
+    assert driver.advance(0.3) == [(0.0, 0.0)] * 3
+    assert driver._now() == pytest.approx(0.3)
+    driver.node._speed = 0.5
+    driver.node._scan_time = 0.3
+    assert driver.advance(0.2) == [(0.1, 0.0), (0.2, 0.0)]
+    driver.close()
+
+
+def test_a_node_that_raises_at_its_start_is_named(solved: Workspace, capsys: pytest.CaptureFixture[str]):
+    path = solved.package / PACKAGE / "driver.py"
+    path.write_text(path.read_text().replace("settings.declare(self, SETTINGS)", "raise ValueError('no')"))
+    assert not hasattr(bench("driver.Driver"), "advance")
+    assert capsys.readouterr().out == "not yet: Driver() raised ValueError: no\n"
+
+
+def test_a_service_that_returns_nothing_is_told_so(solved: Workspace, capsys: pytest.CaptureFixture[str]):
+    path = solved.package / PACKAGE / "speed_server.py"
+    path.write_text(path.read_text().replace("        return response\n", "", 1))
+    server = bench("speed_server.SpeedServer")
+    with pytest.raises(TypeError, match="callback of set_speed returned None; `return response`"):
+        server.ask("set_speed", speed=0.3)
+    with pytest.raises(LookupError, match="no service reset"):
+        server.ask("reset")
+    server.close()
+
+
+def test_an_async_method_goes_on_when_its_future_is_done(solved: Workspace):
+    from grader.notebook.lessons import Handle
+
+    navigator, module, handle = bench("navigator.Navigator"), mine("navigator"), Handle(3.0, 2.0)
+    task = navigator.begin(navigator._navigate, handle)
+    assert not task.done()
+    navigator._end_goal(module.Ending.CANCELED)
+    navigator.advance(0.1)
+    assert task.done()
+    assert handle.said == ["canceled"]
+    navigator.close()
+
+
+def test_a_new_bench_takes_the_old_ones_place(solved: Workspace):
+    first = bench("driver.Driver")
+    second = bench("driver.Driver")
+    assert not first._context.ok()
+    assert second._context.ok()
+    second.close()
+
+
+def test_what_is_missing_makes_a_row_and_no_lecture(workspace: Workspace, capsys: pytest.CaptureFixture[str]):
+    globals()["motion"] = mine("utils.nowhere")
+    capsys.readouterr()
+    tries({"motion.ramp(0.0, 0.5, 0.1)": 0.1})
+    assert capsys.readouterr().out == "NOT YET  motion.ramp(0.0, 0.5, 0.1)  -, wanted 0.1\n0 of 1 right\n"
