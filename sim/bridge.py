@@ -25,7 +25,7 @@ import math
 import time
 import warnings
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import rclpy
@@ -66,8 +66,6 @@ _PROMPT_S = 0.01  # of wall time after a barrier: the tick did not cause message
 _wall_s = time.monotonic  # Bridge has a `time` of its own
 _QUIET_S = 0.5  # a node has come up when the graph has not changed for so long after its first answer
 _STABLE_S = 4.0  # the same for a node that does not answer: it may be busy in its constructor
-_STARVED_CAP_S = 2.0  # by which a tick in real time is prolonged at most while the node waits for a core
-_LOOK_AGAIN_S = 0.002  # whether it still does
 _ASKED_AGAIN_TICKS = 20  # in real time, where no tick waits for an answer, the node is asked once a second
 
 
@@ -101,9 +99,6 @@ class Bridge:
         alive: returns whether the node's process is running, so that the bridge does not wait for a dead node.
         namespace: the node's, "" for the root namespace.
         reliable: whether the sensors are published reliably or, as many drivers do, best effort.
-        runnable: returns, for each thread of the node that runs or waits for a core, the seconds that it has run.
-            In real time a tick lasts until there is none, so that on a busy machine the simulation does not run away
-            from a node that would have answered; or until one has run as long as the tick, for it is never done.
     """
 
     def __init__(
@@ -116,7 +111,6 @@ class Bridge:
         alive: Callable[[], bool] = lambda: True,
         reliable: bool = True,
         namespace: str = "",
-        runnable: Callable[[], Mapping[int, float]] = dict,
     ) -> None:
         self.simulator = simulator
         self.topics = topics
@@ -124,7 +118,6 @@ class Bridge:
         self._namespace = namespace
         self._told: set[str] = set()
         self.alive = alive
-        self._runnable = runnable
         self.pace = "lockstep"
         self.blocked = False
         """Whether the node has left a barrier unanswered: it is busy in a callback, or gone."""
@@ -263,11 +256,10 @@ class Bridge:
 
     def tick_by_wall(self, dt: float = TICK_S) -> None:
         """Advance the simulation by `dt` seconds and let the same wall time pass, whether or not the node answers."""
-        running = dict(self._runnable())
         self._advance(dt)
         if self._tick % _ASKED_AGAIN_TICKS == 0:
             self._ask()
-        self._wait_for_wall(dt, running)
+        self._wait_for_wall(dt)
 
     @property
     def can_ask(self) -> bool:
@@ -410,17 +402,10 @@ class Bridge:
             self._repeatability.unprompted += self._answers.count - before
         return met
 
-    def _wait_for_wall(self, dt: float, running: dict[int, float]) -> None:
+    def _wait_for_wall(self, dt: float) -> None:
         # Do not catch up after a pause (a service call, a slow start): the node would run faster than real time.
         self._wall_due = max(self._wall_due + dt, time.monotonic() - dt)
         self._serve(lambda: time.monotonic() >= self._wall_due, dt + 0.05)
-        latest = time.monotonic() + _STARVED_CAP_S
-        # Twice, because one thread may wake another that has been looked at already.
-        while (now := self._runnable() or self._runnable()) and time.monotonic() < latest and self.alive():
-            if any(ran - running.setdefault(thread, ran) >= dt for thread, ran in now.items()):
-                break
-            self._serve(lambda: False, _LOOK_AGAIN_S)
-            self._wall_due = time.monotonic()
         # What has arrived is what the node has said in this tick, even if we are late ourselves.
         self._serve(self._caught_up(), _CATCH_UP_CAP_S)
 

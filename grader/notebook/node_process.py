@@ -64,10 +64,6 @@ class NodeProcess:
         """Return nothing, for the same reason."""
         return 0.0
 
-    def runnable_threads(self) -> dict[int, float]:
-        """Return for each of its threads that runs or waits for a core the seconds that it has run."""
-        return procfs.runnable_threads([self._popen.pid, *procfs.descendants_at_a_glance(self._popen.pid)])
-
     def pin_to(self, cores: Iterable[int]) -> None:
         """Let all its threads run on these cores only."""
         procfs.pin_to(cores, [self._popen.pid, *procfs.descendants(self._popen.pid)])

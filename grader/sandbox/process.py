@@ -146,10 +146,6 @@ class Process:
         """Return for each thread of the whole tree the seconds that it has run, and has waited for a core."""
         return procfs.thread_times(procfs.descendants_at_a_glance(self._init_pid))
 
-    def runnable_threads(self) -> dict[int, float]:
-        """Return for each thread of the whole tree that runs, or waits for a core, the seconds that it has run."""
-        return procfs.runnable_threads(procfs.descendants_at_a_glance(self._init_pid))
-
     def cpu_seconds(self) -> float:
         """Return the CPU time that the whole tree has used, with the processes in it that have ended."""
         return procfs.cpu_seconds([self._init_pid, *procfs.descendants_at_a_glance(self._init_pid)])

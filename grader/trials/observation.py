@@ -9,7 +9,6 @@ import math
 import os
 import random
 import re
-import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -21,7 +20,6 @@ from rclpy.action.client import ActionClient
 from rclpy.parameter_client import AsyncParameterClient
 
 from grader import evidence, tracebacks
-from grader.host import procfs
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.cpu_affinity import AffinityTuner
@@ -73,9 +71,6 @@ class Program(Protocol):
     def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return for each of its threads the seconds that it has run, and has waited for a core."""
 
-    def runnable_threads(self) -> dict[int, float]:
-        """Return for each of its threads that runs or waits for a core the seconds that it has run."""
-
     def cpu_seconds(self) -> float:
         """Return the CPU time that all its processes have used, those that have ended included."""
 
@@ -121,7 +116,6 @@ class Observation:
             alive=lambda: process.exit_code() is None,
             reliable=reliable,
             namespace=plan.namespace,
-            runnable=self._runnable_threads,
         )
         self.bridge.on_command = self._take_command
         self.bridge.on_published = self._take_published
@@ -251,12 +245,6 @@ class Observation:
             time.sleep(0.01)
         place = tracebacks.hanging_place(self.process.output)
         return f"{DEAF} at {place}" if place else DEAF
-
-    def _runnable_threads(self) -> dict[int, float]:
-        """Return the node's threads that are not done, and those of ours that deliver what it has published."""
-        ours = procfs.runnable_threads([os.getpid()])
-        ours.pop(threading.get_native_id(), None)
-        return self.process.runnable_threads() | ours
 
     def _wait_until(self, condition: Callable[[], bool], seconds: float) -> bool:
         """Wait with the clock standing still until `condition` holds. Return whether it does.

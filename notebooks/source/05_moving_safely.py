@@ -1382,7 +1382,7 @@ for attempt in range(3):
 #         executor.spin_once()     # wait for one callback that is due, and call it
 #
 # If you write that loop yourself, *you* decide when it ends, and what comes after it.
-# Keep the order: an executor that still holds a node when the context is gone complains at the very end, with `Exception ignored in ... Executor.__del__ ... InvalidHandle`.
+# Keep the order: an executor that still holds a node when the context goes may complain at the very end, with `Exception ignored in ... Executor.__del__ ... InvalidHandle`.
 #
 # ### Exercise: the last word
 #
