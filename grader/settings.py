@@ -23,6 +23,8 @@ class Settings:
         mutation_budget_s: the time to spend on mutants, as wall time of a quiet machine.
         requirements: judge only these; by default all that have checks.
         package_path: the package to grade, by its place in the submission; by default the grader chooses.
+        best_effort: whether the simulated sensors publish best effort, as many drivers do. In a grading they are
+            reliable, so that a reliable subscription costs I4 alone; in the course they are as on a robot.
         keep: keep evidence for the next grading, and take what was kept where all that decides it is the same.
         fresh: collect everything anew, whatever is kept.
         overwrite: whether the reports may replace those of another submission.
@@ -37,6 +39,7 @@ class Settings:
     mutation_budget_s: float = MUTATION_BUDGET_S
     requirements: tuple[str, ...] = ()
     package_path: str = ""
+    best_effort: bool = False
     keep: bool = False
     fresh: bool = False
     overwrite: bool = True

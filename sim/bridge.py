@@ -23,8 +23,9 @@ from __future__ import annotations
 
 import math
 import time
+import warnings
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import rclpy
@@ -41,7 +42,7 @@ from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import BatteryState, Imu, LaserScan
 
-from sim.messages import START_S, set_stamp, to_message
+from sim.messages import START_S, no_float, set_stamp, to_message
 from sim.pace import Answers, Probe, Repeatability
 from sim.sensors import BatteryReading, ImuReading, OdometryReading, Reading, ScanReading
 from sim.simulator import Simulator
@@ -65,8 +66,6 @@ _PROMPT_S = 0.01  # of wall time after a barrier: the tick did not cause message
 _wall_s = time.monotonic  # Bridge has a `time` of its own
 _QUIET_S = 0.5  # a node has come up when the graph has not changed for so long after its first answer
 _STABLE_S = 4.0  # the same for a node that does not answer: it may be busy in its constructor
-_STARVED_CAP_S = 2.0  # by which a tick in real time is prolonged at most while the node waits for a core
-_LOOK_AGAIN_S = 0.002  # whether it still does
 _ASKED_AGAIN_TICKS = 20  # in real time, where no tick waits for an answer, the node is asked once a second
 
 
@@ -98,10 +97,8 @@ class Bridge:
         node_name: the node to stay in lockstep with.
         domain_id: the DDS domain; processes in other domains receive nothing.
         alive: returns whether the node's process is running, so that the bridge does not wait for a dead node.
-        reliable: whether the sensors are published reliably or, as real drivers do, best effort.
-        runnable: returns, for each thread of the node that runs or waits for a core, the seconds that it has run.
-            In real time a tick lasts until there is none, so that on a busy machine the simulation does not run away
-            from a node that would have answered; or until one has run as long as the tick, for it is never done.
+        namespace: the node's, "" for the root namespace.
+        reliable: whether the sensors are published reliably or, as many drivers do, best effort.
     """
 
     def __init__(
@@ -113,13 +110,14 @@ class Bridge:
         domain_id: int,
         alive: Callable[[], bool] = lambda: True,
         reliable: bool = True,
-        runnable: Callable[[], Mapping[int, float]] = dict,
+        namespace: str = "",
     ) -> None:
         self.simulator = simulator
         self.topics = topics
         self.node_name = node_name
+        self._namespace = namespace
+        self._told: set[str] = set()
         self.alive = alive
-        self._runnable = runnable
         self.pace = "lockstep"
         self.blocked = False
         """Whether the node has left a barrier unanswered: it is busy in a callback, or gone."""
@@ -151,6 +149,8 @@ class Bridge:
         self._asked: Future | None = None
         self.heard = 0
         """The number of signs of life so far: messages of the node's and answers to calls."""
+        self.served = 0
+        """The number of answers to calls so far, which only a node gives whose executor is free."""
         if topics.command:
             self.node.create_subscription(TwistMessage, topics.command, self._take_command, 10)
 
@@ -225,7 +225,7 @@ class Bridge:
             self.blocked = not self.spin_until(client.call_async(GetParameterTypes.Request()).done, limit)
         finally:
             self.node.destroy_client(client)
-        self.heard += not self.blocked
+        self._count_served(not self.blocked)
         return not self.blocked
 
     def drain(self) -> None:
@@ -256,11 +256,10 @@ class Bridge:
 
     def tick_by_wall(self, dt: float = TICK_S) -> None:
         """Advance the simulation by `dt` seconds and let the same wall time pass, whether or not the node answers."""
-        running = dict(self._runnable())
         self._advance(dt)
         if self._tick % _ASKED_AGAIN_TICKS == 0:
             self._ask()
-        self._wait_for_wall(dt, running)
+        self._wait_for_wall(dt)
 
     @property
     def can_ask(self) -> bool:
@@ -368,7 +367,7 @@ class Bridge:
             self.blocked = True
             return
         self.blocked = False
-        self.heard += 1
+        self._count_served()
         self._serve(self._caught_up(), _CATCH_UP_CAP_S)
         self._idle = True
 
@@ -379,7 +378,11 @@ class Bridge:
             self._asked.add_done_callback(self._note_life)
 
     def _note_life(self, _answered: Future) -> None:
-        self.heard += 1
+        self._count_served()
+
+    def _count_served(self, count: int = 1) -> None:
+        self.heard += count
+        self.served += count
 
     def _note_answer(self) -> None:
         self._answers.note(self._tick)
@@ -399,24 +402,19 @@ class Bridge:
             self._repeatability.unprompted += self._answers.count - before
         return met
 
-    def _wait_for_wall(self, dt: float, running: dict[int, float]) -> None:
+    def _wait_for_wall(self, dt: float) -> None:
         # Do not catch up after a pause (a service call, a slow start): the node would run faster than real time.
         self._wall_due = max(self._wall_due + dt, time.monotonic() - dt)
         self._serve(lambda: time.monotonic() >= self._wall_due, dt + 0.05)
-        latest = time.monotonic() + _STARVED_CAP_S
-        # Twice, because one thread may wake another that has been looked at already.
-        while (now := self._runnable() or self._runnable()) and time.monotonic() < latest and self.alive():
-            if any(ran - running.setdefault(thread, ran) >= dt for thread, ran in now.items()):
-                break
-            self._serve(lambda: False, _LOOK_AGAIN_S)
-            self._wall_due = time.monotonic()
         # What has arrived is what the node has said in this tick, even if we are late ourselves.
         self._serve(self._caught_up(), _CATCH_UP_CAP_S)
 
     # -- topics ---------------------------------------------------------------------------------------------------
 
     def _client(self) -> Client:
-        return self.node.create_client(GetParameterTypes, f"{self.node_name}/get_parameter_types")
+        return self.node.create_client(
+            GetParameterTypes, f"{self._namespace}/{self.node_name}/get_parameter_types".lstrip("/")
+        )
 
     def _make_publishers(self, reliable: bool) -> None:
         policy = QoSReliabilityPolicy.RELIABLE if reliable else QoSReliabilityPolicy.BEST_EFFORT
@@ -453,6 +451,10 @@ class Bridge:
             self._answers.note(self._tick)
         self.on_command(self.simulator.time, message)
         v, omega = message.linear.x, message.angular.z
+        for field, value in (("linear.x", v), ("angular.z", omega)):
+            if (said := no_float(value)) and field not in self._told:
+                self._told.add(field)
+                warnings.warn(f"{self.topics.command}: {field} is {said}", RuntimeWarning, stacklevel=1)
         if math.isfinite(v) and math.isfinite(omega):
             self.simulator.command(v, omega)
 
@@ -470,7 +472,7 @@ class Bridge:
         names = tuple(sorted(self.node.get_node_names()))
         if self.node_name not in names:
             return names
-        own = (self.node_name, "/")
+        own = (self.node_name, f"/{self._namespace}")
         try:
             return (
                 names,

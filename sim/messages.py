@@ -81,3 +81,18 @@ def _battery_message(reading: BatteryReading) -> BatteryState:
     message.charge = message.capacity = message.design_capacity = message.temperature = math.nan
     message.present = True
     return message
+
+
+def no_float(value: float) -> str:
+    """Return in words what a number of a message is if it was no float when its node assigned it, else "".
+
+    rclpy does not convert: it reads the memory of an int as if it held a float. What is there is far below any speed.
+    """
+    if value != value:
+        return "nan: a division by zero, or a negative int where a float is needed (write -1.0, not -1)"
+    if 0.0 < abs(value) < _SMALLEST:
+        return f"{value:.0e}: an int where a float is needed (write 1.0, not 1)"
+    return ""
+
+
+_SMALLEST = 1e-300

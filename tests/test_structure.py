@@ -18,9 +18,9 @@ ROOMS = (
     "cli", "selftest", "authoring", "notebook", "classroom", "pipeline", "collect",
     "mutation", "student_tests", "trials", "conversions", "quality",
     "source", "settings", "report", "checks", "scoring", "build", "sandbox", "intake", "host", "evidence", "contract",
-    "python_ast", "yaml_reader", "sanitize", "errors", "",
+    "python_ast", "tracebacks", "yaml_reader", "sanitize", "errors", "",
 )  # fmt: skip
-CHECKS_MAY_IMPORT = {"checks", "evidence", "contract", "scoring", "errors", "host", ""}
+CHECKS_MAY_IMPORT = {"checks", "evidence", "contract", "scoring", "errors", "host", "tracebacks", ""}
 """`scoring` for the outcomes, `host` for running pytest; nothing that collects."""
 
 ROS = ("rclpy", "rosgraph_msgs", "geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs")

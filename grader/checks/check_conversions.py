@@ -26,7 +26,7 @@ def test_conversions_are_right_at_their_edges(judge: Judge) -> None:
     wrong = {}
     for answer in answers:
         if answer.function not in wrong and not _is_right(answer):
-            wrong[answer.function] = _call(answer)
+            wrong[answer.function] = _case(answer)
     if wrong:
         share = 1 - len(wrong) / len(CONVERSIONS)
         judge.share(share, "; ".join(wrong.values()), "call the function with 0, pi, -pi and a full turn more")
@@ -35,14 +35,25 @@ def test_conversions_are_right_at_their_edges(judge: Judge) -> None:
 def _is_right(answer: FunctionAnswer) -> bool:
     if answer.problem:
         return False
+    wanted = _wanted(answer)
+    if answer.function == "clamp":
+        return _close(answer.answer, wanted)
+    if answer.function == "quaternion_from_yaw":
+        return _close(answer.answer, wanted) or _close([-value for value in answer.answer], wanted)
+    return _is_angle(answer.answer, wanted[0])
+
+
+def _wanted(answer: FunctionAnswer) -> list[float]:
+    """Return the right answer; an angle in (-pi, pi]."""
     if answer.function == "clamp":
         value, low, high = answer.arguments
-        return _close(answer.answer, [min(max(value, low), high)])
-    if answer.function == "normalize_angle":
-        return _is_angle(answer.answer, answer.arguments[0])
-    if answer.function == "yaw_from_quaternion":
-        return _is_angle(answer.answer, _yaw(answer.arguments[0]))
-    return len(answer.answer) == 4 and _is_rotation(answer.answer, answer.arguments[0])
+        return [min(max(value, low), high)]
+    if answer.function == "quaternion_from_yaw":
+        yaw = answer.arguments[0]
+        return [0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)]
+    angle = answer.arguments[0] if answer.function == "normalize_angle" else _yaw(answer.arguments[0])
+    wrapped = math.remainder(angle, math.tau)
+    return [math.pi if wrapped <= -math.pi + _NEAR else wrapped]
 
 
 def _is_angle(found: list[float], wanted: float) -> bool:
@@ -51,11 +62,6 @@ def _is_angle(found: list[float], wanted: float) -> bool:
         # -pi itself is outside; a value that is not exactly half a turn may come near it from above.
         return False
     return abs(math.remainder(found[0] - wanted, math.tau)) <= _NEAR
-
-
-def _is_rotation(found: list[float], yaw: float) -> bool:
-    wanted = [0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)]
-    return _close(found, wanted) or _close([-value for value in found], wanted)
 
 
 def _yaw(quaternion: list[float]) -> float:
@@ -67,13 +73,16 @@ def _close(found: list[float], wanted: list[float]) -> bool:
     return len(found) == len(wanted) and all(abs(a - b) <= _NEAR for a, b in zip(found, wanted, strict=True))
 
 
-def _call(answer: FunctionAnswer) -> str:
+def _case(answer: FunctionAnswer) -> str:
+    """Return the case, the value wanted and the value returned."""
     arguments = ", ".join(_show(argument) for argument in answer.arguments)
-    result = answer.problem or _show(answer.answer[0] if len(answer.answer) == 1 else answer.answer)
-    return f"{answer.function}({arguments}) gave {result}"
+    result = answer.problem or _show(answer.answer)
+    return f"{answer.function}({arguments}) gave {result}; right is {_show(_wanted(answer))}"
 
 
 def _show(value: Any) -> str:
+    if isinstance(value, list) and len(value) == 1:
+        value = value[0]
     if isinstance(value, list):
         return "(" + ", ".join(f"{item:.3f}" for item in value) + ")"
     return f"{value:.4f}"

@@ -1,6 +1,8 @@
 """I4: what the running graph shows."""
 
-from grader.checks.judge import OFFERED, Judge, near_miss
+from collections.abc import Iterable
+
+from grader.checks.judge import NAMESPACE, OFFERED, Judge, absolute, near_miss
 from grader.contract.spec import PACKAGE
 from grader.evidence import Graph
 
@@ -30,12 +32,15 @@ def test_controller_shows_the_contracts_interfaces(judge: Judge) -> None:
         if not any(found.rpartition("/")[2] == short for found in offered.get(name, [])):
             what = "action" if kind == "action" else "service"
             wrong.append(f"expected {what} {name} ({short}){near_miss(graph, name)}")
+    wrong += _absolute(judge, "graph", graph, (*_CONTROLLER, *OFFERED))
     _share(judge, wrong, len(_CONTROLLER) + len(OFFERED))
 
 
 def test_processor_shows_the_contracts_interfaces(judge: Judge) -> None:
     """The running graph shows `sensor_processor` with the contract's topics and types."""
-    _share(judge, _wrong_topics(judge.graph("idle_processor"), _PROCESSOR), len(_PROCESSOR))
+    graph = judge.graph("idle_processor")
+    wrong = _wrong_topics(graph, _PROCESSOR) + _absolute(judge, "other_graph", graph, _PROCESSOR)
+    _share(judge, wrong, len(_PROCESSOR))
 
 
 def test_sensor_subscriptions_match_best_effort(judge: Judge) -> None:
@@ -62,6 +67,18 @@ def _wrong_topics(graph: Graph, wanted: dict[str, tuple[str, str]]) -> list[str]
             seen = f"found {', '.join(others)}" if others else "found nothing similar"
         wrong.append(f"expected a {kind} of {topic} ({message}); {seen}")
     return wrong
+
+
+def _absolute(judge: Judge, which: str, usual: Graph, names: Iterable[str]) -> list[str]:
+    """Return in words the names that stay the same in a namespace, of those that the node has outside of one."""
+    trial = judge.evidence.trials.get("launch_remapped")
+    graph: Graph | None = getattr(trial, which, None)
+    present = {endpoint.topic for endpoint in usual.endpoints} | {*usual.services, *usual.actions}
+    return [
+        f"in the namespace /{NAMESPACE} there is still /{name}: it is an absolute name, and {name!r} a relative one"
+        for name in names
+        if name in present and absolute(graph, name)
+    ]
 
 
 def _same_type(found: str, wanted: str) -> bool:

@@ -1,6 +1,6 @@
 """I5: the launch files, run."""
 
-from grader.checks.judge import Judge, NotReached, Unjudged
+from grader.checks.judge import NAMESPACE, Judge, NotReached, Unjudged, absolute
 from grader.contract.spec import NODES
 from grader.evidence import ParameterAnswer, Trial
 
@@ -60,12 +60,13 @@ def test_a_remapping_in_a_launch_file_works(judge: Judge) -> None:
         (trial.graph, "idle", {"cmd_vel": "base/cmd_vel", "scan": "front/scan"}),
         (trial.other_graph, "idle_processor", {"raw_scan": "front/scan", "obstacle_distance": "front/distance"}),
     ):
-        topics = {endpoint.topic for endpoint in graph.endpoints} if graph else set()
+        topics = {endpoint.topic.removeprefix(f"{NAMESPACE}/") for endpoint in graph.endpoints} if graph else set()
         for old, new in moved.items():
             if old not in usual[without]:
                 continue
             tried += 1
-            seen = f"{old} remapped to {new}: the node {'still has ' + old if old in topics else 'has neither'}"
+            still = f"still has {'/' if absolute(graph, old) else ''}{old}" if old in topics else "has neither"
+            seen = f"in the namespace /{NAMESPACE}, with {old} remapped to {new}, the node {still}"
             judge.expect(new in topics, seen, "use relative names: 'scan', not '/scan'")
     if not tried:
         raise NotReached("the nodes have none of the topics that would be remapped (I4)")
@@ -93,7 +94,9 @@ def _started(trial: Trial) -> tuple[set[str], str]:
     nodes = {name for name in nodes if not name.startswith("launch_ros")}
     output = trial.process.output_tail.strip().splitlines() if trial.process else []
     last = f"; its last output was: {output[-1][:300]}" if output and not nodes else ""
-    return nodes & set(NODES), f"{trial.launch} started {', '.join(sorted(nodes)) or trial.ended or 'no node'}{last}"
+    why = f": {trial.ended}" if trial.ended else ""
+    did = ", ".join(sorted(nodes)) or f"no node{why}"
+    return nodes & set(NODES), f"{trial.launch} started {did}{last}"
 
 
 def _try_nodes(wanted: set[str]) -> str:

@@ -28,8 +28,10 @@ def _share(judge: Judge, none: float, full: float) -> None:
     # Whole tenths of a percent, so that the last digit of a float never decides a point.
     percent = round(100 * len(noticed) / len(judged), 1)
     share = (percent - none) / (full - none)
-    if share < 1:
-        seen = f"{len(noticed)} of {len(judged)} mutants were noticed, {percent:g} %" + _notes(mutation)
+    seen = f"{len(noticed)} of {len(judged)} mutants were noticed, {percent:g} %" + _notes(mutation)
+    if share >= 1:
+        judge.remark(seen)
+    else:
         try_ = "for each line listed, write down what would go wrong, then write a test that asserts that it does not"
         judge.share(share, "\n".join([seen, *_unnoticed(judged)]), try_)
 

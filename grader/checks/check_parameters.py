@@ -1,5 +1,6 @@
 """I6: parameters from files, from overrides and at run time."""
 
+import math
 from typing import Any
 
 from grader.checks import motion
@@ -59,9 +60,22 @@ def test_invalid_values_are_refused_at_run_time(judge: Judge) -> None:
         undeclared = "undeclared" in good.reason or "not declared" in good.reason
         try_ = _try_declare(good.name) if undeclared else "refuse only values that make no sense"
         judge.expect(good.accepted is True, seen, try_)
+    _remark_on_a_change_without_effect(judge)
     if accepted:
         try_ = "let the callback refuse, for every parameter, the values that make no sense"
         judge.share(1 - len(accepted) / asked, f"accepted: {', '.join(accepted)}", try_)
+
+
+def _remark_on_a_change_without_effect(judge: Judge) -> None:
+    """Say if a rate that is changed at run time is accepted, and stays what it was; the contract asks for overrides."""
+    trial = judge.evidence.trials["senseless_settings_processor"]
+    start = trial.marks.get("changed", math.inf) + 0.5  # a timer that is made anew takes a moment
+    hertz = sum(m.t > start for m in trial.messages) / (trial.samples[-1].t - start) if math.isfinite(start) else 0.0
+    if abs(hertz - 20.0) <= 2.0:
+        seen = f"fusion_frequency := 10.0 was accepted at run time, and fused data still came at {hertz:.1f} Hz"
+        judge.remark(
+            f"{seen} (this costs no points)", "make the timer anew when its rate changes, or refuse the change"
+        )
 
 
 def test_invalid_values_are_refused_at_start(judge: Judge) -> None:

@@ -1,6 +1,6 @@
 """T1 and T2: the package's own tests, and their coverage."""
 
-from grader.checks.findings import some
+from grader.checks.findings import place, some
 from grader.checks.judge import Judge, NotReached
 from grader.contract.spec import CONVERSIONS_MODULE, NODE_MODULES, NODES
 from grader.evidence import StudentTests, TestModule
@@ -15,7 +15,21 @@ def test_both_nodes_have_tests(judge: Judge) -> None:
         looked = ", ".join(_describe(module) for module in modules) or _nothing(judge)
         share = 1 - len(missing) / len(NODES)
         seen = f"no test that asserts something runs code of {' or '.join(missing)}; found {looked}"
-        judge.share(share, seen, "write test/test_<node>.py for each; importing a node does not test it")
+        judge.share(share, seen, _try_tests(missing, {module.path.rpartition("/")[2] for module in modules}))
+
+
+def _try_tests(nodes: list[str], files: set[str]) -> str:
+    """Return what to do about nodes without tests; a file of tests that is there need not be written again."""
+    files_of = {node: f"test_{node}.py" for node in nodes}
+    written = [file for file in files_of.values() if file in files]
+    absent = [f"test/{file}" for file in files_of.values() if file not in files]
+    tries = [f"write {' and '.join(absent)}; importing a node does not test it"] if absent else []
+    if written:
+        tries.append(
+            f"{' and '.join(written)} must run the node's own code: make the node (after rclpy.init()) or call its "
+            "functions. A mock in the node's place tests the mock"
+        )
+    return "; ".join(tries)
 
 
 def test_every_test_asserts_something(judge: Judge) -> None:
@@ -51,6 +65,10 @@ def test_own_tests_pass(judge: Judge) -> None:
         seen = "; ".join([f"{passed} of {ran} tests passed", *problems[:3], *([f"and {more} more"] if more else [])])
         try_ = "run pytest in a clean folder; a test that fails only sometimes depends on the speed of the machine"
         judge.share(passed / ran, seen, try_)
+    if sleeps := [habit for habit in judge.habits if habit.rule == "sleep-in-test"]:
+        places = some([f"{place(habit)} {habit.text}" for habit in sleeps], 3)
+        seen = f"these tests sleep, which costs no points, and time in every run: {places}"
+        judge.remark(seen, "wait for what the test is about, with a deadline: spin until the message is there")
 
 
 def test_coverage_of_lines_and_branches(judge: Judge) -> None:

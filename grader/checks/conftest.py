@@ -71,10 +71,19 @@ def _result(item: pytest.Item, call: pytest.CallInfo[None]) -> dict[str, Any]:
         return result
     error = call.excinfo.value
     result["fraction"] = 0.0
+    deaf_to = judge.deaf_to if judge and "best-effort" not in str(error) else ""
     if isinstance(error, Failed):
-        result |= {"outcome": Outcome.FAILED.value, "seen": error.seen, "try_": error.try_}
+        result |= {
+            "outcome": Outcome.FAILED.value,
+            "seen": _joined(error.seen, deaf_to, judge.no_floats if judge else ""),
+            "try_": error.try_,
+        }
     elif isinstance(error, NotReached):
-        result |= {"outcome": Outcome.NOT_REACHED.value, "because": str(error)}
+        result |= {"outcome": Outcome.NOT_REACHED.value, "because": _joined(deaf_to, str(error))}
     else:
         result |= {"outcome": Outcome.ERROR.value, "seen": f"{type(error).__name__}: {error}"}
     return result
+
+
+def _joined(*words: str) -> str:
+    return "; ".join(dict.fromkeys(filter(None, words)))

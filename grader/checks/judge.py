@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
+from grader import tracebacks
 from grader.checks.findings import place, some
 from grader.checks.first_cause import besides, sentence, shown_by
-from grader.evidence import Call, Evidence, Fault, Goal, Graph, Quality, StudentTests, Trial
+from grader.contract.spec import NODES
+from grader.evidence import Call, Evidence, Fault, Finding, Goal, Graph, Quality, StudentTests, Trial
 
 OFFERED = {
     "set_speed": "srv/SetSpeed",
@@ -16,7 +19,23 @@ OFFERED = {
 """The contract's services and action with their types. None of them is a near miss of another."""
 # What a trial is about, by how its name begins: see Fault.stops.
 _ABOUT = {"launch": "launch", "file": "parameters"}
-_HOLDS_ON = ("loop-in-callback", "sleep-in-callback")
+# What says more comes first: a loop that never ends, a wait for what cannot come, a pause.
+_HOLDS_ON = ("loop-in-callback", "wait-in-callback", "sleep-in-callback")
+HOLDS_ON = "while a callback runs the node answers nothing: "
+"""Begins the words that name the line which holds a node up."""
+# rclpy's own words for a service's callback that has returned something else than a response.
+_NO_RESPONSE = re.compile(r"in send_response\b(?:.*\n)*?\s*(?:raise )?TypeError")
+# What launch says of a process that died, and the last line of that process's traceback.
+_LAUNCH_ERROR = re.compile(r"\[ERROR\]|process has died|^(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
+_SMALLEST = 1e-300  # rclpy reads an int as a float far below any speed, such as 5e-324
+_NO_FLOAT = "cmd_vel has an int where a float is needed, and rclpy does not convert: write 1.0, not 1"
+NAMESPACE = "robot7"
+"""Where the trial launch_remapped has put the nodes."""
+DEAF_TO = (
+    "{topics}: subscribed reliably, and the sensors here publish best effort, as many drivers do, so nothing arrives. "
+    "Subscribe with qos_profile_sensor_data"
+)
+"""Names the subscriptions that receive nothing."""
 _OF_EVERY_NODE = {"rosout", "parameter_events"}
 
 
@@ -98,24 +117,49 @@ class Judge:
         if not trial.ready:
             raise NotReached(self._why_not_up(trial))
         if complete and trial.ended:
-            raise NotReached(trial.ended + last_output(trial) + self._holding_on(trial))
+            raise NotReached(trial.ended + self.why_ended(trial) + self._holding_on(trial))
         return trial
+
+    @property
+    def habits(self) -> list[Finding]:
+        """Return the habits that the package's text shows, [] if it was not read."""
+        return self.evidence.quality.habits if self.evidence.quality is not None else []
+
+    @property
+    def holding_on(self) -> str:
+        """Return as the end of a sentence which lines keep a callback from returning, "" if none does."""
+        return holding_on(self.evidence.quality) if self.evidence.quality is not None else ""
 
     def _holding_on(self, trial: Trial) -> str:
         """Return where the package's text shows why a node that still ran did not answer, "" where it does not."""
-        if self.evidence.quality is None or (trial.process is not None and trial.process.by == "itself"):
-            return ""
-        habits = self.evidence.quality.habits
-        # A loop that never ends says more than a pause.
-        found = sorted((habit for habit in habits if habit.rule in _HOLDS_ON), key=lambda habit: habit.rule)
-        if not found:
-            return ""
-        places = ", ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
-        return f"; while a callback runs the node answers nothing: {places}"
+        return "" if trial.process is not None and trial.process.by == "itself" else self.holding_on
+
+    def why_ended(self, trial: Trial) -> str:
+        """Return as the end of a sentence why a node ended by itself: what it said last, or what its text shows."""
+        output = trial.process.output_tail if trial.process is not None and trial.process.by == "itself" else ""
+        if _NO_RESPONSE.search(output):
+            found = [habit for habit in self.habits if habit.rule == "no-response"]
+            shown = "; ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
+            return f"; {shown or 'the callback of a service returned None'}: `return response`?"
+        return last_output(trial)
+
+    @property
+    def deaf_to(self) -> str:
+        """Return in words the sensors of which the node received nothing in the trials so far, "" if there are none."""
+        ran = [self.evidence.trials[name] for name in self.trials if name in self.evidence.trials]
+        topics = dict.fromkeys(topic for trial in ran for topic in trial.deaf_to)
+        return f"{DEAF_TO.format(topics=', '.join(topics))} (I4)" if topics else ""
+
+    @property
+    def no_floats(self) -> str:
+        """Return in words that a command in the trials so far was no float, "" if all were."""
+        ran = [self.evidence.trials[name] for name in self.trials if name in self.evidence.trials]
+        numbers = (number for trial in ran for command in trial.commands for number in (command.v, command.omega))
+        return _NO_FLOAT if any(0.0 < abs(number) < _SMALLEST for number in numbers) else ""
 
     def _why_not_up(self, trial: Trial) -> str:
         """Return why a trial's node did not come up: first what the package's text shows, if the output agrees."""
-        because = trial.ended + last_output(trial)
+        because = launch_words(trial) if trial.launch else trial.ended + last_output(trial)
         faults = self.faults("install", "start", *filter(None, [_ABOUT.get(trial.name.partition("_")[0])]))
         output = trial.process.output_tail if trial.process is not None else ""
         cause = shown_by(faults, f"{trial.ended}\n{output}", by_path=True)
@@ -138,14 +182,14 @@ class Judge:
         """
         calls = [call for call in trial.calls if call.service == service]
         if index >= len(calls) and trial.ended:
-            raise NotReached(trial.ended + last_output(trial))
+            raise NotReached(trial.ended + self.why_ended(trial))
         if index >= len(calls):
             raise Unjudged(f"the trial {trial.name} has no call {index} of {service}")
         if calls[index].response is None:
             # A service that does not answer is there: nothing else is meant.
             there = calls[index].problem.startswith("no answer")
             why = self._changed(service) or (self._holding_on(trial) if there else near_miss(trial.graph, service))
-            raise NotReached(calls[index].problem + last_output(trial) + why)
+            raise NotReached(calls[index].problem + self.why_ended(trial) + why)
         return calls[index]
 
     def goal(self, trial: Trial, index: int = 0) -> Goal:
@@ -156,7 +200,7 @@ class Judge:
             Failed: the goal was rejected.
         """
         if index >= len(trial.goals) and trial.ended:
-            raise NotReached(trial.ended + last_output(trial))
+            raise NotReached(trial.ended + self.why_ended(trial))
         if index >= len(trial.goals):
             raise Unjudged(f"the trial {trial.name} has no goal {index}")
         goal = trial.goals[index]
@@ -217,10 +261,30 @@ class Judge:
         self.fraction = min(1.0, max(0.0, fraction)) * self._weight
         self.seen, self.try_ = "\n".join(words for words in (seen, self._why) if words), try_
 
+    def remark(self, seen: str, try_: str = "") -> None:
+        """Say what was noticed and costs nothing."""
+        self.seen = "\n".join(words for words in (self.seen, seen) if words)
+        self.try_ = self.try_ or try_
+
     def weigh(self, weight: float, why: str) -> None:
         """Let all that the check gives count for `weight` of its points, 0 to 1, and say why."""
         self._weight, self._why = weight, why
         self.share(1.0, "", "")
+
+
+def holding_on(quality: Quality) -> str:
+    """Return as the end of a sentence which lines of a package keep a callback from returning, "" if none does."""
+    found = [habit for rule in _HOLDS_ON for habit in quality.habits if habit.rule == rule]
+    places = ", ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
+    return f"; {HOLDS_ON}{places}" if found else ""
+
+
+def absolute(graph: Graph | None, name: str) -> bool:
+    """Return whether a node that runs in NAMESPACE has a topic, service or action of this name outside of it."""
+    if graph is None:
+        return False
+    names = {endpoint.topic for endpoint in graph.endpoints} | {*graph.services, *graph.actions}
+    return name in names and f"{NAMESPACE}/{name}" not in names
 
 
 def near_miss(graph: Graph | None, wanted: str) -> str:
@@ -234,6 +298,21 @@ def near_miss(graph: Graph | None, wanted: str) -> str:
     if not others:
         return ""
     return "; found " + ", ".join(f"{name} ({short_types(types)})" for name, types in sorted(others.items())[:4])
+
+
+def launch_words(trial: Trial) -> str:
+    """Return why a launched node did not come up: what the graph has instead, and what `ros2 launch` itself printed."""
+    output = trial.process.output_tail if trial.process is not None else ""
+    errors = [line.strip() for line in output.splitlines() if _LAUNCH_ERROR.search(line)]
+    said = f"; `ros2 launch` said: {' | '.join(errors[-3:])[:600]}" if errors else ""
+    others = sorted({name.rpartition("/")[2] for name in trial.graph.nodes} - {*NODES}) if trial.graph else []
+    others = [name for name in others if not name.startswith("launch_ros")]
+    named = (
+        f"; is {' or '.join(f'`{name}`' for name in others[:2])} its name? name= in the launch file, the key in the "
+    )
+    named += "YAML file and the node's own name have to be the same"
+    ended = trial.ended.replace("the node ended before it came up", f"{trial.launch} ended before a node came up")
+    return ended + (named if others else "") + said
 
 
 def near_topic(graph: Graph | None, wanted: str) -> str:
@@ -250,8 +329,8 @@ def short_types(types: Sequence[str]) -> str:
 
 
 def last_output(trial: Trial) -> str:
-    """Return words with the last line of output of a node that ended by itself, "" for any other node."""
+    """Return words with the last output of a node that ended by itself, and its place; "" for any other node."""
     if trial.process is None or trial.process.by != "itself":
         return ""
-    lines = [line for line in trial.process.output_tail.splitlines() if line.strip()]
-    return f"; its last output was: {lines[-1].strip()[:300]}" if lines else ""
+    said = tracebacks.last_words(trial.process.output_tail)
+    return f"; its last output was: {said}" if said else ""

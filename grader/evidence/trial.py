@@ -181,5 +181,7 @@ class Trial:
     """Publishers of topics that only the simulator should publish, such as /clock: "topic by node"."""
     dropped: int = 0
     """How many messages were not kept because there were too many."""
+    deaf_to: list[str] = field(default_factory=list)
+    """The sensors' topics of which the node receives nothing: they are best effort, and it asks for reliable ones."""
     stopped: str = ""
     """The sandbox's limit that the node exceeded: "memory", "processes" or ""."""

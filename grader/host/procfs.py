@@ -54,16 +54,6 @@ def thread_times(pids: Iterable[int]) -> dict[int, tuple[float, float]]:
     return found
 
 
-def runnable_threads(pids: Iterable[int]) -> dict[int, float]:
-    """Return for each thread that runs, or waits for a core, the seconds that it has run."""
-    found = {}
-    for thread in _threads(pids):
-        with contextlib.suppress(OSError, ValueError):  # it has just ended
-            if (thread / "stat").read_text().rpartition(")")[2].split()[0] == "R":
-                found[int(thread.name)] = int((thread / "schedstat").read_text().split()[0]) * 1e-9
-    return found
-
-
 def cpu_seconds(pids: Iterable[int]) -> float:
     """Return the CPU time that the processes have used, together with those of their children that have ended."""
     ticks = 0

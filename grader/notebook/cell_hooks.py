@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from grader.notebook import pieces
-from grader.notebook.file_backups import FileBackups
-from grader.notebook.workspace import PACKAGE, Workspace, prepare
+from grader.notebook import before_begin, pieces
+from grader.notebook.file_backups import FORCE, FileBackups
+from grader.notebook.workspace import NOTEBOOK, PACKAGE, Workspace, prepare
 
 
 class CellHooks:
@@ -28,7 +29,19 @@ class CellHooks:
 
     def after(self, result: Any) -> None:
         """Note the file that the cell has written."""
-        self._backups.after(result.info.raw_cell)
+        self._backups.after(result.info.raw_cell, os.environ.get(NOTEBOOK, ""))
+
+    def unless_later(self, magic: Callable[[str, str], None], name: str) -> Callable[[str, str], None]:
+        """Return the cell magic `name` so that it leaves the files of later notebooks alone, and says so."""
+
+        def write(line: str, cell: str) -> None:
+            said = self._backups.refusal(f"%%{name} {line}\n{cell}", os.environ.get(NOTEBOOK, ""))
+            if said:
+                print(said)
+            else:
+                magic(" ".join(word for word in line.split(" ") if word != FORCE), cell)
+
+        return write
 
 
 def install(workspace: Workspace) -> None:
@@ -48,7 +61,11 @@ def install(workspace: Workspace) -> None:
             if isinstance(getattr(older, "__self__", None), CellHooks):
                 shell.events.unregister(event, older)
         shell.events.register(event, callback)
-    shell.register_magic_function(pieces.into, "cell", pieces.MAGIC)
+    before_begin.install()
+    shell.register_magic_function(hooks.unless_later(pieces.into, pieces.MAGIC), "cell", pieces.MAGIC)
+    for name in before_begin.WRITES:
+        original = before_begin.original(shell)
+        shell.register_magic_function(hooks.unless_later(original, name), "cell", name)
 
 
 def forget_changed_modules(package: Path) -> None:

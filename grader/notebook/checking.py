@@ -9,15 +9,18 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from grader import build, pipeline
+from grader.collect import needs_build
 from grader.errors import KitError, SubmissionError
-from grader.notebook import prerequisites, so_far
-from grader.notebook.feedback import Answer, Checked, Note, Progress
+from grader.evidence import Mutant, short_name
+from grader.notebook import check_process, prerequisites, so_far
+from grader.notebook.feedback import Answer, Checked, Note, Progress, Table
 from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace
 from grader.report.album import Album, Picture
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, Loss, losses, place, points
 from grader.scoring.rubric import RUBRIC, Requirement, Rubric
 from grader.scoring.scorecard import Outcome, RequirementScore
+from grader.settings import MUTATION_BUDGET_S as GRADING_BUDGET_S
 from grader.settings import Settings
 
 MUTATION_BUDGET_S = 3.0  # for T3: one or two rounds of ten mutants, where the grading tries forty
@@ -43,6 +46,7 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
     possible = [r for r in wanted if r.id not in answers]
     pictures: tuple[Picture, ...] = ()
     notes: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
     if possible:
         progress = Progress()
         try:
@@ -59,6 +63,7 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
                 else:
                     answers[r.id] = _judged(score, grading, notebook)
             pictures, notes = _pictures(grading, notebook), _remarks(grading)
+            tables = _tables(grading.shown())
         except SubmissionError as error:
             gap = prerequisites.Gap(str(error), "a package that can be read", "fix the problem named here")
             answers |= {r.id: _lacking(r, gap) for r in possible}
@@ -66,7 +71,7 @@ def check(workspace: Workspace, requirements: Sequence[str], *, fresh: bool = Fa
             answers |= {r.id: _unjudged(r, str(error)) for r in possible}
         finally:
             progress.done()
-    return Checked(tuple(answers[r.id] for r in wanted), pictures, notes)
+    return Checked(tuple(answers[r.id] for r in wanted), pictures, notes, tables)
 
 
 def _requirement(whole: Rubric, name: str) -> Requirement:
@@ -80,11 +85,13 @@ def _requirement(whole: Rubric, name: str) -> Requirement:
 def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Progress, *, fresh: bool) -> Grading:
     settings = Settings(
         rubric=whole, cache=build.cache_folder(), requirements=tuple(requirement.id for requirement in wanted),
-        mutation_budget_s=MUTATION_BUDGET_S, keep=True,
+        mutation_budget_s=MUTATION_BUDGET_S, best_effort=True, keep=True,
         fresh=fresh or FRESH in os.environ, progress=progress.say,
     )  # fmt: skip
+    # Text alone is read in a second; a process of its own for it would take as long.
+    grade = check_process.grade if needs_build(settings.checked) else pipeline.grade
     with _LOCK, tempfile.TemporaryDirectory(prefix="check-") as scratch:
-        return pipeline.grade(package, Path(scratch) / "out", settings)
+        return grade(package, Path(scratch) / "out", settings)
 
 
 def _answer(
@@ -116,16 +123,30 @@ def _judged(score: RequirementScore, grading: Grading, notebook: str) -> Answer:
     lost = losses(score)
     waiting = {loss.check.id: found for loss in lost if (found := so_far.later(loss.check.id, notebook))}
     notes = [_note(loss, grading) for loss in lost if loss.check.id not in waiting]
-    if len(notes) > 1 and len({dict(note.rows).get("seen") for note in notes}) == 1:
-        del notes[1:]  # all checks failed for the same reason
+    notes = _each_reason_once(notes)
     so_far_passed = bool(waiting) and not notes
     if so_far_passed:
         words = "; ".join(f"notebook {found.notebook} brings {found.words}" for found in waiting.values())
         notes = [Note("", (("later", words),))]
+    notes += [Note("", (("seen", remark),)) for remark in _remarks_on(score)]
     return _answer(
         score.requirement, tuple(notes), reached=score.points, passed=so_far_passed or score.outcome is Outcome.PASSED,
         ours=score.outcome is Outcome.ERROR, so_far=so_far_passed,
     )  # fmt: skip
+
+
+def _remarks_on(score: RequirementScore) -> list[str]:
+    """Return what was noticed by checks that passed, each remark once."""
+    said = [result.seen for result in score.results if result.outcome is Outcome.PASSED and result.seen]
+    return list(dict.fromkeys(said))
+
+
+def _each_reason_once(notes: list[Note]) -> list[Note]:
+    """Return the notes without those that say for another check what one before has said."""
+    found: dict[str, Note] = {}
+    for note in notes:
+        found.setdefault(dict(note.rows).get("seen", note.heading), note)
+    return list(found.values())
 
 
 def _stood_in(requirement: Requirement, instead: so_far.StandIn, score: RequirementScore, grading: Grading) -> Answer:
@@ -157,14 +178,40 @@ def _not_reached(because: str, expected: str, grading: Grading) -> tuple[tuple[s
 def _remarks(grading: Grading) -> tuple[str, ...]:
     """Return how this check differs from the grading, in sentences."""
     unchanged = (grading.unchanged,) if grading.unchanged else ()
-    mutation = grading.evidence.mutation
-    if mutation is None:
+    tried = _tried(grading)
+    if not tried:
         return unchanged
-    tried = sum(mutant.outcome != "not tried" for mutant in mutation.mutants)
     return (
         *unchanged,
-        f"A sample of T3: {tried} mutants were tried here. The grading tries more, and different ones.",
+        f"A sample of T3: {len(tried)} mutants, what fits into {MUTATION_BUDGET_S:g} s of running your tests. "
+        f"The grading has {GRADING_BUDGET_S:g} s, so it tries more, and different ones.",
     )
+
+
+def _tables(grading: Grading) -> tuple[Table, ...]:
+    """Return every mutant that was tried, what it changed, and which test noticed it."""
+    tried = _tried(grading)
+    if not tried:
+        return ()
+    rows = tuple(
+        (
+            "✓ " + short_name(mutant.by)
+            if mutant.outcome == "noticed"
+            else _MISSED.get(mutant.outcome, mutant.outcome),
+            f"{mutant.path}:{mutant.line}",
+            mutant.words,
+        )
+        for mutant in sorted(tried, key=lambda mutant: (mutant.path, mutant.line))
+    )
+    return (Table(f"All {len(tried)} mutants", ("noticed by", "place", "change"), rows),)
+
+
+_MISSED = {"unnoticed": "no test", "unreached": "no test reaches this line"}
+
+
+def _tried(grading: Grading) -> list[Mutant]:
+    mutation = grading.evidence.mutation
+    return [mutant for mutant in mutation.mutants if mutant.outcome != "not tried"] if mutation else []
 
 
 def _pictures(grading: Grading, notebook: str) -> tuple[Picture, ...]:

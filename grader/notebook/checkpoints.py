@@ -19,6 +19,7 @@ from pathlib import Path
 from grader.contract import spec
 from grader.errors import GraderError
 from grader.intake import course_marker
+from grader.notebook.file_backups import FileBackups
 from grader.notebook.workspace import Workspace, ignored_by_colcon
 
 PACKED = Path(__file__).parent / "checkpoints.bin"
@@ -148,12 +149,18 @@ def start_at(workspace: Workspace, notebook: str) -> str:
         target.write_text(text, encoding="utf-8")
         if text.startswith("#!"):
             target.chmod(0o755)
+    FileBackups(workspace).note_laid_out({path: _last_written_before(path, key) for path in files})
     if own := _student_work_before(key):
         sums = {path: hashlib.sha256(files[path].encode()).hexdigest() for path in sorted(own)}
         marker = json.dumps({"laid_out_before": key, "sha256": sums}, indent=1)
         (package / course_marker.MARKER).write_text(marker + "\n")
     words = f"Your package now holds what the notebooks before {key} leave: {len(files)} files, laid out by the course."
     return f"{words} Its earlier content is in {workspace.shown(backup)}." if backup else words
+
+
+def _last_written_before(path: str, key: str) -> str:
+    found = [e for e, files in _BY_NUMBER.items() if e < key and path in (*files.exercises, *files.given, *files.made)]
+    return found[-1] if found else ""
 
 
 def _student_work_before(key: str) -> set[str]:

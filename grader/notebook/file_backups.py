@@ -1,7 +1,7 @@
-"""Back up a file that `%%writefile` is about to overwrite, if it was edited elsewhere since a cell wrote it.
+"""Keep every text that a `%%writefile` or `%%into` cell overwrites, and tell which notebook wrote a file last.
 
 Jupyter's `%%writefile` overwrites without asking. Before such a cell runs, the file is copied into `kept/` in the
-workspace, unless a cell wrote it: that text is in a notebook.
+workspace. A file that a later notebook has written is not replaced by an earlier one, unless the cell says `-f`.
 """
 
 from __future__ import annotations
@@ -10,20 +10,24 @@ import hashlib
 import json
 import re
 import shlex
+from collections.abc import Mapping
 from datetime import datetime
 from pathlib import Path
 
 from grader.notebook.workspace import Workspace, ignored_by_colcon
 
 _WRITES = re.compile(r"\s*%%(?:writefile|file|into) +([^\n]+)")
-_CHECKSUMS = "written.json"  # path -> checksum of the text that a cell last wrote there
+FORCE = "-f"
+"""Lets a cell replace the file of a later notebook."""
+_FLAGS = ("-a", "--append", FORCE)
+_WRITTEN = "written.json"  # path -> checksum of the text that a cell last wrote there, and that cell's notebook
 
 
 def target(cell: str) -> Path | None:
     """Return the file that a cell's `%%writefile` or `%%into` writes, None for another cell."""
     match = _WRITES.match(cell)
     try:
-        words = [word for word in shlex.split(match[1]) if word not in ("-a", "--append")] if match else []
+        words = [word for word in shlex.split(match[1]) if word not in _FLAGS] if match else []
     except ValueError:  # an unclosed quotation mark; %%writefile will report it
         return None
     return Path(words[0]).expanduser().resolve() if len(words) == 1 else None
@@ -37,30 +41,57 @@ class FileBackups:
         self._folder = workspace.root / "kept"
 
     def before(self, cell: str, now: datetime | None = None) -> str:
-        """Back up the file that the cell is about to overwrite; return a line about it, "" if there is no need."""
+        """Keep the text that the cell is about to overwrite; return a line about it if no cell has written it."""
         path = target(cell)
         content = _content(path) if path is not None else None
-        if path is None or not content or _sum(content) == self._checksums().get(self._name(path)):
-            return ""
-        if content == cell.partition("\n")[2].encode():
+        if path is None or not content or content == cell.partition("\n")[2].encode():
             return ""
         copy = self._copy_of(path, now or datetime.now())
-        ignored_by_colcon(self._folder)
-        copy.parent.mkdir(parents=True, exist_ok=True)
-        copy.write_bytes(content)
+        if all(other.read_bytes() != content for other in copy.parent.glob(f"{path.stem} *{path.suffix}")):
+            ignored_by_colcon(self._folder)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            copy.write_bytes(content)
+        if _sum(content) == self._written(path)[0]:
+            return ""
         return f"{path.name} was changed outside this notebook. That version is kept: {self._workspace.shown(copy)}"
 
-    def after(self, cell: str) -> None:
-        """Note the checksum of the file that the cell has written."""
+    def refusal(self, cell: str, notebook: str) -> str:
+        """Return why a cell of this notebook ("05") must not replace the file that it writes, "" if it may."""
         path = target(cell)
         content = _content(path) if path is not None else None
-        if path is None or content is None:
-            return
-        checksums = self._checksums()
-        if checksums.get(self._name(path)) != _sum(content):
+        if path is None or not content or FORCE in cell.partition("\n")[0].split():
+            return ""
+        later = self._written(path)[1]
+        if later <= notebook or content == cell.partition("\n")[2].encode():
+            return ""
+        return (
+            f"{path.name} was not replaced: notebook {later} has written it since, and this cell has the version of "
+            f"notebook {notebook}. To replace it all the same, begin the cell with {cell.split()[0]} {FORCE}."
+        )
+
+    def after(self, cell: str, notebook: str = "") -> None:
+        """Note what the cell has written, and in which notebook."""
+        path = target(cell)
+        content = _content(path) if path is not None else None
+        if path is not None and content is not None:
+            self._note({self._name(path): [_sum(content), notebook]})
+
+    def note_laid_out(self, notebooks: Mapping[str, str]) -> None:
+        """Note the package's files that the course has laid out, with the notebook that each is from, and no others."""
+        files = {name: _content(self._workspace.package / name) or b"" for name in notebooks}
+        self._note({name: [_sum(content), notebooks[name]] for name, content in files.items()}, alone=True)
+
+    def _note(self, written: dict[str, list[str]], *, alone: bool = False) -> None:
+        before = self._all_written()
+        now = written if alone else before | written
+        if now != before:
             ignored_by_colcon(self._folder)
-            text = json.dumps(checksums | {self._name(path): _sum(content)}, indent=1)
-            (self._folder / _CHECKSUMS).write_text(text, encoding="utf-8")
+            (self._folder / _WRITTEN).write_text(json.dumps(now, indent=1), encoding="utf-8")
+
+    def _written(self, path: Path) -> tuple[str, str]:
+        """Return the checksum of the text that a cell last wrote to a file, and that cell's notebook; "" if unknown."""
+        found = self._all_written().get(self._name(path))
+        return (str(found[0]), str(found[1])) if isinstance(found, list) and len(found) == 2 else ("", "")
 
     def _name(self, path: Path) -> str:
         """Return the file's path in the package, or its absolute path if it is elsewhere."""
@@ -78,9 +109,9 @@ class FileBackups:
             copy = folder / f"{stem} ({number}){name.suffix}"
         return copy
 
-    def _checksums(self) -> dict[str, str]:
+    def _all_written(self) -> dict[str, list[str]]:
         try:
-            found = json.loads((self._folder / _CHECKSUMS).read_text(encoding="utf-8"))
+            found = json.loads((self._folder / _WRITTEN).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return {}
         return found if isinstance(found, dict) else {}

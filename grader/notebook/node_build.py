@@ -55,4 +55,5 @@ def environment(installed: Path, workspace: Workspace) -> dict[str, str]:
         "ROS_DOMAIN_ID": str(workspace.domain_id),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": discovery_range(),
         "ROS_LOG_DIR": str(workspace.root / "log" / "ros"),
+        "PYTHONFAULTHANDLER": "1",  # a node that hangs can tell where
     }

@@ -51,6 +51,11 @@ class NodeProcess:
         with suppress(ProcessLookupError):
             os.kill(self._popen.pid, signal.SIGINT)
 
+    def abort(self) -> None:
+        """Send SIGABRT, on which Python's faulthandler writes down what each thread was doing."""
+        with suppress(ProcessLookupError):
+            os.kill(self._popen.pid, signal.SIGABRT)
+
     def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return nothing: a notebook shows the wall time of a node's end."""
         return {}
@@ -59,10 +64,6 @@ class NodeProcess:
         """Return nothing, for the same reason."""
         return 0.0
 
-    def runnable_threads(self) -> dict[int, float]:
-        """Return for each of its threads that runs or waits for a core the seconds that it has run."""
-        return procfs.runnable_threads([self._popen.pid, *procfs.descendants_at_a_glance(self._popen.pid)])
-
     def pin_to(self, cores: Iterable[int]) -> None:
         """Let all its threads run on these cores only."""
         procfs.pin_to(cores, [self._popen.pid, *procfs.descendants(self._popen.pid)])
@@ -70,12 +71,6 @@ class NodeProcess:
     def stopped(self) -> str:
         """Return nothing: the student's own machine sets no limits."""
         return ""
-
-    @property
-    def last_line(self) -> str:
-        """Return the last line that the node has printed, "" if there is none or the node has not ended."""
-        lines = [line.strip() for line in self.output.splitlines() if line.strip()]
-        return lines[-1][:300] if lines and self.exit_code() is not None else ""
 
     def kill(self) -> None:
         """Kill the whole group and wait for its end."""

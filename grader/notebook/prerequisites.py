@@ -11,10 +11,12 @@ from pathlib import Path
 
 from grader import python_ast
 from grader.checks import build_log
+from grader.checks.judge import HOLDS_ON
 from grader.contract import spec
 from grader.contract.spec import PACKAGE
 from grader.evidence import Build
 from grader.notebook import checkpoints, so_far
+from grader.trials.request import DEAF
 
 _BUILDS = ("package.xml", "CMakeLists.txt")
 _CONTROLLER, _PROCESSOR = spec.NODE_MODULES
@@ -42,6 +44,9 @@ FILES: dict[str, tuple[str, ...]] = {
     "Q6": (*_BUILDS, "scripts/demo.py"),
 }  # fmt: skip
 """Files of the contract's layout without which a requirement cannot be met, by its id."""
+
+_RUN_IT = "look at what the node does and prints: `run_node()`, then `run.output`"
+_PLACE = re.compile(r"\.py:\d+|\bline \d+")  # a file or a line, without which last words say little
 
 
 @dataclass(frozen=True)
@@ -95,13 +100,23 @@ def advice(because: str) -> str:
     """Return what to do about the reason why a check could not be judged."""
     if named := re.search(r"\(([FITQ]\d+)\)", because):
         return f'fix {named[1]} first: `check("{named[1]}")` says more'
+    if "not tried yet" in because:
+        return "make the robot drive first, then check again"
+    if "`ros2 launch`" in because:
+        return "start the file yourself, with the YAML files beside it: `!ros2 launch ros2_robot_controller ...`"
+    if "there is no launch/" in because or "there is no config/" in because:
+        return 'install it with install(DIRECTORY launch config ...) in CMakeLists.txt; `check("I1")` says more'
     if "there is no executable" in because:
         return 'install it with install(PROGRAMS ...) in CMakeLists.txt; `check("I1")` says more'
     if "there is no service" in because or "there is no action" in because:
         return "complete the exercise that provides it, and run its cell"
+    if HOLDS_ON in because or DEAF in because:
+        return "return at once and let a timer do the next step; where an answer is needed, `await` the future"
+    if "return response" in because:
+        return "a service's callback must return the response that it was given"
     if "last output" in because:
-        return "the node ended by itself; its last output says where"
-    return "look at what the node does and prints: `run_node()`, then `run.output`"
+        return "the node ended by itself; its last output says where" if _PLACE.search(because) else _RUN_IT
+    return _RUN_IT
 
 
 def _expected(name: str) -> str:

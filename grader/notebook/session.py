@@ -17,11 +17,14 @@ from types import SimpleNamespace, TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from grader import build
+from grader.checks.judge import holding_on
 from grader.errors import KitError
 from grader.notebook import interface_types, node_build
 from grader.notebook.feedback import Progress
 from grader.notebook.node_process import NodeProcess
 from grader.notebook.workspace import Workspace, prepare
+from grader.tracebacks import last_words
+from grader.trials.request import DEAF
 from sim import PROFILES, Pose, Recorder, Recording, Simulator, World, load_world
 
 if TYPE_CHECKING:
@@ -258,15 +261,17 @@ class Run:
         self._process = process = NodeProcess(command, node_build.environment(install, self._workspace))
         self._stage = WatchedStage(
             self.node, self.simulator, process, domain_id=self._workspace.domain_id, remappings=self._remappings,
-            recorder=self._recorder, messages=self._recorded,
+            recorder=self._recorder, messages=self._recorded, package=self._workspace.package,
         )  # fmt: skip
         # For a run without references to it; when the kernel ends, the processes end by themselves.
         self._finish = weakref.finalize(self, _finish, process, self._stage)
         self._finish.atexit = False
         try:
             self._stage.open()
+            if deaf_to := self._stage.deaf_to():
+                print(deaf_to)
         except TrialOver as over:
-            self._give_up(f"{over}{_last_line(process)}")
+            self._give_up(self._why(str(over)))
 
     def _tick(self) -> None:
         with self._lock:
@@ -279,7 +284,7 @@ class Run:
                     return
                 except TrialOver as over:  # before the tick: from here on the robot stands still
                     self.simulator.command(0.0, 0.0)
-                    self._give_up(f"{over}{_last_line(self._process)}")
+                    self._give_up(self._why(str(over)))
             self._recorder.take(self.simulator.step(TICK_S))
 
     def _active_stage(self) -> WatchedStage | None:
@@ -316,6 +321,14 @@ class Run:
         print(f"not yet: {why}")
         self._end()
 
+    def _why(self, ended: str) -> str:
+        """Return why a run is over, with the line that holds a deaf node up, or with the last words of another."""
+        if not ended.startswith(DEAF):
+            return f"{ended}{_last_line(self._process)}"
+        from grader.quality.analyse import analyse_package
+
+        return ended + holding_on(analyse_package(self._workspace.package, lint=False))
+
     def _end(self) -> None:
         process, self._process, self._stage = self._process, None, None
         if process is not None:
@@ -335,8 +348,10 @@ def _finish(process: NodeProcess, stage: WatchedStage) -> None:
 
 
 def _last_line(process: NodeProcess | None) -> str:
-    """Return the last line that the node printed, if it has ended by itself."""
-    return f"; its last output: {process.last_line}" if process is not None and process.last_line else ""
+    """Return the last line that the node printed and where it was, if it has ended by itself."""
+    if process is None or process.exit_code() is None or not (said := last_words(process.output)):
+        return ""
+    return f"; its last output: {said}"
 
 
 def _pose() -> Any:

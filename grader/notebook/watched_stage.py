@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from std_msgs.msg import Float32
 
+from grader.checks.judge import DEAF_TO
 from grader.trials.interfaces import SERVICES, SensorFusionData
 from grader.trials.messages import fill
-from grader.trials.observation import Program, TrialOver
+from grader.trials.observation import Program, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
 from grader.trials.stage import Stage
 from sim import Recorder, Simulator
@@ -23,7 +25,7 @@ __all__ = ["TrialOver", "WatchedStage"]
 
 
 class WatchedStage(Stage):
-    """A node and its robot. Adds (t, message) to `messages` by topic, and every reading to `recorder`."""
+    """A node of `package` and its robot. Adds (t, message) to `messages` by topic, and every reading to `recorder`."""
 
     def __init__(
         self,
@@ -35,12 +37,14 @@ class WatchedStage(Stage):
         remappings: Mapping[str, str],
         recorder: Recorder,
         messages: Mapping[str, list[tuple[float, Any]]],
+        package: Path,
     ) -> None:
         plan = TrialPlan(
             "notebook", "", lambda _stage: None, node, simulator.world.name, (), remappings=dict(remappings)
         )
-        super().__init__(plan, simulator.seed, simulator, process, domain_id)
+        super().__init__(plan, simulator.seed, simulator, process, domain_id, reliable=False)
         self._work_limit_s = math.inf
+        self.has_one_thread = has_one_thread(package)
         self._recorder = recorder
         self._readings: list[Reading] = []
         self._recorded = messages
@@ -68,6 +72,11 @@ class WatchedStage(Stage):
             return None, f"{service} gave no answer"
         self.bridge.settle()
         return future.result(), ""
+
+    def deaf_to(self) -> str:
+        """Return in words which sensors the node receives nothing of, "" if there are none."""
+        topics = self._deaf_to()
+        return DEAF_TO.format(topics=", ".join(topics)) if topics else ""
 
     @property
     def takes_goals(self) -> bool:

@@ -58,6 +58,18 @@ class CallGraph:
                 todo += [(callee, root) for callee in self._callees(node, own_body(node.function))]
         return list(found.values())
 
+    def service_callbacks(self) -> list[tuple[GraphNode, str]]:
+        """Return the functions that answer a service, each with the service's name, "" where that is no constant."""
+        found = []
+        for node in self._nodes:
+            for call in own_body(node.function):
+                if isinstance(call, ast.Call) and last_name(call.func) == "create_service":
+                    given = [*call.args[2:3], *(k.value for k in call.keywords if k.arg == "callback")]
+                    names = [*call.args[1:2], *(k.value for k in call.keywords if k.arg == "srv_name")]
+                    name = next((str(n.value) for n in names if isinstance(n, ast.Constant)), "")
+                    found += [(callback, name) for each in given for callback in self._named(node, each)]
+        return found
+
     def bases_of(self, owner: str) -> set[str]:
         """Return the names of a class and of all that it inherits from; the empty set for ""."""
         family: set[str] = set()

@@ -1,4 +1,4 @@
-"""Bad habits: a bare except, print, a mutable default, sleeping in a callback.
+"""Bad habits: a bare except, print, a mutable default, sleeping in a callback; and what explains a node that is silent.
 
 The first three are not left to plugins of flake8: installed beside ament_flake8 these would report in the student's
 own runs of it, too, and Q1 promises that those agree with the grader.
@@ -10,18 +10,49 @@ import ast
 from collections.abc import Iterator, Sequence
 
 from grader.evidence import Finding
-from grader.python_ast import Function, called
+from grader.python_ast import Function, called, last_name
 from grader.quality.call_graph import CallGraph, own_body
-from grader.quality.parsed_module import Module
+from grader.quality.parsed_module import Module, imports
 
 _MUTABLE = (ast.List, ast.Dict, ast.Set, ast.ListComp, ast.DictComp, ast.SetComp)
 _MUTABLE_CALLS = ("list", "dict", "set", "bytearray", "defaultdict", "deque", "OrderedDict", "Counter")
+# Calls that return when another callback has run, which it cannot as long as this one does.
+_WAITS = {
+    "rclpy.spin_until_future_complete": "`spin_until_future_complete`", "call": "a client's `call`",
+    "wait_for_service": "`wait_for_service`", "wait_for_server": "`wait_for_server`",
+    "send_goal": "an action client's `send_goal`",
+}  # fmt: skip
+_WALL_CLOCKS = ("time.time", "time.monotonic", "time.perf_counter", "datetime.datetime.now", "datetime.datetime.utcnow")
+SLEEP_IN_TEST = "sleep-in-test"
 
 
 def bad_habits(modules: Sequence[Module], graph: CallGraph) -> list[Finding]:
-    """Return every finding outside the tests. Scripts talk to a person, so they may print."""
+    """Return every finding. Scripts talk to a person, so they may print; tests are only asked whether they sleep.
+
+    Most rules cost nothing: they explain what a trial sees.
+    """
     found = [finding for module in modules if module.role != "test" for finding in _in_module(module)]
-    return sorted([*found, *_in_callbacks(graph)], key=lambda finding: (finding.path, finding.line))
+    found += [finding for module in modules if module.role == "test" for finding in _sleeps(module)]
+    found += [*_in_callbacks(graph), *_without_response(graph)]
+    return sorted(found, key=lambda finding: (finding.path, finding.line))
+
+
+def _sleeps(module: Module) -> Iterator[Finding]:
+    meaning = imports(module).meaning
+    for node in ast.walk(module.tree):
+        if isinstance(node, ast.Call) and meaning(node.func) == "time.sleep":
+            yield Finding(module.path, node.lineno, SLEEP_IN_TEST, f"`{ast.unparse(node)[:60]}`")
+
+
+def _without_response(graph: CallGraph) -> Iterator[Finding]:
+    """Yield the callbacks of services that return nothing; rclpy ends the node with a bare TypeError then."""
+    for node, service in graph.service_callbacks():
+        body = list(own_body(node.function))
+        returns = [part for part in body if isinstance(part, ast.Return)]
+        if any(isinstance(part, ast.Raise) for part in body) or (returns and all(part.value for part in returns)):
+            continue
+        where = f"`{node.function.name}`, the callback of {service or 'a service'}, returns None"
+        yield Finding(node.module.path, node.function.lineno, "no-response", where)
 
 
 def _in_module(module: Module) -> Iterator[Finding]:
@@ -39,16 +70,34 @@ def _in_module(module: Module) -> Iterator[Finding]:
 
 
 def _in_callbacks(graph: CallGraph) -> Iterator[Finding]:
-    """Yield what keeps a callback from returning to the executor. Loops cost nothing; they explain a deaf node."""
+    """Yield what keeps a callback from returning to the executor, and which other clocks it asks."""
     for node, root in graph.in_callbacks():
-        imports = graph.imports[node.module.path]
+        imported = graph.imports[node.module.path]
         name = node.function.name
         where = f"in the callback `{name}`" if root == name else f"in `{name}`, called from the callback `{root}`"
         for part in own_body(node.function):
-            if isinstance(part, ast.Call) and imports.meaning(part.func) == "time.sleep":
-                yield Finding(node.module.path, part.lineno, "sleep-in-callback", f"`time.sleep` {where}")
+            if isinstance(part, ast.Call):
+                meaning = imported.meaning(part.func)
+                if meaning == "time.sleep":
+                    yield Finding(node.module.path, part.lineno, "sleep-in-callback", f"`time.sleep` {where}")
+                elif meaning in _WALL_CLOCKS:
+                    yield Finding(node.module.path, part.lineno, "wall-clock", f"`{meaning}` {where}")
+                elif what := _waits(part, meaning):
+                    yield Finding(node.module.path, part.lineno, "wait-in-callback", f"{what} {where}")
             elif isinstance(part, ast.While) and _holds_on(part):
                 yield Finding(node.module.path, part.lineno, "loop-in-callback", f"`while` {where}")
+
+
+def _waits(call: ast.Call, meaning: str) -> str:
+    """Return what a call waits for without a time limit, in words; "" if it does not wait for another callback."""
+    if isinstance(call.func, ast.Attribute) and not meaning:
+        limited = any(keyword.arg in ("timeout_sec", "timeout") for keyword in call.keywords)
+        owner = last_name(call.func.value)
+        # `call` is a common name; a client is called one, as a rule.
+        if limited or (call.func.attr == "call" and "client" not in owner.lower() and owner.strip("_") != "cli"):
+            return ""
+        return _WAITS.get(call.func.attr, "")
+    return _WAITS.get(meaning, "")
 
 
 def _holds_on(loop: ast.While) -> bool:

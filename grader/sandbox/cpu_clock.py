@@ -35,6 +35,8 @@ class CpuClock:
         self._process, self._others = process, others
         self._before, self._since, self._counted = self._thread_times(), time.monotonic(), 0.0
         self._used = self._cpu_seconds()
+        self.ran = 0.0
+        """The seconds that the command and the others ran so far, all threads together, at the last reading."""
 
     def read(self) -> float:
         """Return the seconds counted so far. Takes some milliseconds: it looks at all processes of the host."""
@@ -47,6 +49,7 @@ class CpuClock:
         # Many computing threads wait for each other; then the time that they ran is what counts. A compiler's processes
         # live for a second or two, and what they ran after the last reading is seen in their parents' times only.
         ran = max(ran, used - self._used)
+        self.ran += ran
         self._counted += max(now - self._since - waited, ran / (os.cpu_count() or 1))
         self._before, self._since, self._used = times, now, max(self._used, used)
         return self._counted

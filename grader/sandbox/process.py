@@ -136,16 +136,15 @@ class Process:
 
     def interrupt(self) -> None:
         """Send SIGINT, as Ctrl-C does, to the command itself and to no other process in the sandbox."""
-        for pid in procfs.children(self._init_pid):
-            _signal(pid, signal.SIGINT)
+        self._signal_command(signal.SIGINT)
+
+    def abort(self) -> None:
+        """Send SIGABRT to the command itself, on which Python's faulthandler writes down what each thread was doing."""
+        self._signal_command(signal.SIGABRT)
 
     def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return for each thread of the whole tree the seconds that it has run, and has waited for a core."""
         return procfs.thread_times(procfs.descendants_at_a_glance(self._init_pid))
-
-    def runnable_threads(self) -> dict[int, float]:
-        """Return for each thread of the whole tree that runs, or waits for a core, the seconds that it has run."""
-        return procfs.runnable_threads(procfs.descendants_at_a_glance(self._init_pid))
 
     def cpu_seconds(self) -> float:
         """Return the CPU time that the whole tree has used, with the processes in it that have ended."""
@@ -173,6 +172,10 @@ class Process:
             raise GraderError(self._guard.host_full)
         if self._stopped == cgroup.HOST_MEMORY:
             raise GraderError(shortage.NO_MEMORY)
+
+    def _signal_command(self, number: signal.Signals) -> None:
+        for pid in procfs.children(self._init_pid):
+            _signal(pid, number)
 
     def _kill_tree(self) -> None:
         """Kill the whole process tree; its output can still be read."""

@@ -8,25 +8,25 @@ from __future__ import annotations
 import math
 import os
 import random
-import threading
+import re
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from rclpy.action.client import ActionClient
 from rclpy.parameter_client import AsyncParameterClient
 
-from grader import evidence
-from grader.host import procfs
+from grader import evidence, tracebacks
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.cpu_affinity import AffinityTuner
 from grader.trials.goal import SentGoal
 from grader.trials.interfaces import SERVICES, NavigateToPosition, SensorFusionData
 from grader.trials.plan import TrialPlan
-from grader.trials.request import NO_NODE, PATIENCE_S, not_started
+from grader.trials.request import DEAF, DEAF_S, NO_NODE, PATIENCE_S, not_started
 from grader.trials.service_proxy import ServiceProxy
 from sim.bridge import CONTROLLER, PROCESSOR, Bridge, Topics
 from sim.sensors import BatteryReading, ImuReading, Reading, ScanReading
@@ -39,9 +39,9 @@ _MAX_KEPT = 20_000
 _CLOCK_CHECK_TICKS = 10
 _SECTOR = math.radians(60)
 _DISCOVERY_S = 2.0  # for something that the node offers and that is not seen yet; excludes time spent waiting for a CPU
-_DEAF_S = 10.0  # the same for a node that answers nothing and publishes nothing
-DEAF = f"the node did not answer for {_DEAF_S:g} s: a callback hangs"
-"""Why a trial ended whose node was busy in one of its callbacks for good."""
+_DUMP_S = 2.0  # for a node to write down where it hangs
+# Words without which a package has one thread that serves its callbacks.
+_THREADS = re.compile(r"(?<!Single)Thread|CallbackGroup|multiprocessing|concurrent|asyncio|EventsExecutor")
 
 
 class TrialOver(Exception):
@@ -71,21 +71,38 @@ class Program(Protocol):
     def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return for each of its threads the seconds that it has run, and has waited for a core."""
 
-    def runnable_threads(self) -> dict[int, float]:
-        """Return for each of its threads that runs or waits for a core the seconds that it has run."""
-
     def cpu_seconds(self) -> float:
         """Return the CPU time that all its processes have used, those that have ended included."""
 
     def pin_to(self, cores: Iterable[int]) -> None:
         """Let all its threads run on these cores only."""
 
+    def abort(self) -> None:
+        """Send it SIGABRT, on which Python's faulthandler writes down what each thread was doing."""
+
+
+def has_one_thread(package: Path) -> bool:
+    """Return whether nothing in a package's code says that it serves callbacks in several threads."""
+    files = [path for path in package.rglob("*") if path.suffix in ("", ".py") and path.is_file()]
+    code = [path for path in files if path.relative_to(package).parts[0] not in ("test", "tests", ".git")]
+    return bool(code) and not any(_THREADS.search(path.read_bytes().decode("utf-8", "replace")) for path in code)
+
 
 class Observation:
     """A node, a robot and a world under observation. Times are simulated seconds since the start."""
 
-    def __init__(self, plan: TrialPlan, seed: int, simulator: Simulator, process: Program, domain_id: int) -> None:
+    def __init__(
+        self,
+        plan: TrialPlan,
+        seed: int,
+        simulator: Simulator,
+        process: Program,
+        domain_id: int,
+        *,
+        reliable: bool = True,
+    ) -> None:
         self.plan = plan
+        self._reliable = reliable
         self.patience_s = PATIENCE_S
         self.simulator = simulator
         self.process = process
@@ -97,7 +114,8 @@ class Observation:
             plan.node,
             domain_id=domain_id,
             alive=lambda: process.exit_code() is None,
-            runnable=self._runnable_threads,
+            reliable=reliable,
+            namespace=plan.namespace,
         )
         self.bridge.on_command = self._take_command
         self.bridge.on_published = self._take_published
@@ -120,6 +138,9 @@ class Observation:
         self._clock = CpuClock(process, [os.getpid()])
         self._work_limit_s = 120.0
         self._deaf_s = 0.0
+        self.has_one_thread = False
+        """Whether the node is deaf when it answers no call, even if it publishes: it has one thread for both."""
+        self._aborted = False
         self._sought: set[str] = set()
         self._affinity = AffinityTuner(process.pin_to, self._clock.seconds)
         node = self.bridge.node
@@ -127,9 +148,10 @@ class Observation:
         self.action: Any = None
         self._parameter_clients = {name: AsyncParameterClient(node, name) for name in {plan.node, *plan.awaits}}
         if plan.node == "robot_controller":
-            names = {name: plan.remappings.get(name, name) for name in SERVICES}
+            space = f"{plan.namespace}/" if plan.namespace else ""
+            names = {name: space + plan.remappings.get(name, name) for name in SERVICES}
             self._clients = {name: node.create_client(SERVICES[name], names[name]) for name in SERVICES}
-            self.action = ActionClient(node, NavigateToPosition, ACTION)
+            self.action = ActionClient(node, NavigateToPosition, space + ACTION)
         else:
             self.bridge.watch_answers(SensorFusionData)
 
@@ -171,11 +193,12 @@ class Observation:
             graph=self.graph,
             other_graph=self.other_graph,
             launch=self.plan.launch,
-            process=_end(self.process, "interrupt" if self.interrupted else "itself"),
+            process=_end(self.process, "interrupt" if self.interrupted else "us" if self._aborted else "itself"),
             wall_seconds=round(time.monotonic() - self._started, 2),
             others={name: _end(process) for name, process in self.others.items()},
             foreign=self._foreign_publishers(),
             dropped=self._dropped,
+            deaf_to=self._deaf_to(),
             stopped=self.process.stopped(),
         )
 
@@ -192,13 +215,13 @@ class Observation:
         if self._clock.seconds() > self._work_limit_s:
             raise TrialOver(f"the trial took more than {self._work_limit_s:g} s of wall time")
         going = any(goal.running for goal in self.goals)
-        before, heard = self._clock.seconds(), self.bridge.heard
+        before, heard = self._clock.seconds(), self._signs_of_life()
         self.bridge.tick(further_rounds=int(going))
         # Only within ticks: in a notebook, minutes may pass between two of them.
-        silent = self.bridge.can_ask and self.bridge.heard == heard
+        silent = self.bridge.can_ask and self._signs_of_life() == heard
         self._deaf_s = self._deaf_s + self._clock.seconds() - before if silent else 0.0
-        if self._deaf_s > _DEAF_S:
-            raise TrialOver(DEAF)
+        if self._deaf_s > DEAF_S:
+            raise TrialOver(self._where_it_hangs())
         if self.bridge.pace == "lockstep":
             self._affinity.tick()
         if going and self.commands and self.commands[-1].v == self.commands[-1].omega == 0.0:
@@ -210,11 +233,18 @@ class Observation:
         if any(goal.silent for goal in self.goals):
             self.bridge.await_feedback()
 
-    def _runnable_threads(self) -> dict[int, float]:
-        """Return the node's threads that are not done, and those of ours that deliver what it has published."""
-        ours = procfs.runnable_threads([os.getpid()])
-        ours.pop(threading.get_native_id(), None)
-        return self.process.runnable_threads() | ours
+    def _signs_of_life(self) -> int:
+        return self.bridge.served if self.has_one_thread else self.bridge.heard
+
+    def _where_it_hangs(self) -> str:
+        """End a deaf node, and return in words that it is deaf, and where it was if Python says so."""
+        self._aborted = True
+        self.process.abort()
+        end = self._clock.read() + _DUMP_S
+        while self.process.exit_code() is None and self._clock.seconds() < end:
+            time.sleep(0.01)
+        place = tracebacks.hanging_place(self.process.output)
+        return f"{DEAF} at {place}" if place else DEAF
 
     def _wait_until(self, condition: Callable[[], bool], seconds: float) -> bool:
         """Wait with the clock standing still until `condition` holds. Return whether it does.
@@ -259,6 +289,12 @@ class Observation:
         """Return the sensors' topics, which only the simulator should publish."""
         topics = self.bridge.topics
         return [f"/{name}" for name in (topics.scan, topics.odom, topics.imu, topics.battery) if name]
+
+    def _deaf_to(self) -> list[str]:
+        """Return the sensors' topics of which the node can receive nothing because it asks for reliable ones."""
+        ends = self.graph.endpoints if self.graph and not self._reliable else []
+        wanted = {end.topic for end in ends if end.kind == "subscription" and end.reliability == "reliable"}
+        return sorted(wanted & {name.lstrip("/") for name in self._own_topics()})
 
     def _all_there(self) -> bool:
         services = all(client.service_is_ready() for client in self._clients.values())

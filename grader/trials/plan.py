@@ -9,6 +9,9 @@ from typing import Any
 OWN_LAUNCH = "remapping_launch.py"
 """The grader's own launch file, in grader/trials/launch."""
 
+NAMESPACE = "robot7"
+"""Where it puts the nodes."""
+
 
 @dataclass(frozen=True)
 class TrialPlan:
@@ -27,6 +30,7 @@ class TrialPlan:
         launch: the launch file (the package's, or OWN_LAUNCH) to run instead of the node alone, with changed parameter
             files (parameter_files.py).
         awaits: the nodes that must be up before a trial with `launch` begins.
+        namespace: of the nodes, in which OWN_LAUNCH starts them.
         use_sim_time: the launch file's argument of that name; None to give it no argument.
     """
 
@@ -43,4 +47,5 @@ class TrialPlan:
     real_time: bool = False
     launch: str = ""
     awaits: tuple[str, ...] = ()
+    namespace: str = ""
     use_sim_time: bool | None = True

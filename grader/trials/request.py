@@ -22,6 +22,10 @@ LATE_VARIABLE = "ROS2_COURSE_KIT_LATE_S"
 
 
 PATIENCE_S = 20.0
+DEAF_S = 10.0
+"""How long a node may answer nothing before its trial is over; excludes time spent waiting for a CPU."""
+DEAF = f"the node did not answer for {DEAF_S:g} s: a callback hangs"
+"""Why a trial ended whose node was busy in one of its callbacks for good. Its place follows where that is known."""
 NO_NODE = "no node "
 """How the reason begins when a process runs and no node of the expected name appears on the graph."""
 
@@ -39,6 +43,8 @@ class TrialRequest:
     """The package's source folder, for a trial that runs a script of it."""
     ros_name: str = PACKAGE
     """The package's name, by which `ros2 run` finds it."""
+    best_effort: bool = False
+    """Whether the simulated sensors publish best effort."""
     patience_s: float = PATIENCE_S
     """How long to wait for the node to come up, excluding time spent waiting for a CPU."""
 

@@ -55,6 +55,7 @@ def run(
     workers: int | None = None,
     package: Path | None = None,
     ros_name: str = PACKAGE,
+    best_effort: bool = False,
     progress: Callable[[str], None] = lambda _name: None,
 ) -> dict[str, evidence.Trial]:
     """Run the trials and return their facts by name.
@@ -69,6 +70,7 @@ def run(
             three. Trials in real time, which mostly wait, run beside them.
         package: the package's source folder.
         ros_name: the package's name.
+        best_effort: whether the simulated sensors publish best effort.
         progress: called with the name of each trial that has ended.
 
     Raises:
@@ -77,7 +79,7 @@ def run(
     lockstep, real_time = Queue(), Queue()
     for plan in plans:
         (real_time if plan.real_time else lockstep).put(plan)
-    trials = _Trials(install, contract, folder, seed, package, progress, ros_name)
+    trials = _Trials(install, contract, folder, seed, package, progress, ros_name, best_effort)
     count = workers or min(3, 1 + (os.cpu_count() or 1))
     threads = [_Worker(each, trials) for each in [lockstep] * count + [real_time] * (not real_time.empty())]
     for thread in threads:
@@ -106,6 +108,7 @@ class _Trials:
     package: Path | None
     progress: Callable[[str], None]
     ros_name: str = PACKAGE
+    best_effort: bool = False
     found: dict[str, evidence.Trial] = field(default_factory=dict)
 
     def patience_s(self, plan: TrialPlan) -> float:
@@ -156,6 +159,7 @@ class _Worker(threading.Thread):
         request = TrialRequest(
             plan.name, str(trials.install), trials.seed, next(self._domain_ids), str(out),
             package=str(trials.package or ""), ros_name=trials.ros_name, patience_s=trials.patience_s(plan),
+            best_effort=trials.best_effort,
         )  # fmt: skip
         answer, out_of_time = _ask(process, request)
         if answer.startswith(CANNOT):

@@ -31,16 +31,18 @@ class Trials:
         plans = catalog.serving(settings.checked)
         # LATE_VARIABLE makes trials differ from what they would be without it.
         kept = subject.kept if LATE_VARIABLE not in os.environ else Kept()
-        found = {name: each for name in plans if (each := kept.find(Trial, "trial", name, subject.program))}
+        program = (subject.program, "best effort" if settings.best_effort else "reliable")
+        found = {name: each for name in plans if (each := kept.find(Trial, "trial", name, *program))}
         ran = scheduler.run(
             [plan for name, plan in plans.items() if name not in found],
             install=subject.install, contract=subject.contract.install, folder=subject.folder,
             package=subject.submission.package, ros_name=subject.ros_name, seed=settings.seed,
+            best_effort=settings.best_effort,
             progress=lambda name: settings.progress(f"trial {name}: {plans[name].sentence}"),
         )  # fmt: skip
         for name, trial in ran.items():
             if may_be_kept(trial):
-                kept.keep(trial, "trial", name, subject.program)
+                kept.keep(trial, "trial", name, *program)
         every = {name: found[name][0] if name in found else ran[name] for name in plans}
         since = {f"trial {name}": when for name, (_, when) in found.items()}
         return Collected({"trials": every}, tuple(integrity_flags(every)), kept=since)

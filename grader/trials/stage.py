@@ -95,6 +95,22 @@ class Stage(Observation):
         for _ in range(max(1, round(seconds / TICK_S))):
             self._tick()
 
+    def run_timed(self, name: str, seconds: float) -> None:
+        """Let simulated time pass, and record how long the node kept it waiting for each second, without computing.
+
+        In wall seconds that exclude the time that it ran or waited for a CPU: what a node sleeps away in its callbacks.
+        """
+        clock = CpuClock(self.process, [os.getpid()])
+        before = clock.read() - clock.ran
+        self.run(seconds)
+        self.choices[name] = round((clock.read() - clock.ran - before) / seconds, 3)
+
+    def run_slowly(self, seconds: float) -> None:
+        """Let simulated time pass, and for each tick four times as much wall time."""
+        for _ in range(round(seconds / TICK_S)):
+            self._tick()
+            self.bridge.spin_until(lambda: False, 4 * TICK_S)
+
     def run_until(self, condition: Callable[[], bool], limit: float) -> bool:
         """Let time pass until `condition` holds, at most `limit` simulated seconds. Return whether it holds."""
         end = self.t + limit - 1e-9

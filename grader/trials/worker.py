@@ -24,7 +24,7 @@ from grader.errors import GraderError
 from grader.host import ros_env, shortage
 from grader.trials import catalog, parameter_files, wire_layout
 from grader.trials.interfaces import TYPES_PACKAGE, SensorFusionData
-from grader.trials.observation import TrialOver
+from grader.trials.observation import TrialOver, has_one_thread
 from grader.trials.plan import OWN_LAUNCH, TrialPlan
 from grader.trials.request import CANNOT, LATE_VARIABLE, READY, TrialRequest, not_started
 from grader.trials.stage import SOURCE, Stage
@@ -94,11 +94,12 @@ def run_trial(plan: TrialPlan, request: TrialRequest) -> None:
     box, telltales = _sandbox(plan, request)
     with ExitStack() as others, sandbox.Process(_command(plan, request.ros_name), box, _LIMITS) as process:
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
-        stage = Stage(plan, request.seed, simulator, process, request.domain_id)
+        stage = Stage(plan, request.seed, simulator, process, request.domain_id, reliable=not request.best_effort)
         stage.start = lambda command: others.enter_context(sandbox.Process(command, box, _LIMITS))
         stage.patience_s = request.patience_s
         stage.package = request.ros_name
         stage.readers = _readers(install)
+        stage.has_one_thread = has_one_thread(Path(request.package)) if request.package else False
         for name, remappings in plan.beside.items():
             stage.others[name] = stage.start(_node_command(request.ros_name, name, remappings))
         stage.choices.update(telltales)
@@ -130,7 +131,10 @@ def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, d
         visible |= {copy: f"{_share(build.INSTALL, request.ros_name)}/config/{name}" for copy, name in copies.items()}
     if plan.launch:
         visible |= {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"}
-    environment = ros_env.environment(build.INSTALL, home=sandbox.HOME) | {"ROS_DOMAIN_ID": str(request.domain_id)}
+    environment = ros_env.environment(build.INSTALL, home=sandbox.HOME) | {
+        "ROS_DOMAIN_ID": str(request.domain_id),
+        "PYTHONFAULTHANDLER": "1",  # a node that hangs can tell where
+    }
     return sandbox.Sandbox(read_only=visible, environment=environment, network=True), telltales
 
 

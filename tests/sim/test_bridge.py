@@ -274,33 +274,3 @@ def test_a_tick_in_real_time_serves_what_has_arrived_even_if_it_is_late(tmp_path
     (tmp_path / "host.py").write_text(LATE)
     found = run_with_node(tmp_path / "host.py", tmp_path / "node.py", tmp_path / "said")
     assert found == {"before": 0, "heard": list(range(50))}
-
-
-STARVED = """
-import itertools, json
-from sim import Simulator, load_world
-from sim.bridge import CONTROLLER, TICK_S, Bridge
-looks = []
-def starved():
-    looks.append("starved")
-    return {7: 1.5} if len(looks) < 12 else {}
-def computing():
-    looks.append("computing")
-    return {7: len(looks) * TICK_S / 10}
-found = {}
-for runnable in starved, computing:
-    looks.clear()
-    bridge = Bridge(Simulator(load_world("open_field"), seed=1), CONTROLLER, "robot_controller", domain_id=3,
-                    runnable=runnable)
-    bridge.tick_by_wall()
-    found[runnable.__name__] = len(looks)
-    bridge.close()
-print(json.dumps(found))
-"""
-
-
-def test_a_tick_in_real_time_lasts_while_the_node_waits_for_a_core(tmp_path: Path):
-    """The tenth look after the first sees that a thread that is never done has run as long as the tick."""
-    (tmp_path / "host.py").write_text(STARVED)
-    found = run_with_node(tmp_path / "host.py")
-    assert found == {"starved": 13, "computing": 11}

@@ -848,6 +848,16 @@ _EDITS = (
          "self.create_subscription(LaserScan, 'scan', self._on_scan, 10)"),
         says=("receive nothing from best-effort publishers",),
     ),
+    _edit(
+        "has_absolute_names",
+        "I4 I5",
+        "Topics and a service are named from the root.",
+        (_DRIVER, "LaserScan, 'scan', self._on_scan", "LaserScan, '/scan', self._on_scan"),
+        (_DRIVER, "(Twist, 'cmd_vel', 10)", "(Twist, '/cmd_vel', 10)"),
+        (_SPEED_SERVER, "SetSpeed, 'set_speed'", "SetSpeed, '/set_speed'"),
+        says=("in the namespace /robot7 there is still /cmd_vel", "the node still has /cmd_vel"),
+        why="a launch file cannot remap what is not in its namespace (I5)",
+    ),
     # -- I5 -------------------------------------------------------------------------------------------------------
     _edit(
         "launches_two_controllers",

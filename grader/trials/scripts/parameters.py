@@ -67,12 +67,14 @@ def senseless_settings(stage: Stage) -> None:
 @trial(serves=["I6"], node="sensor_processor")
 def senseless_settings_processor(stage: Stage) -> None:
     """Set parameters of the running sensor processor to invalid values, then one to a valid value."""
+    stage.listen("sensor_fusion_data")
     stage.run(0.3)
     for name in PARAMETERS["sensor_processor"]:
         stage.set_parameter(name, -5.0)
     stage.set_parameter("fusion_frequency", 0.0)
     stage.set_parameter("fusion_frequency", 10.0)
-    stage.run(0.5)
+    stage.mark("changed")
+    stage.run(1.5)
 
 
 @trial(serves=["I6"], parameters={"max_linear_speed": -1.0})

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from grader.contract.spec import NODES
 from grader.trials.catalog import trial
-from grader.trials.plan import OWN_LAUNCH
+from grader.trials.plan import NAMESPACE, OWN_LAUNCH
 from sim.sensors import ScanReading
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def idle(stage: Stage) -> None:
     stage.run(1.0)
     stage.unmute(ScanReading)
     stage.mark("scans")
-    stage.run(4.0)
+    stage.run_timed("waited", 4.0)
     stage.record_graph("scan", "odom", "cmd_vel")
 
 
@@ -77,18 +77,25 @@ def launch_processor_plain(stage: Stage) -> None:
     """Run sensor_processor_launch.py without any argument."""
 
 
-@trial(serves=["I5"], launch=OWN_LAUNCH, awaits=NODES)
+@trial(serves=["I4", "I5"], launch=OWN_LAUNCH, awaits=NODES, namespace=NAMESPACE)
 def launch_remapped(stage: Stage) -> None:
-    """Run the grader's own launch file, which remaps topics of both nodes."""
-    stage.record_graph("base/cmd_vel", "front/scan")
-    stage.record_graph_of("sensor_processor", "front/scan", "front/distance")
+    """Run the grader's own launch file, which remaps topics of both nodes in a namespace."""
+    stage.record_graph(f"{NAMESPACE}/base/cmd_vel", f"{NAMESPACE}/front/scan", f"{NAMESPACE}/odom")
+    stage.record_graph_of("sensor_processor", f"{NAMESPACE}/front/scan", f"{NAMESPACE}/front/distance")
 
 
 @trial(serves=["I7"])
 def standing_clock(stage: Stage) -> None:
-    """Stop the clock for a while as the robot drives."""
-    stage.call("set_speed", speed=0.25)
-    stage.run(2.0)
+    """Speed up twice, at two paces of the wall clock; then stop the clock as the robot drives."""
+    stage.run(0.5)
+    stage.call("set_speed", speed=0.5)
+    stage.mark("fast")
+    stage.run_timed("waited", 0.8)
+    stage.call("set_speed", speed=0.0)
+    stage.run(0.5)
+    stage.call("set_speed", speed=0.5)  # the same again, while the wall clock runs ahead of the simulated one
+    stage.mark("slow")
+    stage.run_slowly(0.8)
     stage.choices["held"] = stage.freeze_clock(1.0)
     stage.run(1.0)
 
@@ -112,7 +119,8 @@ def interrupted_idle(stage: Stage) -> None:
 def interrupted_driving(stage: Stage) -> None:
     """Press Ctrl-C while the robot is driving."""
     stage.run(0.3)
-    stage.call("set_speed", speed=0.375)
+    if stage.call("set_speed", speed=0.375).problem:
+        stage.set_parameter("speed", 0.375)  # how notebook 05 drives, before there is a service
     stage.run(1.5)
     stage.interrupt()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -32,4 +33,22 @@ def test_one_function_that_is_missing_costs_a_quarter(unanswered: list[FunctionA
     answers = [FunctionAnswer("clamp", [0.5, 0.0, 1.0], problem=gone), FunctionAnswer("clamp", [2.0, 0.0, 1.0], [1.0])]
     said = ask(check, evidence_with(conversions=[replace(answers[1]), answers[0]]))
     assert said.share == pytest.approx(0.75)
-    assert said.seen == f"clamp(0.5000, 0.0000, 1.0000) gave {gone}"
+    assert said.seen == f"clamp(0.5000, 0.0000, 1.0000) gave {gone}; right is 0.5000"
+
+
+def test_a_wrong_answer_comes_with_its_case_and_the_right_one():
+    tilted = [-0.3, 0.6, 0.2, 0.7141428428542851]
+    naive = 2 * math.atan2(tilted[2], tilted[3])
+    answers = [
+        FunctionAnswer("normalize_angle", [-math.pi], [-math.pi]),
+        FunctionAnswer("quaternion_from_yaw", [math.pi], [0.0, 1.0, 0.0, 0.0]),
+        FunctionAnswer("yaw_from_quaternion", [tilted], [naive]),
+        FunctionAnswer("clamp", [-3.0, -1.0, -0.5], [-3.0]),
+    ]
+    assert ask(check, evidence_with(conversions=answers)).seen.split("; right is ") == [
+        "normalize_angle(-3.1416) gave -3.1416",
+        "3.1416; quaternion_from_yaw(3.1416) gave (0.000, 1.000, 0.000, 0.000)",
+        "(0.000, 0.000, 1.000, 0.000); yaw_from_quaternion((-0.300, 0.600, 0.200, 0.714)) gave 0.5461",
+        "-0.3559; clamp(-3.0000, -1.0000, -0.5000) gave -3.0000",
+        "-1.0000",
+    ]

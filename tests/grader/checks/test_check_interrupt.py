@@ -13,12 +13,12 @@ ALREADY = "rclpy._rclpy_pybind11.RCLError: failed to shutdown: rcl_shutdown alre
 BEGIN = "Traceback (most recent call last):\n  File 'sensor_processor.py', line 97, in main\n"
 
 
-def judged(output: str) -> Judged:
+def judged(output: str, exit_code: int = 0) -> Judged:
     """Return the verdict on the reference's evidence with another output of the sensor processor."""
     evidence = recordings.load("reference")
     trial = evidence.trials["interrupted_processor"]
     assert trial.process is not None
-    changed = replace(trial, process=replace(trial.process, output_tail=output))
+    changed = replace(trial, process=replace(trial.process, output_tail=output, exit_code=exit_code))
     return ask(CHECK, replace(evidence, trials={**evidence.trials, trial.name: changed}))
 
 
@@ -40,3 +40,40 @@ def test_a_race_inside_rclpys_try_shutdown_costs_nothing():
 )
 def test_a_traceback_of_the_nodes_own_costs_the_point(output: str):
     assert judged(output).share == 0
+
+
+COLLECTED = """Exception ignored in: <function Executor.__del__ at 0x7f12>
+Traceback (most recent call last):
+  File "/usr/lib/python3/dist-packages/rclpy/executors.py", line 263, in __del__
+    self._sigint_gc.destroy()
+rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because destruction was requested
+"""
+
+
+def test_what_garbage_collection_complains_of_is_named_and_costs_nothing():
+    """The course's own hint printed it, and lost the point."""
+    said = judged(COLLECTED)
+    assert said.share == 1
+    assert said.seen == (
+        "sensor_processor ends well; Python's garbage collection complains afterwards: Exception ignored in: "
+        "<function Executor.__del__ at 0x7f12> ... rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because "
+        "destruction was requested"
+    )
+    assert "shut the executor down before rclpy" in said.try_
+
+
+@pytest.mark.parametrize(("output", "exit_code"), [(COLLECTED, 1), (f"{COLLECTED}{BEGIN}ValueError: no\n", 0)])
+def test_it_excuses_no_other_traceback(output: str, exit_code: int):
+    assert judged(output, exit_code).share == 0
+
+
+def test_a_robot_that_never_moves_has_not_been_stopped():
+    """The untouched stub of notebook 05 had the point: its last command was zero, like all others."""
+    evidence = recordings.load("reference")
+    still = {
+        name: replace(trial, commands=[replace(command, v=0.0, omega=0.0) for command in trial.commands])
+        for name, trial in evidence.trials.items()
+    }
+    said = ask(CHECK, replace(evidence, trials=still))
+    assert (said.share, said.reached) == (0, False)
+    assert said.seen.startswith("not tried yet: the robot stood still whenever Ctrl-C came")

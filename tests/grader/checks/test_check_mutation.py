@@ -32,7 +32,8 @@ def judged(check, mutation: Mutation | None, tests: StudentTests | None = PASSIN
 
 @pytest.mark.parametrize("check", BOTH)
 def test_four_of_five_noticed_is_full_marks(check):
-    assert judged(check, Mutation(0, 300, mutants(8, 2))) == Judged(1.0, "")
+    """It says how many, so that nobody takes a sample for the whole."""
+    assert judged(check, Mutation(0, 300, mutants(8, 2))) == Judged(1.0, "8 of 10 mutants were noticed, 80 %")
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from helpers.judging import Check, Judged, ask, evidence_with
 from grader import evidence
 from grader.checks import check_student_tests as checks
 from grader.checks.judge import Unjudged
-from grader.evidence import FileCoverage, StudentTests
+from grader.evidence import FileCoverage, Finding, Manifest, Quality, StudentTests
 
 BOTH_NODES = ["robot_controller", "sensor_processor"]
 
@@ -91,6 +91,16 @@ def test_tests_that_run_no_code_of_the_package_earn_nothing():
     assert said.seen == "no test that passed runs code of the package: test/test_a.py"
 
 
+def test_a_file_of_tests_with_mocks_only_is_not_asked_for_again():
+    mocks = module("test/test_robot_controller.py", subjects=[], reaches=False)
+    said = judged(checks.test_both_nodes_have_tests, mocks)
+    assert said.try_ == (
+        "write test/test_sensor_processor.py; importing a node does not test it; test_robot_controller.py must run the "
+        "node's own code: make the node (after rclpy.init()) or call its functions. A mock in the node's place tests "
+        "the mock"
+    )
+
+
 def test_passing_tests_of_nothing_do_not_hide_failing_ones():
     nothing = module("test/test_b.py", tests=96, asserting=96, passed=96, subjects=[], reaches=False)
     said = judged(checks.test_own_tests_pass, module(passed=3, failed=1), nothing)
@@ -135,6 +145,17 @@ def test_a_node_without_tests_costs_half():
 def test_failing_tests_cost_their_share_and_say_how():
     said = judged(checks.test_own_tests_pass, module(passed=3, failed=1, failures=["test_d: assert 1 == 2"]))
     assert (said.share, said.seen) == (0.75, "3 of 4 tests passed; test_d: assert 1 == 2")
+
+
+def test_tests_that_sleep_are_named_and_lose_nothing():
+    """The contract asks for tests that assert and pass; a sleep only makes them slow and fickle."""
+    naps = Finding("test/test_a.py", 12, "sleep-in-test", "`time.sleep(0.5)`")
+    quality = Quality(manifest=Manifest(found=True), habits=[naps])
+    said = ask(checks.test_own_tests_pass, evidence_with(tests=StudentTests([module()]), quality=quality))
+    assert (said.share, said.seen) == (
+        1.0,
+        "these tests sleep, which costs no points, and time in every run: test/test_a.py:12 `time.sleep(0.5)`",
+    )
 
 
 def test_skipping_everything_does_not_pass():

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from grader import build, notebook
+from grader import KIT, build, notebook
 from grader.contract.spec import PACKAGE
+from grader.host import procfs
 from grader.notebook import checking, checkpoints
 from grader.notebook.feedback import Checked
 from grader.notebook.workspace import Workspace
@@ -170,3 +173,42 @@ def test_a_check_leaves_the_environment_unchanged(workspace: Workspace) -> None:
     before = dict(os.environ)
     notebook.check("F1")
     assert dict(os.environ) == before
+
+
+INTERRUPTED = """
+import os, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever started us may have it ignored
+from grader.notebook import begin, check, feedback
+begin("08")
+def say(self, what):
+    print(what, flush=True)
+    if what.startswith(os.environ["AT"]):
+        os.kill(os.getpid(), signal.SIGINT)
+feedback.Progress.say = say
+check("F4")
+"""
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.slow
+@pytest.mark.parametrize("at", ["building the package", "trial "])
+def test_an_interrupted_check_leaves_nothing_behind(package: Path, tmp_path: Path, at: str) -> None:
+    """Its threads went on with builds and trials, and the kernel was deaf until they were done."""
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    environment = os.environ | {"AT": at, "TMPDIR": str(temporary), "PYTHONPATH": str(KIT)}
+    ran = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED], env=environment, capture_output=True, text=True, check=False
+    )
+    assert ran.stdout.splitlines()[-1].startswith(at)
+    assert ran.stderr.endswith("KeyboardInterrupt\n")
+    assert list(temporary.iterdir()) == []
+    assert not [pid for pid in procfs.descendants(1) if str(temporary).encode() in command_line(pid)]
+
+
+def command_line(pid: int) -> bytes:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:  # it has ended meanwhile
+        return b""

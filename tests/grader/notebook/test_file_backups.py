@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from datetime import datetime
@@ -9,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from grader import KIT
 from grader.host.ros_env import PREFIX
-from grader.notebook import checkpoints
+from grader.notebook import before_begin, checkpoints
 from grader.notebook.file_backups import FileBackups, target
 from grader.notebook.workspace import Workspace
 
@@ -56,7 +58,13 @@ def test_text_that_a_cell_wrote_is_overwritten_without_a_message(workspace: Work
     assert run(FileBackups(workspace), CELL) == ""
     assert run(FileBackups(workspace), CELL) == ""
     assert run(FileBackups(workspace), CELL.replace("1", "3")) == ""
-    assert copies(workspace) == {}
+    assert copies(workspace) == {"utils/steering 2026-05-01 12.00.00.py": "GAIN = 1\n"}, "kept all the same"
+
+
+def test_the_same_text_is_kept_once(workspace: Workspace, package: Path) -> None:
+    for gain in ("1", "2", "1", "2", "1"):
+        run(FileBackups(workspace), CELL.replace("1", gain))
+    assert sorted(copies(workspace).values()) == ["GAIN = 1\n", "GAIN = 2\n"]
 
 
 def test_an_edit_equal_to_the_cell_is_not_backed_up(workspace: Workspace, package: Path) -> None:
@@ -120,3 +128,106 @@ def test_colcon_ignores_the_backups(workspace: Workspace) -> None:
         [PREFIX / "bin/colcon", "list", "--names-only"], cwd=workspace.root, capture_output=True, text=True, check=False
     )
     assert listed.stdout.split() == ["ros2_robot_controller"]
+
+
+# -- an earlier notebook run again -------------------------------------------------------------------------------------
+
+
+def test_an_earlier_notebook_does_not_replace_the_file_of_a_later_one(workspace: Workspace, package: Path) -> None:
+    """Running 05 again after 08 silently put 05's controller over that of 08."""
+    backups = FileBackups(workspace)
+    run(backups, CELL)
+    backups.after(CELL, "08")
+    assert backups.refusal(CELL.replace("1", "5"), "05") == (
+        "steering.py was not replaced: notebook 08 has written it since, and this cell has the version of notebook 05. "
+        "To replace it all the same, begin the cell with %%writefile -f."
+    )
+
+
+@pytest.mark.parametrize(
+    ("cell", "notebook"),
+    [
+        (CELL, "05"),
+        (CELL.replace("1", "5"), "08"),
+        (CELL.replace("1", "5"), "09"),
+        (CELL.replace("1", "5").replace("writefile", "writefile -f"), "05"),
+        ("%%writefile other.py\n", "05"),
+    ],
+    ids=["the same text", "the same notebook", "a later one", "when told to", "a new file"],
+)
+def test_other_cells_may_write(workspace: Workspace, package: Path, cell: str, notebook: str) -> None:
+    backups = FileBackups(workspace)
+    run(backups, CELL)
+    backups.after(CELL, "08")
+    assert backups.refusal(cell, notebook) == ""
+
+
+def test_files_that_the_course_has_laid_out_belong_to_their_notebook(
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    checkpoints.start_at(workspace, "08")
+    monkeypatch.chdir(workspace.package)
+    cell = "%%writefile ros2_robot_controller/robot_controller.py\nold\n"
+    assert "notebook 07 has written it since" in FileBackups(workspace).refusal(cell, "05")
+    checkpoints.start_at(workspace, "05")
+    assert FileBackups(workspace).refusal(cell, "05") == ""
+
+
+def in_a_kernel(cells: str, **environment: str) -> str:
+    """Run lines of Python with IPython's shell as `s`, and return what is printed."""
+    code = f"from IPython.core.interactiveshell import InteractiveShell as S\ns = S.instance()\n{cells}"
+    ran = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env={**os.environ, **environment}
+    )
+    return ran.stdout + ran.stderr
+
+
+def test_in_a_kernel_the_cell_says_so_and_writes_nothing(workspace: Workspace) -> None:
+    said = in_a_kernel(
+        "s.run_cell(\"from grader.notebook import begin; begin('08')\")\n"
+        "s.run_cell('%%writefile setup.py\\nEIGHT\\n')\n"
+        "s.run_cell(\"begin('05')\")\n"
+        "s.run_cell('%%writefile setup.py\\nFIVE\\n')\n"
+        "print(open('setup.py').read())\n"
+        "s.run_cell('%%writefile -f setup.py\\nFIVE\\n')\n"
+        "print(open('setup.py').read())\n"
+    )
+    assert "setup.py was not replaced: notebook 08 has written it since" in said
+    assert said.index("EIGHT") < said.index("FIVE")
+    assert copies(workspace).popitem()[1] == "EIGHT\n"
+
+
+# -- before `begin` ----------------------------------------------------------------------------------------------------
+
+
+def test_after_a_restart_a_cell_writes_nothing_beside_the_notebooks(
+    workspace: Workspace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The file went into notebooks/, and the check was green for the old one."""
+    notebooks = tmp_path / "kit" / "notebooks"
+    for folder in (notebooks, tmp_path / "kit" / "grader"):
+        folder.mkdir(parents=True)
+    monkeypatch.chdir(notebooks)
+    said = in_a_kernel(
+        "s.extension_manager.load_extension('grader.notebook.before_begin')\n"
+        "s.run_cell('%%writefile package.xml\\n<package/>\\n')\n"
+        "s.run_cell(\"from grader.notebook import begin; begin('01')\")\n"
+        "s.run_cell('%%writefile package.xml\\n<package/>\\n')\n",
+        PYTHONPATH=str(KIT),
+    )
+    assert "Nothing was written: package.xml would land beside the notebooks. Run the first cell" in said
+    assert not list(notebooks.iterdir())
+    assert (workspace.package / "package.xml").read_text() == "<package/>\n"
+
+
+def test_begin_lets_later_kernels_of_the_environment_know(tmp_path: Path) -> None:
+    (tmp_path / "pyvenv.cfg").touch()
+    setting = tmp_path / "etc/ipython/ipython_config.py"
+    before_begin.install(tmp_path)
+    before_begin.install(tmp_path)
+    assert setting.read_text() == "c.InteractiveShellApp.extensions.append('grader.notebook.before_begin')\n"
+
+
+def test_a_python_that_is_no_virtual_environment_is_left_alone(tmp_path: Path) -> None:
+    before_begin.install(tmp_path)
+    assert not list(tmp_path.iterdir())

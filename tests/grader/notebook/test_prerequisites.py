@@ -100,7 +100,12 @@ def test_the_reason_for_a_failed_build(exit_code: int, log: str, reason: str) ->
         ("the robot did not drive before the obstacle came (F2)", 'fix F2 first: `check("F2")` says more'),
         ("there is no executable robot_controller in lib/x", 'install it with install(PROGRAMS ...) in CMakeLists.txt'),
         ("there is no service set_speed of the contract's type", "complete the exercise that provides it"),
-        ("the node ended at 0.1 s; its last output was: KeyError", "its last output says where"),
+        ("the node ended; its last output was: KeyError: 1 (pkg/a.py:7, in `f`)", "its last output says where"),
+        ("the node ended at 0.1 s; its last output was: TypeError", "look at what the node does and prints"),
+        ("not tried yet: the robot stood still", "make the robot drive first"),
+        ("the node did not answer for 10 s: a callback hangs at a.py:7, in `f`", "let a timer do the next step"),
+        ("no node x came up; `ros2 launch` said: process has died", "start the file yourself"),
+        ("there is no launch/x_launch.py in share/y", "install(DIRECTORY launch config ...)"),
     ],
 )  # fmt: skip
 def test_the_reason_why_a_check_could_not_be_judged_comes_with_advice(because: str, advice: str) -> None:

@@ -138,7 +138,7 @@ REGISTER = "self.create_timer(0.1, self.callback)"
     ],
 )
 def test_functions_handed_to_the_executor_are_callbacks(register: str):
-    text = NODE.format(register=register, body="time.sleep(1)", helper="pass")
+    text = NODE.format(register=register, body="return time.sleep(1)", helper="pass")
     assert rules(text) == ["sleep-in-callback"]
 
 
@@ -252,3 +252,43 @@ def test_a_pause_in_a_helper_of_the_control_loop_costs_half(tmp_path: Path):
     result = judged(sleeping, facts(reference(tmp_path, *changes)))
     assert result.share == 0.5
     assert f"{MOTION}:" in result.seen
+
+
+# -- what explains a silent node, and costs nothing -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("body", "found"),
+    [
+        ("rclpy.spin_until_future_complete(self, future)", True),
+        ("answer = self.client.call(request)", True),
+        ("self._scan_client.wait_for_service()", True),
+        ("self.navigator.send_goal(goal)", True),
+        ("self.client.wait_for_service(timeout_sec=1.0)", False),
+        ("future = self.client.call_async(request)", False),
+        ("self.phone.call('home')", False),
+    ],
+)
+def test_a_wait_for_another_callback_is_found_in_a_callback(body: str, found: bool):
+    """A service that waits for a service: with one thread the answer can never come."""
+    text = "import rclpy\n" + NODE.format(register=REGISTER, body=body, helper="pass")
+    assert (rules(text) == ["wait-in-callback"]) is found
+
+
+@pytest.mark.parametrize(("body", "found"), [("pass", True), ("return", True), ("return message", False)])
+def test_a_service_whose_callback_returns_nothing_is_named(body: str, found: bool):
+    register = "self.create_service(GetRobotStatus, 'get_status', self.callback)"
+    module = parse(CONTROLLER, NODE.format(register=register, body=body, helper="pass").encode())
+    words = [finding.text for finding in bad_habits([module], CallGraph([module]))]
+    assert words == (["`callback`, the callback of get_status, returns None"] if found else [])
+
+
+def test_another_clock_is_found_in_a_callback():
+    assert rules(NODE.format(register=REGISTER, body="now = clock.time()", helper="pass")) == ["wall-clock"]
+
+
+def test_a_sleep_in_a_test_is_found_and_costs_nothing_of_q4(tmp_path: Path):
+    test = "import time\n\n\ndef test_it():\n    time.sleep(1)\n    assert True\n"
+    assert rules(test, "test/test_x.py") == ["sleep-in-test"]
+    found = facts(reference(tmp_path, files={"test/test_x.py": test}))
+    assert judged(sleeping, found).share == judged(habits, found).share == 1

@@ -1,0 +1,96 @@
+"""Grade for `check` in a process of its own, so that interrupting the cell ends it at once and leaves nothing.
+
+A grading waits in several threads, which a kernel cannot interrupt; see host/supervised.py. The process writes a line
+for each step, and the evidence into a folder, which the kernel judges.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from grader import KIT, pipeline
+from grader.errors import GraderError, KitError, SubmissionError
+from grader.host import supervised
+from grader.scoring import rubric
+from grader.scoring.grading import Grading
+from grader.settings import Settings
+
+_STEP, _REFUSED, _FAILED = "step ", "refused ", "failed "
+_TAIL = 500  # characters of what a process that broke has printed
+
+
+def grade(package: Path, out: Path, settings: Settings) -> Grading:
+    """Return the grading of a package, as pipeline.grade does, with its evidence in `out`.
+
+    Raises:
+        SubmissionError: there is nothing in it that could be graded.
+        GraderError: this host cannot grade.
+        KeyboardInterrupt: the cell was interrupted. No process and no temporary file is left.
+    """
+    wanted = {
+        "package": str(package), "out": str(out), "requirements": settings.requirements,
+        "mutation_budget_s": settings.mutation_budget_s, "best_effort": settings.best_effort,
+        "cache": str(settings.cache), "keep": settings.keep, "fresh": settings.fresh,
+    }  # fmt: skip
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-m", __spec__.name, json.dumps(wanted)],
+        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(KIT), os.environ.get("PYTHONPATH", "")])},
+    )  # fmt: skip
+    said: list[str] = []
+    try:
+        assert process.stdout is not None
+        for line in process.stdout:
+            said.append(line.rstrip("\n"))
+            if said[-1].startswith(_STEP):
+                settings.progress(said[-1].removeprefix(_STEP))
+        process.wait()
+    finally:
+        _end(process)
+    for line in said:
+        if line.startswith(_REFUSED):
+            raise SubmissionError(*json.loads(line.removeprefix(_REFUSED)))
+        if line.startswith(_FAILED):
+            raise GraderError(*json.loads(line.removeprefix(_FAILED)))
+    if process.returncode:
+        raise GraderError(f"The check ended with status {process.returncode}: {' '.join(said)[-_TAIL:]}")
+    return pipeline.judge(out / pipeline.EVIDENCE, settings)
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    """End a process that still runs, and all that it has started, and wait until they are gone."""
+    while process.poll() is None:
+        with suppress(KeyboardInterrupt):  # pressed again: there is nothing quicker
+            process.terminate()
+            process.wait()
+    if process.stdout is not None:
+        process.stdout.close()
+
+
+def main(wanted: dict[str, Any]) -> int:
+    """Grade, and say what is done."""
+    settings = Settings(
+        rubric=rubric.load(rubric.RUBRIC), cache=Path(wanted["cache"]), requirements=tuple(wanted["requirements"]),
+        mutation_budget_s=wanted["mutation_budget_s"], best_effort=wanted["best_effort"],
+        keep=wanted["keep"], fresh=wanted["fresh"],
+        progress=lambda what: print(f"{_STEP}{what}", flush=True),
+    )  # fmt: skip
+    try:
+        pipeline.grade(Path(wanted["package"]), Path(wanted["out"]), settings)
+    except KitError as error:
+        kind = _REFUSED if isinstance(error, SubmissionError) else _FAILED
+        print(f"{kind}{json.dumps([error.what, error.advice])}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(supervised.run(lambda: main(json.loads(sys.argv[1]))))
+    except KeyboardInterrupt:
+        sys.exit(130)

@@ -1,0 +1,57 @@
+"""Read in what Python prints where a program of the submission stopped. Text only; the program may have forged it."""
+
+from __future__ import annotations
+
+import re
+
+# A frame of a traceback, and of a dump by faulthandler, which writes "line 7 in f" and no comma.
+_FRAME = re.compile(r'^\s*File "([^"]+)", line (\d+),? in (\S+)', re.MULTILINE)
+_INSTALLED = re.compile(r"/install/lib/(?:python[^/]+/site-packages/)?(.+)")
+_DUMP = "most recent call first"
+_IGNORED = re.compile(
+    r"^Exception ignored in:.*\n(?:Traceback \(most recent call last\):\n(?:[ \t]+.*\n)*(?:\S.*(?:\n|\Z)))?",
+    re.MULTILINE,
+)
+
+
+def last_words(output: str) -> str:
+    """Return the last line of an output and, after a traceback, the place in the package that it leads to.
+
+    Return "" if the output is empty.
+    """
+    lines = [line for line in output.splitlines() if line.strip()]
+    if not lines:
+        return ""
+    said = lines[-1].strip()[:300]
+    traceback = output.rpartition("Traceback (most recent call last)")[2] if "Traceback (most" in output else ""
+    places = _places(traceback)
+    return f"{said} ({places[-1]})" if places and not said.startswith("[") else said
+
+
+def hanging_place(output: str) -> str:
+    """Return the place in the package at which a dump of all threads shows it, "driver.py:88, in `f`"; "" if none."""
+    _, found, dump = output.partition(_DUMP)
+    return next(iter(_places(dump)), "") if found else ""
+
+
+def without_ignored(output: str) -> str:
+    """Return an output without the exceptions that Python has ignored: garbage collection's, as the program ends."""
+    return _IGNORED.sub("", output)
+
+
+def ignored(output: str) -> str:
+    """Return in one line the first exception that Python has ignored, "" if there is none."""
+    match = _IGNORED.search(output)
+    if match is None:
+        return ""
+    lines = [line.strip() for line in match[0].splitlines() if line.strip()]
+    return f"{lines[0]} ... {lines[-1]}"[:300] if len(lines) > 1 else lines[0][:300]
+
+
+def _places(text: str) -> list[str]:
+    """Return the frames in files that the package has installed, in the text's order."""
+    return [
+        f"{own[1]}:{line}" + ("" if function == "<module>" else f", in `{function}`")
+        for path, line, function in _FRAME.findall(text)
+        if (own := _INSTALLED.search(path))
+    ]

@@ -1,0 +1,56 @@
+"""I4 and I5: names that a namespace does not reach."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from helpers import recordings
+from helpers.judging import Judged, ask, find
+
+from grader.evidence import Evidence
+
+CONTROLLER = find("check_graph::test_controller_shows_the_contracts_interfaces")
+PROCESSOR = find("check_graph::test_processor_shows_the_contracts_interfaces")
+REMAPPED = find("check_launch::test_a_remapping_in_a_launch_file_works")
+
+
+def with_absolute(*names: str) -> Evidence:
+    """Return the reference's evidence as if these names had a slash in front, so that a namespace changes nothing."""
+    evidence = recordings.load("reference")
+    trial = evidence.trials["launch_remapped"]
+    graphs = {}
+    for which in ("graph", "other_graph"):
+        graph = getattr(trial, which)
+        ends = [end for end in graph.endpoints if not end.topic.endswith(tuple(names))]
+        there = [replace(end, topic=name) for name in names for end in graph.endpoints if end.topic.endswith(name)]
+        services = {n.removeprefix("robot7/") if n.endswith(names) else n: kind for n, kind in graph.services.items()}
+        graphs[which] = replace(graph, endpoints=ends + there, services=services)
+    return replace(evidence, trials={**evidence.trials, trial.name: replace(trial, **graphs)})
+
+
+def test_the_reference_moves_with_its_namespace() -> None:
+    evidence = recordings.load("reference")
+    assert ask(CONTROLLER, evidence) == ask(PROCESSOR, evidence) == ask(REMAPPED, evidence) == Judged(1.0, "")
+
+
+@pytest.mark.parametrize(
+    ("check", "names", "share"),
+    [
+        (CONTROLLER, ("cmd_vel", "scan"), 4 / 6),
+        (CONTROLLER, ("odom", "set_speed"), 4 / 6),
+        (PROCESSOR, ("imu/data",), 4 / 5),
+    ],
+)
+def test_each_absolute_name_costs_its_share_of_i4(check, names: tuple[str, ...], share: float) -> None:
+    """`/cmd_vel` cost nothing: in the root namespace it is the same topic as `cmd_vel`."""
+    said = ask(check, with_absolute(*names))
+    assert said.share == pytest.approx(share)
+    for name in names:
+        assert f"in the namespace /robot7 there is still /{name}: it is an absolute name" in said.seen
+
+
+def test_an_absolute_name_is_not_remapped_in_a_namespace() -> None:
+    said = ask(REMAPPED, with_absolute("cmd_vel"))
+    assert said.share == 0
+    assert said.seen == "in the namespace /robot7, with cmd_vel remapped to base/cmd_vel, the node still has /cmd_vel"

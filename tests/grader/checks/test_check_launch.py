@@ -1,0 +1,46 @@
+"""I5: what is said of a launch file whose nodes do not come up."""
+
+from __future__ import annotations
+
+from helpers.judging import Judged, ask, evidence_with, find
+
+from grader.evidence import Graph, ProcessEnd, Trial
+
+CHECK = find("check_launch::test_the_launch_files_start_the_nodes")
+DIED = """[INFO] [launch]: Default logging verbosity is set to INFO
+[robot_controller-1] Traceback (most recent call last):
+[robot_controller-1]   File "driver.py", line 40, in __init__
+[robot_controller-1] rclpy.exceptions.InvalidParameterTypeException: Trying to set parameter 'max_linear_speed'
+[ERROR] [robot_controller-1]: process has died [pid 7, exit code 1]
+"""
+
+
+def judged(ended: str, output: str, *nodes: str, by: str = "us") -> Judged:
+    trial = Trial(
+        "launch_both", "robot_controller", "lone_post", 1, False, "lockstep", ended, graph=Graph(nodes=list(nodes)),
+        launch="robot_controller_launch.py", process=ProcessEnd(by, None if by == "us" else 1, 1.0, output),
+    )  # fmt: skip
+    return ask(CHECK, evidence_with(trials={"launch_both": trial}))
+
+
+def test_a_node_that_dies_is_told_in_the_launchs_own_words():
+    """The advice was `run_node()`, which uses neither the launch file nor the YAML file."""
+    said = judged("no node robot_controller came up within 20 s; the graph shows sensor_processor", DIED)
+    assert said.seen.endswith(
+        "`ros2 launch` said: [robot_controller-1] rclpy.exceptions.InvalidParameterTypeException: Trying to set "
+        "parameter 'max_linear_speed' | [ERROR] [robot_controller-1]: process has died [pid 7, exit code 1]"
+    )
+
+
+def test_a_node_under_another_name_is_asked_for_its_name():
+    said = judged("no node robot_controller came up within 20 s; the graph shows controller", "", "controller")
+    assert "; is `controller` its name? name= in the launch file, the key in the YAML file and" in said.seen
+
+
+def test_a_launch_file_that_raises_is_named():
+    output = "[ERROR] [launch]: Caught exception in launch: ModuleNotFoundError: No module named 'nav2'\n"
+    said = judged("the node ended before it came up, with exit status 1", output, by="itself")
+    assert said.seen == (
+        "robot_controller_launch.py ended before a node came up, with exit status 1; `ros2 launch` said: "
+        "[ERROR] [launch]: Caught exception in launch: ModuleNotFoundError: No module named 'nav2'"
+    )

@@ -1,0 +1,63 @@
+"""Where a program of the submission stopped, by what Python printed."""
+
+from __future__ import annotations
+
+import pytest
+
+from grader import tracebacks
+
+SITE = "/ws/install/lib/python3.11/site-packages/ros2_robot_controller"
+CRASH = f"""[INFO] [robot_controller]: up
+Traceback (most recent call last):
+  File "/ws/install/lib/ros2_robot_controller/robot_controller", line 7, in <module>
+    sys.exit(main())
+  File "{SITE}/driver.py", line 88, in _control
+    speed = self._speeds['left']
+  File "/usr/lib/python3/dist-packages/rclpy/node.py", line 12, in get
+    raise KeyError(name)
+KeyError: 'left'
+"""
+HANG = f"""Fatal Python error: Aborted
+
+Thread 0x00007f0a (most recent call first):
+  File "/usr/lib/python3.11/threading.py", line 324 in wait
+
+Current thread 0x00007f0b (most recent call first):
+  File "/usr/lib/python3/dist-packages/rclpy/client.py", line 90 in call
+  File "{SITE}/speed_server.py", line 41 in _on_set_speed
+  File "/usr/lib/python3/dist-packages/rclpy/executors.py", line 457 in _execute
+  File "/ws/install/lib/ros2_robot_controller/robot_controller", line 7 in <module>
+"""
+COLLECTED = """Exception ignored in: <function Executor.__del__ at 0x7f12>
+Traceback (most recent call last):
+  File "/usr/lib/python3/dist-packages/rclpy/executors.py", line 263, in __del__
+    self._sigint_gc.destroy()
+rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because destruction was requested
+"""
+
+
+@pytest.mark.parametrize(
+    ("output", "said"),
+    [
+        (CRASH, "KeyError: 'left' (ros2_robot_controller/driver.py:88, in `_control`)"),
+        ("up\n\n", "up"),
+        ("", ""),
+        ("ModuleNotFoundError: No module named 'scipy'\n", "ModuleNotFoundError: No module named 'scipy'"),
+    ],
+)
+def test_last_words_name_the_line_of_the_package_where_there_is_one(output: str, said: str):
+    assert tracebacks.last_words(output) == said
+
+
+def test_a_dump_of_all_threads_shows_the_innermost_line_of_the_package():
+    assert tracebacks.hanging_place(HANG) == "ros2_robot_controller/speed_server.py:41, in `_on_set_speed`"
+    assert tracebacks.hanging_place(CRASH) == ""
+
+
+def test_what_garbage_collection_complains_of_is_no_traceback_of_the_nodes():
+    assert tracebacks.without_ignored(f"bye\n{COLLECTED}") == "bye\n"
+    assert tracebacks.without_ignored(COLLECTED + CRASH) == CRASH
+    assert tracebacks.ignored(COLLECTED) == (
+        "Exception ignored in: <function Executor.__del__ at 0x7f12> ... "
+        "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because destruction was requested"
+    )
