@@ -18,7 +18,6 @@ from grader import KIT
 from grader.authoring import notebook_source
 from grader.intake import course_marker
 from grader.notebook import checkpoints, pieces
-from grader.notebook.file_backups import FileBackups
 from grader.notebook.workspace import FRESH, VARIABLE, Workspace
 
 CELL_SECONDS = 600.0  # a cell that takes longer hangs; on a busy machine the tests of notebook 09 take minutes
@@ -165,9 +164,6 @@ def lay_out(name: str, workspace: Path) -> None:
     opened = Workspace(workspace)
     checkpoints.start_at(opened, name)
     (opened.package / course_marker.MARKER).unlink(missing_ok=True)
-    written = FileBackups(opened)
-    for path in checkpoints.paths_before(name):
-        written.after(f"%%writefile {opened.package / path}")
 
 
 def solve(name: str, notebook: NotebookNode, workspace: Path) -> NotebookRun:

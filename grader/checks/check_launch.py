@@ -94,7 +94,9 @@ def _started(trial: Trial) -> tuple[set[str], str]:
     nodes = {name for name in nodes if not name.startswith("launch_ros")}
     output = trial.process.output_tail.strip().splitlines() if trial.process else []
     last = f"; its last output was: {output[-1][:300]}" if output and not nodes else ""
-    return nodes & set(NODES), f"{trial.launch} started {', '.join(sorted(nodes)) or trial.ended or 'no node'}{last}"
+    why = f": {trial.ended}" if trial.ended else ""
+    did = ", ".join(sorted(nodes)) or f"no node{why}"
+    return nodes & set(NODES), f"{trial.launch} started {did}{last}"
 
 
 def _try_nodes(wanted: set[str]) -> str:

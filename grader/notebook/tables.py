@@ -10,7 +10,9 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
+from grader import build
 from grader.notebook import interface_types, workspace
+from grader.notebook.feedback import Progress
 
 
 class MissingError(AttributeError):
@@ -57,7 +59,10 @@ def _read_in(file: Path, names: dict[str, object]) -> str:
     try:
         text = file.read_text(encoding="utf-8")
         if _INTERFACES.search(text):
-            interface_types.load(workspace.find())
+            with Progress() as progress:
+                if not build.contract_is_built(build.cache_folder()):
+                    progress.say("building the contract's interfaces: once on this machine, about a minute")
+                interface_types.load(workspace.find())
         for statement in ast.parse(text).body:
             module = compile(ast.Module([statement], []), str(file), "exec", dont_inherit=True)
             try:

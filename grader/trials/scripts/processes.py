@@ -79,14 +79,14 @@ def launch_processor_plain(stage: Stage) -> None:
 
 @trial(serves=["I4", "I5"], launch=OWN_LAUNCH, awaits=NODES, namespace=NAMESPACE)
 def launch_remapped(stage: Stage) -> None:
-    """Run the grader's own launch file, which puts both nodes into a namespace and remaps topics of theirs."""
+    """Run the grader's own launch file, which remaps topics of both nodes in a namespace."""
     stage.record_graph(f"{NAMESPACE}/base/cmd_vel", f"{NAMESPACE}/front/scan", f"{NAMESPACE}/odom")
     stage.record_graph_of("sensor_processor", f"{NAMESPACE}/front/scan", f"{NAMESPACE}/front/distance")
 
 
 @trial(serves=["I7"])
 def standing_clock(stage: Stage) -> None:
-    """Speed up twice, fast and slowly by the wall clock; then stop the clock for a while as the robot drives."""
+    """Speed up twice, at two paces of the wall clock; then stop the clock as the robot drives."""
     stage.run(0.5)
     stage.call("set_speed", speed=0.5)
     stage.mark("fast")

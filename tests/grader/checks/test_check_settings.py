@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from helpers import recordings
+from helpers.judging import ask, find
 
 from grader.checks.settings_effect import without_effect
-from grader.evidence import Command, Trial
+from grader.evidence import Command, Message, Trial
 from grader.trials.scripts.parameters import OTHER_SETTINGS
 
+REFUSED = find("check_parameters::test_invalid_values_are_refused_at_run_time")
 MARKS = {"idle": 0.5, "start": 1.5, "ahead": 3.0, "slowed": 3.4, "beside": 4.0, "gone": 4.7, "goal": 5.0, "end": 7.0}
 
 
@@ -72,3 +75,25 @@ def test_a_trial_that_ended_early_shows_nothing_of_the_rest(mark: str, shown: li
 def test_a_correct_package_that_does_it_its_own_way_is_not_charged(robot: Trial):
     """An action loop on wall time keeps no acceleration of simulated time; slowing down is not graded."""
     assert without_effect(robot) == {}
+
+
+def test_a_rate_that_stays_the_same_when_it_is_changed_is_remarked_and_costs_nothing():
+    """The contract asks for overrides; that a node accepts a change and ignores it should be known all the same."""
+    evidence = recordings.load("reference")
+    trial = evidence.trials["senseless_settings_processor"]
+    end = trial.samples[-1].t
+    samples = [replace(sample, t=sample.t + 2.1 - end) for sample in trial.samples]  # to 2.1 s: 1.5 s to look at
+    told = {
+        period: replace(
+            trial, marks={"changed": 0.1}, samples=samples,
+            messages=[Message(0.1 + n * 0.05, "sensor_fusion_data", {}) for n in range(1, 41, period)],
+        )
+        for period in (1, 2)
+    }  # fmt: skip
+    stays, follows = (
+        ask(REFUSED, replace(evidence, trials={**evidence.trials, trial.name: told[period]})) for period in (1, 2)
+    )
+    assert stays.share == follows.share == 1
+    assert "fusion_frequency := 10.0 was accepted at run time, and fused data still came at 20.0 Hz" in stays.seen
+    assert "costs no points" in stays.seen
+    assert follows.seen == ""

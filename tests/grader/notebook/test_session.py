@@ -409,3 +409,44 @@ report(alive=run.trouble == "", after=run.t, samples=len(run.recording))
     assert facts["samples"] == 21
     assert is_gone(facts["first"])
     assert is_gone(facts["second"])
+
+
+def change(root: Path, module: str, *changes: tuple[str, str]) -> None:
+    """Replace texts in a module of the workspace's package."""
+    path = Workspace(root).package / "ros2_robot_controller" / module
+    text = path.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text)
+
+
+@pytest.mark.slow
+def test_an_action_that_sleeps_is_told_its_line_within_seconds(laid_out: Callable[[str], Path]) -> None:
+    """`go_to` was silent for four minutes, and then gave general advice."""
+    loop = (
+        "while not goal.ending.done():\n            time.sleep(0.1)\n            self._control()\n        ending = None"
+    )
+    root = laid_out("10")
+    change(root, "navigator.py", ("import Enum\n", "import Enum\nimport time\n"), ("ending = await goal.ending", loop))
+    facts = play(root, "run = run_node()\nwent = run.go_to(1.0, 0.0)\nreport(trouble=run.trouble, status=went.status)")
+    assert facts["status"] == "unfinished"
+    assert "did not answer for 10 s: a callback hangs at ros2_robot_controller/navigator.py:" in facts["trouble"]
+    assert "`time.sleep` in the callback `_navigate`" in facts["trouble"]
+
+
+@pytest.mark.slow
+def test_a_reliable_subscription_hears_nothing_of_the_courses_sensors(laid_out: Callable[[str], Path]) -> None:
+    """It did in the course, against its own lesson; on a robot it does not."""
+    script = """
+run = run_node("sensor_processor")
+run.drive(1.0)
+report(heard=len(run.messages("sensor_fusion_data")))
+"""
+    root = laid_out("10")
+    assert play(root, script)["heard"] > 15
+    change(root, "sensor_processor.py", ("qos_profile_sensor_data)", "10)"))
+    facts = play(root, script)
+    assert facts["heard"] == 0
+    said = next(line for line in facts["said"] if "subscribed reliably" in line)
+    assert said.startswith("battery/state, imu/data, raw_scan: subscribed reliably, and the sensors here publish")

@@ -66,7 +66,7 @@ Run = Callable[..., Trial]
 def run(contract: build.Built, tmp_path: Path) -> Run:
     """Run a trial with a node whose code is given; its install tree has the contract's types and nothing else."""
 
-    def run(trial: str, body: str, *, services: bool = True) -> Trial:
+    def run(trial: str, body: str, *, services: bool = True, package: Path | None = None) -> Trial:
         plan = catalog.trials()[trial]
         install = tmp_path / "install"
         shutil.copytree(contract.install, install, symlinks=True)
@@ -76,7 +76,13 @@ def run(contract: build.Built, tmp_path: Path) -> Run:
         executable.write_text(text)
         executable.chmod(0o755)
         found = scheduler.run(
-            [plan], install=install, contract=contract.install, folder=tmp_path / "trials", seed=1, workers=1
+            [plan],
+            install=install,
+            contract=contract.install,
+            folder=tmp_path / "trials",
+            seed=1,
+            workers=1,
+            package=package,
         )[trial]
         assert found.script_error == ""
         assert found.ready, found.ended + (found.process.output_tail if found.process else "")
@@ -134,7 +140,30 @@ def test_a_node_that_hangs_in_a_callback_ends_its_trial_and_is_told_so(run: Run,
     """It took 120 s of wall time for each such trial."""
     body = f"{COMMANDS}{ODOMETRY}def go(handle):\n    {hang}\n"
     found = run("navigate_ahead", body + 'ActionServer(node, NavigateToPosition, "navigate_to_position", go)')
-    assert found.ended == "the node did not answer for 10 s: a callback hangs"
+    assert found.ended.startswith("the node did not answer for 10 s: a callback hangs at ros2_robot_controller/")
+    assert found.ended.endswith(", in `go`")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("more", "deaf"), [("", True), ("# MultiThreadedExecutor", False)])
+def test_a_node_that_only_publishes_is_deaf_if_it_has_one_thread(run: Run, tmp_path: Path, more: str, deaf: bool):
+    """An action that drives and sleeps in a loop of its own was watched for 120 s. Other threads might still hear."""
+    package = tmp_path / "package"
+    package.mkdir()
+    (package / "node.py").write_text(f"import rclpy  {more}\n")
+    body = f"""{COMMANDS}{ODOMETRY}
+def go(handle):
+    end = time.time() + 20
+    while time.time() < end:
+        time.sleep(0.05)
+        commands.publish(Twist())
+    handle.succeed()
+    return NavigateToPosition.Result(success=True)
+"""
+    found = run(
+        "navigate_ahead", body + 'ActionServer(node, NavigateToPosition, "navigate_to_position", go)', package=package
+    )
+    assert found.ended.startswith("the node did not answer for 10 s: a callback hangs at ") is deaf
 
 
 def test_a_node_that_hangs_for_five_seconds_is_waited_for(run: Run):
