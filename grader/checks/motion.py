@@ -11,6 +11,7 @@ from grader.evidence import Call, Command, Goal, Sample, Trial
 ROUTES = ("navigate_ahead", "navigate_beside", "navigate_behind")
 """The trials that drive to a target in the open."""
 
+_LATE_S = 0.3
 ZERO = 1e-6  # m/s and rad/s: a command below is a zero
 TRY_SECTOR = (
     "use only the beams within 60 degrees of the direction of travel: ahead for a positive speed, behind for a "
@@ -38,6 +39,15 @@ def rate(commands: Sequence[Command], start: float, end: float) -> float:
 def at(samples: Sequence[Sample], t: float) -> Sample:
     """Return the sample nearest to time `t`."""
     return min(samples, key=lambda sample: abs(sample.t - t))
+
+
+def meant_by(trial: Trial, t: float) -> list[Sample]:
+    """Return the samples that a message may be about that came at time `t`: one, or those of the last 0.3 s.
+
+    A node on wall time is run in real time, and on a busy machine its messages come late.
+    """
+    late = _LATE_S if trial.pace == "real time" else 0.0
+    return [at(trial.samples, t), *(sample for sample in trial.samples if t - late <= sample.t < t)]
 
 
 def odometry_speed(samples: Sequence[Sample], start: float, end: float) -> float:
