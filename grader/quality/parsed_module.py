@@ -6,8 +6,9 @@ import ast
 import io
 import tokenize
 import warnings
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import PurePosixPath
 
 from grader.contract.layout import role
@@ -29,6 +30,7 @@ class Module:
     """One Python file that can be parsed. `role` is "module" (of the package), "launch", "script", "test", "setup".
 
     `constants` is how many of its `lines` only give names to constants; `code` are the numbers of the others.
+    `top` is the name under which the outermost folder is imported, where the build installs it under another name.
     """
 
     path: str
@@ -37,11 +39,19 @@ class Module:
     role: str = field(default="")
     constants: int = 0
     code: frozenset[int] = frozenset()
+    top: str = ""
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Return the names of the packages that it is in, and its own; `src` around a package is not one of them."""
+        path = PurePosixPath(self.path).with_suffix("")
+        parts = path.parts[1:] if path.parts[0] == "src" and len(path.parts) > 2 else path.parts
+        return (self.top, *parts[1:]) if self.top else parts
 
     @property
     def name(self) -> str:
         """Return the dotted name under which Python imports it."""
-        parts = _parts(PurePosixPath(self.path).with_suffix(""))
+        parts = self.parts
         return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
     @property
@@ -141,15 +151,32 @@ def imports(module: Module) -> Imports:
     return Imports(names, frozenset(modules))
 
 
-def _parts(path: PurePosixPath) -> tuple[str, ...]:
-    """Return the parts of a path that are in a module's name: `src` around the Python package is not."""
-    return path.parts[1:] if path.parts[0] == "src" and len(path.parts) > 2 else path.parts
+def installed_as(modules: Sequence[Module], package: str) -> list[Module]:
+    """Return the modules of a package with the names that they have once it is built.
+
+    CMake and setup.py can install a folder under another name, as `install(DIRECTORY src_py/ DESTINATION
+    .../my_package)` does. Where no folder is called `package`, it is the one that holds what is
+    imported as `package.…`.
+    """
+    folders = {module.parts[0] for module in modules if len(module.parts) > 1}
+    if package in folders or not package:
+        return list(modules)
+    inside = {
+        tuple(name.split(".")[1:]) for module in modules for name in imports(module).modules if _is_in(name, package)
+    }
+    found = Counter(module.parts[0] for module in modules if module.parts[1:] and module.parts[1:] in inside)
+    meant = found.most_common(1)[0][0] if found else ""
+    return [replace(module, top=package) if module.parts[0] == meant else module for module in modules]
+
+
+def _is_in(name: str, package: str) -> bool:
+    return name.startswith(f"{package}.")
 
 
 def absolute(module: Module, node: ast.ImportFrom) -> str:
     """Return the dotted name of what a `from` import names; a relative one is made absolute."""
     if not node.level:
         return node.module or ""
-    parts = _parts(PurePosixPath(module.path))[:-1]
+    parts = module.parts[:-1]
     base = parts[: len(parts) - (node.level - 1)]
     return ".".join([*base, *([node.module] if node.module else [])])

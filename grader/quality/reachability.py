@@ -16,9 +16,10 @@ from typing import TypeGuard
 
 from grader.contract.layout import role
 from grader.contract.spec import CONVERSIONS, CONVERSIONS_MODULE, NODES
+from grader.intake.package_xml import read_package_xml
 from grader.python_ast import Function, called, first_line, is_docstring, last_name, parse
 from grader.quality import source_files
-from grader.quality.parsed_module import Imports, Module, imports
+from grader.quality.parsed_module import Imports, Module, imports, installed_as
 
 # Methods that rclpy calls on a node by themselves, beside those that are registered by name.
 _CALLED_BY_RCLPY = {
@@ -64,8 +65,10 @@ def reachability(package: Path, texts: Mapping[str, str]) -> Reachability:
 
     A module that cannot be parsed counts as reached.
     """
-    modules = {path: Module(path, tree, 0, "module") for path, text in texts.items() if (tree := parse(text))}
     programs = list(_programs(package))
+    parsed = [Module(path, tree, 0, "module") for path, text in texts.items() if (tree := parse(text))]
+    named = installed_as([*parsed, *programs], read_package_xml(package / "package.xml").name)
+    modules = {module.path: module for module in named[: len(parsed)]}
     graph = _Names(modules)
     own = {node: path for node in NODES if (path := _own_module(node, modules, programs, _settings(package)))}
     conversions = [path for path in modules if _inside(path) == _inside(CONVERSIONS_MODULE)]

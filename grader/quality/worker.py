@@ -26,7 +26,7 @@ from grader.quality.interfaces import created_interfaces
 from grader.quality.junit_report import names_of_tests, read_report
 from grader.quality.manifest import read_manifest
 from grader.quality.parameters import parameter_use
-from grader.quality.parsed_module import Module, parse
+from grader.quality.parsed_module import Module, installed_as, parse
 from grader.quality.reached import kept, reached_code
 from grader.quality.readme import read_readme
 from grader.quality.source_files import package_files
@@ -56,7 +56,9 @@ def _cut(value: Any) -> Any:
 
 def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[str, str]]) -> evidence.Quality:
     """Return the facts of the text of `package`; `interfaces` is its package of interfaces, if it has one."""
+    name = read_package_xml(package / "package.xml").name
     modules, files = _parse(sources)
+    modules = installed_as(modules, name)
     paths = package_files(package)
     graph = CallGraph(modules)
     texts = {path: Path(copy).read_text("utf-8", "replace") for path, copy in sources}
@@ -76,7 +78,7 @@ def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[st
         conversions=replace(conversion_use(graph), calls=conversion_use(CallGraph(used)).calls),
         parameters=parameter_use(modules, used),
         interfaces=list(created_interfaces(graph))[:_MAX_INTERFACES],
-        readme=read_readme(package, paths, {PACKAGE, read_package_xml(package / "package.xml").name}),
+        readme=read_readme(package, paths, {PACKAGE, name}),
         report=read_report(package, paths),
         tests=sorted(set(names_of_tests(modules)))[:_MAX_ENTRIES],
         reached=reached,

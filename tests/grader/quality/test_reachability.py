@@ -6,6 +6,7 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from helpers.quality_examples import written
 
 from grader.quality.reachability import Reachability, reachability
 
@@ -202,3 +203,16 @@ def test_a_package_without_a_module_of_the_contract_has_no_nodes(tmp_path: Path)
 def test_the_line_of_a_def_is_not_inside_the_function(tmp_path: Path):
     text = 'def f(\n    a=1,\n):\n    """Say it."""\n    return a\n\n\ndef g(): return 1\n'
     assert found(tmp_path, {"robot_controller.py": text}).bodies == {"pkg/robot_controller.py": frozenset({5})}
+
+
+@pytest.mark.parametrize("folder", ["pkg", "src_py"])
+def test_a_folder_may_be_installed_under_the_packages_name(tmp_path: Path, folder: str):
+    """As by `install(DIRECTORY src_py/ DESTINATION ${PYTHON_INSTALL_DIR}/pkg)`: pkg.helpers is in src_py."""
+    program = "#!/usr/bin/env python3\nfrom pkg.robot_controller import main\n"
+    manifest = "<package format='3'><name>pkg</name></package>"
+    written(tmp_path, {"package.xml": manifest, "scripts/robot_controller": program})
+    node = dedent(NODE.format(use="helpers.wanted()")).lstrip()
+    reach = reachability(
+        tmp_path, {f"{folder}/robot_controller.py": node, f"{folder}/helpers.py": dedent(HELPERS).lstrip()}
+    )
+    assert reach.unreached == {f"{folder}/helpers.py": frozenset({5, 6})}
