@@ -88,7 +88,7 @@ def _add_rescore(verbs: Any) -> None:
     )
     parser.add_argument("--rubric", type=Path, help="a rubric instead of the class's own")
     parser.add_argument("--jobs", type=int, default=0, metavar="N", help="processes (default: one for each core)")
-    parser.set_defaults(run=_rescore)
+    parser.set_defaults(run=_rescore, interrupted="no submission is left half judged. The same command does it again.")
 
 
 def _add_compare(verbs: Any) -> None:
@@ -155,7 +155,8 @@ def _run_batch(options: argparse.Namespace, people: Sequence[Person], said: _Sai
         said,
     )
     said.close()
-    page = _write_pages(ClassFolder(options.out))
+    if not summary.interrupted:
+        page = _write_pages(ClassFolder(options.out))
     for note in ClassFolder(options.out).facts().notes:
         print(f"note: {printable(note, 300)}")
     print(
@@ -167,6 +168,7 @@ def _run_batch(options: argparse.Namespace, people: Sequence[Person], said: _Sai
     if summary.interrupted:
         left = summary.entries - summary.graded - summary.refused - summary.errors
         print(f"{_INTERRUPTED} {left} are left.", file=sys.stderr)
+        print(f"`grader gradebook {options.out}` writes the gradebook of those that are graded.", file=sys.stderr)
         return EXIT_INTERRUPTED
     print(f"Class: {page}")
     return EXIT_OUR_FAULT if summary.errors else EXIT_GRADED

@@ -18,6 +18,7 @@ import threading
 import time
 import zipfile
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
@@ -104,8 +105,8 @@ class Runner:
         with self._lock:
             self._stopped = True
             running = list(self._running)
-        for child in running:
-            _end(child)
+        with ThreadPoolExecutor(len(running) or 1) as threads:  # each waits until its processes are gone
+            list(threads.map(_end, running))
 
     def _follow(self, child: subprocess.Popen[str], order: Order) -> Ending:
         assert child.stdin is not None

@@ -18,7 +18,7 @@ from grader.classroom.class_folder import RUBRIC, ClassFolder, Record, Status
 from grader.classroom.gradebook import rounded
 from grader.errors import GraderError
 from grader.host import provenance
-from grader.host.atomic import write_atomically
+from grader.host.atomic import not_interrupted, write_atomically
 from grader.report import data
 from grader.report.standing import DATA
 from grader.scoring import rubric
@@ -82,16 +82,17 @@ def rescore(
                 progress(len(judged), len(graded))
         # All or none: an interrupted run must not leave half a class judged by another rubric.
         changes: list[Change] = []
-        for record, points in judged:
-            before = _points(folder.report(record.id) or {})
-            changes += [
-                Change(record.id, name, before.get(name), points.get(name))
-                for name in dict.fromkeys([*before, *points])
-                if before.get(name) != points.get(name)
-            ]
-            folder.keep(made[record.id], replace(record, rubric=rubric_hash, judge=provenance.kit_hash()))
-        folder.write_facts(replace(facts, rubric=rubric_hash))
-        write_atomically(folder.path / RUBRIC, text)
+        with not_interrupted():
+            for record, points in judged:
+                before = _points(folder.report(record.id) or {})
+                changes += [
+                    Change(record.id, name, before.get(name), points.get(name))
+                    for name in dict.fromkeys([*before, *points])
+                    if before.get(name) != points.get(name)
+                ]
+                folder.keep(made[record.id], replace(record, rubric=rubric_hash, judge=provenance.kit_hash()))
+            folder.write_facts(replace(facts, rubric=rubric_hash))
+            write_atomically(folder.path / RUBRIC, text)
     return Rescored(len(graded), tuple(changes))
 
 

@@ -47,7 +47,7 @@ def replace_entries(out: Path) -> Iterator[Path]:
     try:
         yield fresh
         # Everything is on the disk by now; moving takes no space.
-        with _not_interrupted():
+        with not_interrupted():
             for entry in sorted(fresh.iterdir()):
                 if (out / entry.name).is_dir():
                     (out / entry.name).rename(fresh / f"old-{entry.name}")
@@ -66,7 +66,7 @@ def remove_left(out: Path, *, new: bool = False) -> None:
 
 
 @contextmanager
-def _not_interrupted() -> Iterator[None]:
+def not_interrupted() -> Iterator[None]:
     """Hold back Ctrl-C and SIGTERM, which would come between two files that belong together."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
     try:

@@ -108,3 +108,15 @@ def test_an_unknown_requirement_is_a_sentence(again: ClassFolder):
 def test_what_is_neither_a_class_nor_a_grading_is_a_sentence(graded: Path, tmp_path: Path):
     with pytest.raises(GraderError, match="neither a class nor a grading"):
         comparison.compare(graded, tmp_path)
+
+
+def test_ctrl_c_while_judging_leaves_the_class_as_it_was(again: ClassFolder, tmp_path: Path):
+    def interrupt(_done: int, _total: int) -> None:
+        raise KeyboardInterrupt
+
+    (tmp_path / "new.yaml").write_text(rubric.RUBRIC.read_text().replace("points: 1.5,", "points: 1.50,"))
+    before = {path: path.read_bytes() for path in sorted(again.submission("team07").rglob("*")) if path.is_file()}
+    with pytest.raises(KeyboardInterrupt):
+        rescore(again, new_rubric=tmp_path / "new.yaml", jobs=1, progress=interrupt)
+    assert {path: path.read_bytes() for path in before} == before
+    assert (again.path / RUBRIC).read_text() == rubric.RUBRIC.read_text()
