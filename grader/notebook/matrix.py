@@ -24,18 +24,18 @@ from grader.mutation.source_text import parse
 
 LONGEST_S = 2.0  # wall time for all tests on one mutant, which may loop for ever; they take milliseconds
 
-Call = Callable[[], object]
-"""A test with its arguments."""
-
 
 @dataclass(frozen=True)
 class Matrix:
-    """Which tests notice which mutants: `noticed[mutant][test]`; `failing` tests fail on the code as it is."""
+    """Which tests notice which mutants: `noticed[mutant][test]`.
+
+    `failing` are the tests that fail on the code as it is, each with the first call that does and what it raised.
+    """
 
     mutants: tuple[str, ...]
     tests: tuple[str, ...]
     noticed: tuple[tuple[bool, ...], ...]
-    failing: tuple[str, ...]
+    failing: Mapping[str, str]
 
 
 def mutant_matrix(module: str, tests: str, function: str = "") -> None:
@@ -53,8 +53,8 @@ def mutant_matrix(module: str, tests: str, function: str = "") -> None:
     except Exception as error:  # of the student's files
         print(f"not yet: {type(error).__name__}: {error}")
         return
-    for name in found.failing:
-        print(f"not yet: {name} fails on the code as it is, so it is left out")
+    for name, why in found.failing.items():
+        print(f"not yet: {name} fails on the code as it is, so it is left out: {why}")
     if found.tests and found.mutants:
         _draw(found)
     elif not found.failing:
@@ -73,14 +73,14 @@ def matrix(module: Path, tests: Path, function: str = "") -> Matrix:
         compile(text, str(module), "exec")  # raises the error that names the line
         raise ValueError(f"{module} cannot be parsed")
     checks = tests.read_text(encoding="utf-8")
-    sound = {test: _fails(calls) for test, calls in _tests(name, text, checks).items()}
-    names = [test for test, fails in sound.items() if not fails]
+    failures = _failures(name, text, checks)
+    names = [test for test, why in failures.items() if not why]
     changes = [change for change in mutants(source) if function in ("", change.function.rpartition(".")[2])]
     return Matrix(
         mutants=tuple(f"{change.line}: {change.words.replace('`', '')}" for change in changes),
         tests=tuple(test.removeprefix("test_") for test in names),
         noticed=tuple(tuple(_noticed(name, source.apply(change), checks, names)) for change in changes),
-        failing=tuple(test for test, fails in sound.items() if fails),
+        failing={test: why for test, why in failures.items() if why},
     )
 
 
@@ -93,31 +93,35 @@ def _dotted(module: Path) -> str:
 def _noticed(name: str, broken: str, checks: str, names: Sequence[str]) -> Iterator[bool]:
     try:
         with _time_limit():
-            found = _tests(name, broken, checks)
-            failed = {test for test in names if _fails(found[test])}
+            failures = _failures(name, broken, checks)
     except Exception:  # a mutant that cannot even be imported, or that never ends, is noticed by whoever tries
-        failed = set(names)
-    yield from (test in failed for test in names)
+        failures = dict.fromkeys(names, "all")
+    yield from (bool(failures[test]) for test in names)
 
 
-def _tests(name: str, text: str, checks: str) -> dict[str, list[Call]]:
-    """Return the tests of a file by name, for a module of this name with this text."""
+def _failures(name: str, text: str, checks: str) -> dict[str, str]:
+    """Return for each test of a file what fails, "" if nothing does, while a module of this name has this text."""
     under_test, file = ModuleType(name), ModuleType("tests_of_a_mutant")
     before = sys.modules.get(name)
     sys.modules[name] = under_test
     try:
         exec(compile(text, name, "exec"), under_test.__dict__)
         exec(compile(checks, file.__name__, "exec"), file.__dict__)
+        return {test: _failure(test, calls) for test, calls in _tests(file).items()}
     finally:
         if before is None:
             del sys.modules[name]
         else:
             sys.modules[name] = before
+
+
+def _tests(file: ModuleType) -> dict[str, list[partial[object]]]:
+    """Return the tests of a file by name, each with its arguments."""
     functions = {key: value for key, value in vars(file).items() if key.startswith("test_") and callable(value)}
     return {key: calls for key, value in functions.items() if (calls := list(_calls(value)))}
 
 
-def _calls(test: Callable[..., object]) -> Iterator[Call]:
+def _calls(test: Callable[..., object]) -> Iterator[partial[object]]:
     """Yield the test with each combination of its parametrized arguments; nothing if it needs fixtures."""
     marks = [mark.args for mark in getattr(test, "pytestmark", []) if mark.name == "parametrize"]
     for chosen in itertools.product(*(values for _, values, *_ in marks)):
@@ -133,7 +137,8 @@ def _named(names: str | Sequence[str], values: Any) -> Mapping[str, Any]:
     return dict(zip(split, values if len(split) > 1 else (values,), strict=True))
 
 
-def _fails(calls: Sequence[Call]) -> bool:
+def _failure(name: str, calls: Sequence[partial[object]]) -> str:
+    """Return the first call that fails and what it raised, "" if none does."""
     import pytest
 
     for call in calls:
@@ -141,9 +146,10 @@ def _fails(calls: Sequence[Call]) -> bool:
             call()
         except TimeoutError:
             raise
-        except (Exception, pytest.fail.Exception):  # pytest.fail is no Exception
-            return True
-    return False
+        except (Exception, pytest.fail.Exception) as error:  # pytest.fail is no Exception
+            given = ", ".join(f"{key}={value!r}" for key, value in call.keywords.items())
+            return f"{name}({given}): {type(error).__name__}{f': {error}' if str(error) else ''}"
+    return ""
 
 
 @contextmanager

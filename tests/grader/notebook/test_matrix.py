@@ -77,7 +77,24 @@ def test_a_test_that_fails_anyway_is_named_and_left_out(tmp_path, capsys):
     (tmp_path / "stopping.py").write_text(STOPPING)
     (tmp_path / "test_stopping.py").write_text("import pytest\ndef test_later():\n    pytest.fail('not written yet')\n")
     mutant_matrix(str(tmp_path / "stopping.py"), str(tmp_path / "test_stopping.py"))
-    assert capsys.readouterr().out == "not yet: test_later fails on the code as it is, so it is left out\n"
+    said = "not yet: test_later fails on the code as it is, so it is left out: test_later(): Failed: not written yet\n"
+    assert capsys.readouterr().out == said
+
+
+def test_the_row_that_fails_is_named(tmp_path, capsys):
+    (tmp_path / "stopping.py").write_text(STOPPING)
+    (tmp_path / "test_stopping.py").write_text(
+        "import pytest\nfrom stopping import is_near\n"
+        "@pytest.mark.parametrize(('distance', 'near'), [(0.3, True), (0.7, True)])\n"
+        "def test_table(distance, near):\n    assert is_near(distance) is near\n"
+    )
+    mutant_matrix(str(tmp_path / "stopping.py"), str(tmp_path / "test_stopping.py"))
+    assert capsys.readouterr().out.endswith("left out: test_table(distance=0.7, near=True): AssertionError\n")
+
+
+def test_a_test_may_import_what_it_tests_itself(noticed):
+    tests = "def test_wall():\n    from stopping import is_near\n    assert is_near(0.3)\n"
+    assert noticed(tests) == {"wall": {"2: < became >= in distance < 0.5"}}
 
 
 @pytest.mark.parametrize(
