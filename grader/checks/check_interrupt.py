@@ -5,14 +5,17 @@ from grader.checks import motion
 from grader.checks.judge import Judge, NotReached
 
 _CONTROLLER = ("interrupted_idle", "interrupted_driving", "interrupted_navigating")
-_TRY_CATCH = "catch KeyboardInterrupt and ExternalShutdownException around spin, then destroy the node"
+_TRY_CATCH = (
+    "catch KeyboardInterrupt and ExternalShutdownException around spin, then destroy the node; with a signal handler "
+    "of your own, rclpy.init(signal_handler_options=SignalHandlerOptions.NO), or rclpy's shuts the context down"
+)
 _TRY_SOONER = "after Ctrl-C wait for nothing without a time limit: no sleep, no join, no goal that has to end first"
 _TRY_SHUTDOWN = "end with rclpy.try_shutdown(): after Ctrl-C rclpy is already shut down, and rclpy.shutdown() raises"
 _TRY_ZERO = "publish a zero before the context is shut down, and wait until it is sent"
 
 
 _TRACEBACK = "Traceback (most recent call last)"
-_TRY_COLLECTED = "remove the node from its executor and shut the executor down before rclpy shuts down"
+_TRY_COLLECTED = "call executor.shutdown() before rclpy shuts down"
 
 
 def _is_a_race_in_rclpy(output: str) -> bool:

@@ -63,7 +63,10 @@ def test_own_tests_pass(judge: Judge) -> None:
     if passed < ran:
         more = ran - passed - len(problems[:3])
         seen = "; ".join([f"{passed} of {ran} tests passed", *problems[:3], *([f"and {more} more"] if more else [])])
-        try_ = "run pytest in a clean folder; a test that fails only sometimes depends on the speed of the machine"
+        try_ = (
+            "run pytest in a clean folder: what fails each time expects something else than the code does; what fails "
+            "only sometimes depends on the speed of the machine"
+        )
         judge.share(passed / ran, seen, try_)
     if sleeps := [habit for habit in judge.habits if habit.rule == "sleep-in-test"]:
         places = some([f"{place(habit)} {habit.text}" for habit in sleeps], 3)

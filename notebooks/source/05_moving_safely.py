@@ -1374,7 +1374,7 @@ for attempt in range(3):
 # |---|---|---|
 # | the **context**: the connection to the network | `rclpy.init()` | `rclpy.try_shutdown()` |
 # | the **node**: publishers, timers, ... | `MyNode()` | `node.destroy_node()` |
-# | the **executor**: the loop that calls the callbacks | `SingleThreadedExecutor()`, `executor.add_node(node)` | `executor.remove_node(node)` |
+# | the **executor**: the loop that calls the callbacks | `SingleThreadedExecutor()`, `executor.add_node(node)` | `executor.shutdown()` |
 #
 # `rclpy.spin(node)` is an executor with a loop around it, no more:
 #
@@ -1382,7 +1382,7 @@ for attempt in range(3):
 #         executor.spin_once()     # wait for one callback that is due, and call it
 #
 # If you write that loop yourself, *you* decide when it ends, and what comes after it.
-# Keep the order: an executor that still holds a node when the context goes may complain at the very end, with `Exception ignored in ... Executor.__del__ ... InvalidHandle`.
+# Keep the order: an executor that was not shut down before the context may complain at the very end, with `Exception ignored in ... Executor.__del__ ... InvalidHandle`.
 #
 # ### Exercise: the last word
 #
@@ -1455,7 +1455,7 @@ tries({"driver.commands_of(driver.stop)": [(0.0, 0.0)]})
 # %% [markdown]
 # **Piece 2, a loop that can be ended.**
 # `spin_until` makes an executor, gives it the node, and spins **in short turns** until the event is set: `executor.spin_once(timeout_sec=WAKE_UP_S)` comes back after one callback, or after 0.1 s without one.
-# Then it calls the node's `stop`, if it has one, *while the context still lives*; then the executor lets go of the node.
+# Then it calls the node's `stop`, if it has one, *while the context still lives*; then it shuts the executor down, which lets go of the node.
 #
 # An `Event` is a flag that threads and signal handlers may set: `event.set()`, and `event.is_set()` asks.
 
@@ -1465,7 +1465,7 @@ def spin_until(asked_to_stop: Event, node: Node) -> None:
     """Serve the node's callbacks until the event is set, then call the node's `stop`."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    # TODO: the loop; the node's stop(); let go of the node.
+    # TODO: the loop; the node's stop(); shut the executor down.
 
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
@@ -1483,7 +1483,7 @@ def spin_until(asked_to_stop: Event, node: Node) -> None:
 #     executor.spin_once(timeout_sec=WAKE_UP_S)
 # if hasattr(node, 'stop'):
 #     node.stop()
-# ...  # the executor lets go of the node
+# ...  # shut the executor down
 # ```
 # </details>
 #
@@ -1625,7 +1625,7 @@ check("I8")
 # </details>
 # <details><summary>Executor, node, context: in which order do they end?</summary>
 #
-# The executor lets go of the node, the node is destroyed, the context is shut down: the reverse of how they were made.
+# The executor is shut down and lets go of the node, the node is destroyed, the context is shut down: the reverse of how they were made.
 # </details>
 
 # %% [markdown]

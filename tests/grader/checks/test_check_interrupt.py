@@ -59,7 +59,7 @@ def test_what_garbage_collection_complains_of_is_named_and_costs_nothing():
         "<function Executor.__del__ at 0x7f12> ... rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because "
         "destruction was requested"
     )
-    assert "shut the executor down before rclpy" in said.try_
+    assert said.try_ == "call executor.shutdown() before rclpy shuts down"
 
 
 @pytest.mark.parametrize(("output", "exit_code"), [(COLLECTED, 1), (f"{COLLECTED}{BEGIN}ValueError: no\n", 0)])

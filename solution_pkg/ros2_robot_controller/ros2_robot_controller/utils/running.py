@@ -45,4 +45,4 @@ def spin_until(asked_to_stop: Event, node: Node) -> None:
         executor.spin_once(timeout_sec=WAKE_UP_S)
     if hasattr(node, 'stop'):
         node.stop()
-    executor.remove_node(node)
+    executor.shutdown()
