@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from grader import KIT
 from grader.notebook import before_begin, pieces
 from grader.notebook.file_backups import FORCE, FileBackups
 from grader.notebook.workspace import NOTEBOOK, PACKAGE, Workspace, prepare
@@ -62,10 +64,22 @@ def install(workspace: Workspace) -> None:
                 shell.events.unregister(event, older)
         shell.events.register(event, callback)
     before_begin.install()
+    warnings.formatwarning = _plain(warnings.formatwarning)
     shell.register_magic_function(hooks.unless_later(pieces.into, pieces.MAGIC), "cell", pieces.MAGIC)
     for name in before_begin.WRITES:
         original = before_begin.original(shell)
         shell.register_magic_function(hooks.unless_later(original, name), "cell", name)
+
+
+def _plain(usual: Callable[..., str]) -> Callable[..., str]:
+    """Return `usual`, but without the place in the kit's own files, where there is nothing to mend."""
+
+    def formatted(message: Warning | str, category: type[Warning], filename: str, *more: Any, **named: Any) -> str:
+        if Path(filename).is_relative_to(KIT / "sim"):
+            return f"{category.__name__}: {message}\n"
+        return usual(message, category, filename, *more, **named)
+
+    return formatted
 
 
 def forget_changed_modules(package: Path) -> None:

@@ -267,16 +267,14 @@ robot
 # More about that in notebook 02.
 #
 # **Watch it.** Open a terminal in JupyterLab (*File, New, Terminal*), and see the ranges change while you drag a desk towards the robot.
-# This cell prints what to type there, for the terminal does not know your workspace yet:
-
-# %% tags=["nbval-ignore-output"]
-# Where the kit lies, and which number you have, differs from machine to machine.
-print(f"export PATH={os.environ['PATH'].split(':')[0]}:$PATH ROS_DOMAIN_ID={os.environ['ROS_DOMAIN_ID']}")
-print("ros2 topic echo --field ranges /scan")
-
-# %% [markdown]
+# A new terminal knows nothing of ROS; the first line tells it, the second one listens.
+# Type both in the kit's folder (if that is not where you are, `cd ..` leads there):
+#
+#     source grader/ros2/setup.bash
+#     ros2 topic echo --field ranges /scan
+#
 # `ROS_DOMAIN_ID` keeps apart the systems on one network: nodes with different numbers never hear each other.
-# `begin` has chosen a number for your workspace.
+# `begin` has chosen a number for your workspace, and the first line above sets it in the terminal as well.
 #
 # ## Three lines to drive it
 #

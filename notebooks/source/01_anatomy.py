@@ -586,7 +586,8 @@ check("I1")
 # A new terminal of this kit is prepared by one line before that, typed in the kit's folder: `source grader/ros2/setup.bash`.
 #
 # With your files done, both executables are there.
-# `ros2 run` starts one, which runs until Ctrl-C; `timeout -s INT 3` presses Ctrl-C after three seconds.
+# I1 asks only whether they are; a node that cannot import its module shows that when it is started.
+# So start one: `ros2 run` lets it run until Ctrl-C; `timeout -s INT 3` presses Ctrl-C after three seconds.
 
 # %% tags=["nbval-ignore-output"]
 # !timeout -s INT 3 ros2 run ros2_robot_controller robot_controller; echo "exit status $?"

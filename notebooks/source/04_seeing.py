@@ -1301,7 +1301,7 @@ tries(
 #         self._distance = self.create_publisher(Float32, 'obstacle_distance', 10)
 #         self.create_subscription(LaserScan, 'raw_scan', self._on_scan, qos_profile_sensor_data)
 #         self.create_subscription(Imu, 'imu/data', self._on_imu, qos_profile_sensor_data)
-#         ...              # the battery
+#         ...              # the battery; break the line after the bracket, or it has more than 99 characters
 #         ...              # self._timer = the timer
 #         self.add_post_set_parameters_callback(self._on_parameters_changed)
 # ```

@@ -395,20 +395,17 @@ class SpeedServer:
 # </details>
 #
 # `ask` calls a service of the node on the bench, as a client would.
-# **Predict** the last row: 0.3 is in force, 0.8 is refused. What does the robot drive at?
+# **Predict** the third row: −0.5 is in force, 0.8 is refused. At which speed does the robot drive on?
 
 # %% tags=["nbval-ignore-output"]
 # The log has the time of day.
 server = bench("speed_server.SpeedServer")
 tries({
-    "server.ask('set_speed', speed=0.3).success": True,
-    "server._speed": 0.3,
-    "server.ask('set_speed', speed=-0.5).success": True,
-    "server._speed ": -0.5,
-    "server.ask('set_speed', speed=0.8).success": False,
+    "server.ask('set_speed', speed=0.3).success, server._speed": (True, 0.3),
+    "server.ask('set_speed', speed=-0.5).success, server._speed": (True, -0.5),
+    "server.ask('set_speed', speed=0.8).success, server._speed": (False, -0.5),
     "'0.5' in server.ask('set_speed', speed=0.8).message": True,
-    "server.ask('set_speed', speed=math.nan).success": False,
-    "server._speed  ": -0.5,
+    "server.ask('set_speed', speed=math.nan).success, server._speed": (False, -0.5),
 })
 
 # %% [markdown]

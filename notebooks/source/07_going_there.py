@@ -702,7 +702,7 @@ print(send_and_cancel(awaiting))
 #
 # Four decisions to keep:
 #
-# - A **new goal replaces** the running one, which is aborted.
+# - A **new goal replaces** the running one, which is aborted. (The contract leaves that to you: its trials send one goal after another.)
 # - Without fresh odometry the robot does not know where it is: then `STOP` is wanted.
 # - However a goal ends, the **speed in force is 0** afterwards. It should not drive off from where you sent it.
 # - During a goal the direction of travel is forward, whatever the speed in force was.
@@ -1190,27 +1190,6 @@ run = run_node(world=floor)
 run.live()
 
 # %% [markdown]
-# The same from a terminal.
-# `ros2` reads the type from what *you* have built, so this builds where that has not been done in notebooks 02 or 06.
-
-# %% tags=["nbval-ignore-output"]
-# How long colcon takes differs from run to run.
-# !test -d ../../install || (cd ../.. && colcon build | tail -n 1)
-
-# %% [markdown]
-# Time must pass meanwhile, so the live view is started first.
-# With `--feedback` you see each message; here are the last lines.
-
-# %% tags=["nbval-ignore-output"]
-# How much feedback comes depends on wall time.
-live = run.live()
-live.start()
-kind = "ros2_robot_controller/action/NavigateToPosition"
-goal = "{target_pose: {position: {x: 0.5, y: -0.3}}, tolerance: 0.1}"
-# !ros2 action send_goal --feedback /navigate_to_position {kind} "{goal}" | tail -n 18
-run.close()
-
-# %% [markdown]
 # ## Tell how far it still is
 #
 # F9: feedback at 2 Hz or faster, true within 0.15 m.
@@ -1275,6 +1254,28 @@ axes.legend();
 
 # %% tags=["check"]
 check("F9")
+
+# %% [markdown]
+# You see the same in a terminal.
+# `ros2` reads the type from what *you* have built, so this builds where that has not been done in notebooks 02 or 06.
+
+# %% tags=["nbval-ignore-output"]
+# How long colcon takes differs from run to run.
+# !test -d ../../install || (cd ../.. && colcon build | tail -n 1)
+
+# %% [markdown]
+# Time must pass meanwhile, so the live view is started first.
+# With `--feedback` you see each message; here are the last lines.
+
+# %% tags=["nbval-ignore-output"]
+# How much feedback comes depends on wall time.
+run = run_node(world=floor)
+live = run.live()
+live.start()
+kind = "ros2_robot_controller/action/NavigateToPosition"
+goal = "{target_pose: {position: {x: 0.5, y: -0.3}}, tolerance: 0.1}"
+# !ros2 action send_goal --feedback /navigate_to_position {kind} "{goal}" | tail -n 18
+run.close()
 
 # %% [markdown]
 # ## Cancel a goal

@@ -474,7 +474,7 @@ def declare(node: Node, settings: dict[str, Setting]) -> None:
 # | `percentage` | 0 to 100, both included | |
 # | `name` | a text that is not empty | blanks alone do not count |
 #
-# `percentage` and `name` are done in one line each, as `at_least_zero` is; the others too.
+# Each takes one line, as `at_least_zero` does.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/settings.py
@@ -981,7 +981,7 @@ def launched(*words):
 with launched("two_carts_launch.py", "speed:=0.1"):
     # !ros2 topic echo --once --field linear.x /left/cmd_vel
     # !ros2 topic echo --once --field linear.x /right/wheels/cmd_vel
-    # !ros2 node list
+    # !ros2 node list --spin-time 3
     # !ros2 topic list
 
 # %% [markdown]
@@ -1064,14 +1064,14 @@ def generate_launch_description() -> LaunchDescription:
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: colcon says how long it took.
-# !cd ../.. && colcon build --packages-select ros2_robot_controller
+# !cd ../.. && colcon build --packages-select ros2_robot_controller 2>&1 | cat
 
 # %% tags=["nbval-ignore-output"]
 # On a busy machine the list may still lack a name that has just come up.
 # !ros2 launch -s launch/sensor_processor_launch.py
 with launched("src/ros2_robot_controller/launch/sensor_processor_launch.py"):
     # !ros2 param get /sensor_processor battery_low_threshold
-    # !ros2 node list
+    # !ros2 node list --spin-time 3
 
 # %% [markdown]
 # Look for `Double value is: 20.0`, and for one node.
@@ -1122,13 +1122,13 @@ def generate_launch_description() -> LaunchDescription:
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: colcon says how long it took.
-# !cd ../.. && colcon build --packages-select ros2_robot_controller
+# !cd ../.. && colcon build --packages-select ros2_robot_controller 2>&1 | cat
 
 # %% tags=["nbval-ignore-output"]
 # On a busy machine the list may still lack a name that has just come up.
 with launched("src/ros2_robot_controller/launch/robot_controller_launch.py"):
     # !ros2 param get /robot_controller max_linear_speed
-    # !ros2 node list
+    # !ros2 node list --spin-time 3
 
 # %% [markdown]
 # New folders have to be installed, too, or nobody finds them after `colcon build`: that is the third point of I1.

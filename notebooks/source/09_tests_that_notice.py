@@ -327,7 +327,7 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 # %% [markdown]
 # <details><summary>One answer</summary>
 #
-# `from stopping import closest`, and then `assert closest([20.0]) == float("inf")`: a reading from beyond the lidar's range is no reading.
+# `from stopping import closest` at the top of the cell, and in the test `assert closest([20.0]) == float("inf")`: a reading from beyond the lidar's range is no reading.
 # </details>
 #
 # Some mutants cannot be noticed at all, because the change makes no difference that anybody could see: `x < 3` and `x <= 2`, for whole numbers.
@@ -550,7 +550,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "m
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: colcon says how long it took.
-# !cd ../.. && colcon build --packages-select ros2_robot_controller
+# !cd ../.. && colcon build --packages-select ros2_robot_controller 2>&1 | cat
 
 # %% [markdown]
 # A node is awkward to test: it has a clock, a network and callbacks.

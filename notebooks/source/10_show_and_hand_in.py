@@ -258,7 +258,7 @@ if __name__ == '__main__':
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: colcon says how long it took.
-# !cd ../.. && colcon build --packages-select ros2_robot_controller
+# !cd ../.. && colcon build --packages-select ros2_robot_controller 2>&1 | cat
 
 # %% [markdown]
 # And here is the stage.
@@ -428,7 +428,7 @@ recording = perform()
 # %%
 from sim.views import map_view
 
-map_view(recording, title="the way that the demonstration drove");
+map_view(recording, title="the way that the demonstration drove")
 
 # %% [markdown]
 # #### Piece 4: a chair in the way
@@ -927,8 +927,9 @@ for name in lost:
 # I3 first: with a wrong type of the action nobody can send a goal, and F8, F9 and F10 are nothing but its echo.
 # Twelve points hang on one wrong field in one file.
 #
-# The full report is made by one command in a terminal, and takes some minutes:
+# The full report is made by one command in a terminal, in the kit's folder, and takes some minutes:
 #
+#     source grader/ros2/setup.bash
 #     grader grade ws/src/ros2_robot_controller --out out/mine
 #
 # `out/mine/report.html` is what your instructor will see, with a picture of each trial.
