@@ -47,7 +47,7 @@ def check_reports(
                      strict=True))  # fmt: skip
     probed = [(each, tests) for each in measured if (tests := canary.probed_tests(each.runs[0].tests, each.rng))]
     probed = [(each, tests) for each, tests in probed if each.text is not None]
-    together = _of_one_mind(probed, sources)
+    together = _fit_together(probed, sources)
     if len(together) < 2 or not _probe_together(team, together, sources, rng, seconds):
         together = []
     alone = [(each, tests) for each, tests in probed if (each, tests) not in together]
@@ -76,7 +76,7 @@ def _sabotage(team: Team, measured: Measured, seconds: float) -> list[str]:
     return [problem] if problem else []
 
 
-def _of_one_mind(probed: Sequence[tuple[Measured, list[str]]], sources: Sources) -> list[tuple[Measured, list[str]]]:
+def _fit_together(probed: Sequence[tuple[Measured, list[str]]], sources: Sources) -> list[tuple[Measured, list[str]]]:
     """Return the modules that can share probes.
 
     Not those whose tests call a function that another module calls on import, for that makes it another probe's; and
