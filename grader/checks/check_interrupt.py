@@ -64,4 +64,7 @@ def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
     if not moved:
         raise NotReached("not tried yet: the robot stood still whenever Ctrl-C came, so there was nothing to stop")
     for node, complaint in collected.items():
-        judge.remark(f"{node} ends well; Python's garbage collection complains afterwards: {complaint}", _TRY_COLLECTED)
+        judge.remark(
+            f"{node} ends well, and no point is lost; Python's garbage collection complains afterwards: {complaint}",
+            _TRY_COLLECTED,
+        )

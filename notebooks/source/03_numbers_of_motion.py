@@ -199,7 +199,7 @@ def clamp(value: float, low: float, high: float) -> float:
 #
 # `%%into FILE` in the first line of a cell puts the function below it into that file, in place of the one with the same name.
 # Write `quaternion_from_yaw`: the table by hand from above, as code.
-# The fields have names: `Quaternion(x=0.0, y=0.0, z=…, w=…)`.
+# The fields have names, and take floats, 0.0 and not 0: `Quaternion(x=0.0, y=0.0, z=…, w=…)`.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/conversions.py

@@ -953,7 +953,7 @@ for name in lost:
 # Before you let go of it, three last things, each of which has cost somebody a night:
 #
 # - Unpack the archive in an empty folder and look: is everything there, and nothing that should not be seen, such as a password or somebody else's name?
-# - Follow your own README there, word for word, in a new terminal.
+# - Follow your own README there, word for word, in a new terminal. Your nodes wait for a robot: the cell with `Bridge` in `docs/ros2-session.md` brings one.
 # - Make `test_results.xml` again if anything has changed since.
 #
 # > **On a real TurtleBot 4**
@@ -965,6 +965,7 @@ for name in lost:
 #
 # ## Go further
 #
+# - Press Ctrl-C while the demonstration waits for its goal: the goal goes on without it. Let it cancel first.
 # - Put `grader check` into a CI job of your own repository, and let each push be judged.
 # - Write the README's interface table by a script, from the running graph. Then it cannot become wrong.
 # - Give the package to somebody who was not in the course. Say nothing. Watch where they stop.
