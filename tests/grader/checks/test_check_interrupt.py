@@ -56,8 +56,8 @@ def test_what_garbage_collection_complains_of_is_named_and_costs_nothing():
     assert said.share == 1
     assert said.seen == (
         "sensor_processor ends well, and no point is lost; Python's garbage collection complains afterwards: Exception "
-        "ignored in: <function Executor.__del__ at 0x7f12> ... rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because "
-        "destruction was requested"
+        "ignored in: <function Executor.__del__ at 0x7f12> ... rclpy._rclpy_pybind11.InvalidHandle: cannot use "
+        "Destroyable because destruction was requested"
     )
     assert said.try_ == "call executor.shutdown() before rclpy shuts down"
 
