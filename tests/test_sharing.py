@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import itertools
 import subprocess
 import sys
 from pathlib import Path
@@ -55,3 +56,15 @@ def test_a_narrow_run_names_no_time_that_nobody_knows():
 @pytest.mark.parametrize(("seconds", "said"), [(42.4, "42 s"), (290.0, "5 min")])
 def test_times_are_said_in_seconds_or_minutes(seconds: float, said: str):
     assert sharing.words(seconds) == said
+
+
+def test_every_slow_test_says_why_it_is_slow():
+    marks = {
+        f"{path.relative_to(KIT)}:{number}": f"{above} {line}"
+        for path in (KIT / "tests").rglob("*.py")
+        if path.name not in ("test_sharing.py", "test_suite_run.py")
+        for number, (above, line) in enumerate(itertools.pairwise(path.read_text().splitlines()), 2)
+        if "mark.slow" in line
+    }
+    assert len(marks) > 40
+    assert {where for where, lines in marks.items() if "# " not in lines} == set()

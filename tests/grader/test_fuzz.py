@@ -224,13 +224,13 @@ def test_any_input_is_read_or_refused(name: str):
     fuzz(name, QUICK)
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # thousands of inputs
 @pytest.mark.parametrize("name", READERS)
 def test_a_thousand_inputs_are_read_or_refused(name: str):
     fuzz(name, MANY)
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # thousands of inputs
 def test_two_thousand_archives_and_folders_are_opened_or_refused():
     """Run test_any_input.py with more examples."""
     ended = subprocess.run(

@@ -62,7 +62,7 @@ def test_the_reference_gets_every_point(whole: tuple[str, Path]):
     assert "<img" in (out / "report.html").read_text()
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a second whole grading
 def test_a_second_grading_builds_nothing_and_says_the_same(whole: tuple[str, Path], reference: Path, tmp_path: Path):
     done = grader("grade", reference, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
@@ -71,6 +71,7 @@ def test_a_second_grading_builds_nothing_and_says_the_same(whole: tuple[str, Pat
     assert json.loads((tmp_path / "evidence" / "build.json").read_text())["cached"] is True
 
 
+# Half a minute each.
 @pytest.mark.parametrize("name", [*THOROUGHLY, *(pytest.param(name, marks=pytest.mark.slow) for name in SLOWLY)])
 def test_an_edit_costs_its_own_points_and_no_others(graded: Grade, by_trial: tuple[str, ...], name: str):
     report = graded(name, by_trial)
@@ -80,7 +81,7 @@ def test_an_edit_costs_its_own_points_and_no_others(graded: Grade, by_trial: tup
         assert said in words(report)
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a whole grading
 @pytest.mark.parametrize("name", [name for name in EDITS if name.startswith("renames_")])
 def test_another_name_costs_a_point_for_the_build_and_two_for_the_types(
     graded: Grade, settings: pipeline.Settings, name: str
@@ -95,13 +96,13 @@ def test_another_name_costs_a_point_for_the_build_and_two_for_the_types(
     assert report["total"] == 97
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # F and I of a package
 def test_executables_in_bin_cost_one_point_and_are_run_from_there(graded: Grade, by_trial: tuple[str, ...]):
     report = graded("installs_executables_in_bin", by_trial)
     assert {r["id"]: r["max"] - r["points"] for r in report["requirements"] if r["id"] in lost(report)} == {"I1": 1}
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # half a minute each
 @pytest.mark.parametrize("name", sorted(set(EDITS) - {*THOROUGHLY, *SLOWLY}))
 def test_an_edit_costs_the_requirements_it_names(graded: Grade, settings: pipeline.Settings, name: str):
     """That it costs nothing elsewhere is shown by `make known-bad`, which takes an hour."""

@@ -28,7 +28,7 @@ LIMIT_S = 20.0
 pytestmark = [
     pytest.mark.ros,
     pytest.mark.sandbox,
-    pytest.mark.slow,
+    pytest.mark.slow,  # gradings that are interrupted
     pytest.mark.skipif(shutil.which("bwrap") is None, reason="needs a network of its own: apt-get install bubblewrap"),
 ]
 

@@ -16,20 +16,13 @@ from grader.report import data
 from grader.trials import catalog
 from grader.trials import scheduler as trials
 
-pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]
+pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]  # F and I of each variant
 
 FUNCTIONALITY = tuple(f"F{number}" for number in range(1, 15))
 INTEGRATION = tuple(f"I{number}" for number in range(1, 9))
 
-# Half a minute each; the others pass the same test among the slow ones.
-QUICK = ("multithreaded", "own_thread")
 
-
-def slow_but(quick: tuple[str, ...]) -> list[object]:
-    return [name if name in quick else pytest.param(name, marks=pytest.mark.slow) for name in VARIANTS]
-
-
-@pytest.mark.parametrize("name", slow_but(QUICK))
+@pytest.mark.parametrize("name", VARIANTS)
 def test_a_correct_variant_loses_what_the_contract_takes_and_no_more(name: str, settings, tmp_path: Path):
     variant = VARIANTS[name]
     chosen = replace(settings, requirements=(*FUNCTIONALITY, *INTEGRATION))
@@ -63,7 +56,7 @@ def test_a_timer_on_the_clock_is_given_lockstep(settings, contract, tmp_path: Pa
     assert trial.pace == "lockstep"
 
 
-@pytest.mark.parametrize("times", [3, pytest.param(10, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("times", [3, 10])
 def test_the_same_trial_gives_the_same_commands_at_the_same_times(settings, contract, tmp_path: Path, times: int):
     names = ["wall_fast", "obstacle_vanishes", "navigate_beside"]
     first, *others = (play(None, settings, contract, tmp_path / str(n), names) for n in range(times))

@@ -46,7 +46,7 @@ def test_published_it_shows_what_a_solved_run_shows(name: str, course: Course):
     assert found.cells > 0
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a whole grading
 def test_published_to_the_end_the_package_gets_all_points(course: Course, tmp_path: Path):
     course.published(NAMES[-1])
     assert cli.main(["grade", str(course.package), "--out", str(tmp_path)]) == 0

@@ -160,7 +160,7 @@ def test_a_dead_node_holds_up_nothing(tmp_path: Path):
     assert found["t"] == pytest.approx(10.0)
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # waits for a node that is blocked on purpose
 def test_a_blocked_node_holds_up_the_run_once(tmp_path: Path):
     found = run(tmp_path, "blocked", ticks=20)
     assert "busy in a callback for seconds of wall time" in found["said"][0]

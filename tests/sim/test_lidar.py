@@ -112,7 +112,7 @@ def test_every_beam_equals_pymunks_segment_query_first(obstacles: list[Obstacle]
     assert_same(obstacles, sensor, BEAMS)
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # thousands of scenes
 @settings(max_examples=5000, deadline=None, derandomize=True, database=None)
 @given(scenes, sensors)
 def test_every_beam_equals_pymunks_in_thousands_of_scenes(obstacles: list[Obstacle], sensor: Pose) -> None:

@@ -49,7 +49,7 @@ def test_in_a_notebook_the_replay_is_in_an_iframe(cart: Recording) -> None:
     assert "<script>" not in output
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a browser
 def test_the_replay_plays_in_a_browser(cart: Recording, tmp_path: Path) -> None:
     """Opened at 4 s, the page shows robot and cart at their positions then."""
     browser = shutil.which("chromium") or shutil.which("google-chrome")

@@ -64,7 +64,7 @@ def test_the_packed_texts_are_those_of_the_checkout():
     assert packed == {name[:2]: checkpoint_texts.texts(name) for name in NOTEBOOKS}
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # builds each checkpoint
 @pytest.mark.sandbox
 @pytest.mark.parametrize("name", NOTEBOOKS[1:])
 def test_every_checkpoint_builds_and_installs_both_nodes(workspace: Workspace, name: str):

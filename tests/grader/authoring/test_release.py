@@ -213,7 +213,7 @@ def test_the_kits_grader_runs_and_has_no_verb_release(kit: Path):
     assert in_kit(kit, "release", "--out", "kit.zip").returncode == 2
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # all notebooks and a whole grading
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_the_whole_course_works_in_the_released_kit(kit: Path, rubric: Rubric, tmp_path: Path):

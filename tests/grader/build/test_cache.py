@@ -143,7 +143,7 @@ def test_damaged_type_hashes_are_not_used(monkeypatch: pytest.MonkeyPatch, tmp_p
         type_hashes.compute({"srv/SetSpeed.srv": "---"}, "p", tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # builds with colcon twice
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_damaged_cache_is_built_again(reference: Path, tmp_path: Path, settings: pipeline.Settings):

@@ -67,7 +67,7 @@ def test_a_damaged_cache_entry_is_built_again(package: Path, settings: pipeline.
     assert again.facts.ok
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # builds with colcon
 @pytest.mark.sandbox
 @pytest.mark.parametrize("name", VARIANTS)
 def test_all_that_an_honest_package_installs_is_known(name: str, tmp_path: Path, settings: pipeline.Settings):
@@ -79,7 +79,7 @@ def test_all_that_an_honest_package_installs_is_known(name: str, tmp_path: Path,
     assert facts.flags == []
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # builds with colcon
 @pytest.mark.sandbox
 def test_a_version_that_cmake_writes_is_known(package: Path, settings: pipeline.Settings):
     (package / "version.py.in").write_text('"""The version."""\n\n__version__ = "@PROJECT_VERSION@"\n')

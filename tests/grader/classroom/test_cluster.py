@@ -19,7 +19,7 @@ from grader.classroom.class_folder import ClassFolder, Status
 from grader.errors import GraderError
 from grader.host import provenance
 
-pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("default")]
+pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("default")]  # a cluster of three processes
 
 
 @pytest.fixture(scope="module")

@@ -187,7 +187,7 @@ def test_a_disk_that_fills_up_is_not_blamed_on_the_submission(tmp_path: Path, si
     assert words in done.stdout
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # gradings on a full disk
 @pytest.mark.ros
 @pytest.mark.sandbox
 @pytest.mark.parametrize("full", ["cache", "out", "tmp"])

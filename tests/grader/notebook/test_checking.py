@@ -105,7 +105,7 @@ def test_a_build_that_fails_shows_its_first_error(package: Path) -> None:
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-@pytest.mark.slow
+@pytest.mark.slow  # a build and trials
 def test_a_failed_trial_is_shown_as_a_picture(package: Path) -> None:
     module = package / PACKAGE / "utils" / "motion.py"
     module.write_text(module.read_text().replace("return STOP", "pass"))
@@ -117,7 +117,7 @@ def test_a_failed_trial_is_shown_as_a_picture(package: Path) -> None:
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-@pytest.mark.slow
+@pytest.mark.slow  # a build and trials
 def test_the_last_output_of_a_node_that_dies_is_shown(package: Path) -> None:
     module = package / PACKAGE / "driver.py"
     module.write_text(module.read_text().replace("        self._speed = 0.0", "        self._speed = nought", 1))
@@ -160,7 +160,7 @@ def test_every_requirement_has_a_notebook_where_it_first_passes() -> None:
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-@pytest.mark.slow
+@pytest.mark.slow  # the checks of each notebook
 @pytest.mark.parametrize("key", FIRST_PASSES)
 def test_a_notebooks_checks_pass_at_its_checkpoint(
     checked_after: Callable[[str, tuple[str, ...]], Checked], key: str
@@ -191,7 +191,7 @@ check("F4")
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-@pytest.mark.slow
+@pytest.mark.slow  # a build and trials
 @pytest.mark.parametrize("at", ["building the package", "trial "])
 def test_an_interrupted_check_leaves_nothing_behind(package: Path, tmp_path: Path, at: str) -> None:
     """Its threads went on with builds and trials, and the kernel was deaf until they were done."""

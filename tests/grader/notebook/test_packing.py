@@ -119,7 +119,7 @@ def test_the_command_prints_the_path_of_the_archive(
     assert said.endswith("Hand in: ../../ros2_robot_controller.zip\n")
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a whole grading
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_the_public_checks_run_on_the_archive(package: Path):

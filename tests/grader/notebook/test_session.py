@@ -290,7 +290,7 @@ def laid_out(tmp_path: Path) -> Callable[[str], Path]:
     return lay_out
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a build, a kernel and a node
 def test_a_node_dies_with_a_kernel_that_is_killed(laid_out: Callable[[str], Path]) -> None:
     root = laid_out("10")
     script = "import signal\nreport(node=pid(run_node()))\nos.kill(os.getpid(), signal.SIGKILL)\n"
@@ -304,7 +304,7 @@ def test_a_node_dies_with_a_kernel_that_is_killed(laid_out: Callable[[str], Path
     assert is_gone(node)
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a build, a kernel and a node
 def test_a_node_that_ends_in_the_middle_is_reported_once(laid_out: Callable[[str], Path]) -> None:
     facts = play(
         laid_out("10"),
@@ -325,7 +325,7 @@ report(t=run.t, v=run.simulator.twist.v, trouble=run.trouble, said=run.set_speed
     assert facts["trouble"].startswith("the node ended at 1.00 s with exit status -9")
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a build, a kernel and a node
 def test_the_driver_of_notebook_05_takes_its_speed_from_a_parameter(laid_out: Callable[[str], Path]) -> None:
     facts = play(
         laid_out("06"),
@@ -384,7 +384,7 @@ report(trouble=run.trouble, v=run.simulator.twist.v)
     assert facts["v"] == pytest.approx(0.25, abs=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a build, a kernel and a node
 def test_a_reset_of_the_live_view_starts_the_node_anew(laid_out: Callable[[str], Path]) -> None:
     facts = play(
         laid_out("10"),
@@ -421,7 +421,7 @@ def change(root: Path, module: str, *changes: tuple[str, str]) -> None:
     path.write_text(text)
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a build, a kernel and a node
 def test_an_action_that_sleeps_is_told_its_line_within_seconds(laid_out: Callable[[str], Path]) -> None:
     """`go_to` was silent for four minutes, and then gave general advice."""
     loop = (
@@ -435,7 +435,7 @@ def test_an_action_that_sleeps_is_told_its_line_within_seconds(laid_out: Callabl
     assert "`time.sleep` in the callback `_navigate`" in facts["trouble"]
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a build, a kernel and a node
 def test_a_reliable_subscription_hears_nothing_of_the_courses_sensors(laid_out: Callable[[str], Path]) -> None:
     """It did in the course, against its own lesson; on a robot it does not."""
     script = """

@@ -148,7 +148,7 @@ def test_a_rewritten_module_is_imported_again(workspace: Workspace, monkeypatch:
         del sys.modules[name]
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a build with colcon
 @pytest.mark.ros
 def test_a_plain_colcon_build_works_in_a_cell_and_is_found(workspace: Workspace) -> None:
     notebook.begin("03")

@@ -14,7 +14,7 @@ from grader import KIT, build, pipeline
 from grader.report import data
 from grader.scoring import rubric
 
-pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]
+pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]  # gradings with all linters
 
 RUBRIC = KIT / "rubric.yaml"
 QUALITY = ("Q1", "Q2", "Q3", "Q4", "Q5", "Q6", "I2")

@@ -153,7 +153,7 @@ def test_a_trial_that_cannot_be_written_leaves_the_grade(rubric, tmp_path, monke
     assert ".mcap" not in page.read_text()
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a browser
 def test_the_replay_runs_in_a_browser_under_the_pages_own_policy(rubric, tmp_path):
     """It opens at the moment of the failure."""
     browser = shutil.which("chromium") or shutil.which("google-chrome")

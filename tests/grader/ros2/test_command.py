@@ -135,7 +135,7 @@ def test_a_new_package_passes_its_own_tests(ros2, tmp_path):
     assert "The directory already exists" in again.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # builds with colcon
 @pytest.mark.parametrize("build_type", ["ament_python", "ament_cmake"])
 def test_a_new_package_builds(ros2, tmp_path, build_type):
     ros2(

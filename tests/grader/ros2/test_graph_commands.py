@@ -26,7 +26,7 @@ from grader.host import namespaces, ros_env
 pytestmark = [
     pytest.mark.ros,
     pytest.mark.sandbox,
-    pytest.mark.slow,
+    pytest.mark.slow,  # commands that wait for discovery
     pytest.mark.skipif(shutil.which("bwrap") is None, reason="needs a network of its own: apt-get install bubblewrap"),
 ]
 Ros2 = Callable[..., Any]

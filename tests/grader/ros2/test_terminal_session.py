@@ -25,7 +25,7 @@ HERE = "here"  # in this window each line is waited for; in the others lines kee
 pytestmark = [
     pytest.mark.ros,
     pytest.mark.sandbox,
-    pytest.mark.slow,
+    pytest.mark.slow,  # the whole page is typed into a terminal
     pytest.mark.skipif(shutil.which("bwrap") is None, reason="needs a network of its own: apt-get install bubblewrap"),
 ]
 

@@ -12,7 +12,7 @@ from grader.host import namespaces
 from grader.report import console
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a whole grading
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_grading_without_a_sandbox_says_so_in_every_report(

@@ -184,7 +184,7 @@ def test_an_unknown_attack_is_wrong_usage(capsys: pytest.CaptureFixture[str]):
 
 @pytest.mark.sandbox
 @pytest.mark.ros
-@pytest.mark.slow
+@pytest.mark.slow  # a grading for each attack
 @pytest.mark.parametrize("each", RUN, ids=lambda each: each.name)
 def test_an_attack_is_contained(each, settings: pipeline.Settings):
     [result] = attack_run.run([each], REFERENCE, settings)

@@ -16,7 +16,7 @@ from grader.host import tempdir
 ROOT = KIT
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # four gradings
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_killed_grading_leaves_nothing_and_the_next_is_right():

@@ -15,7 +15,7 @@ from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import RequirementScore
 
-pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]
+pytestmark = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]  # runs of the tests with their mutants
 
 ROOT = KIT
 QUICK = ("test_conversions.py", "test_motion.py", "test_scans.py", "test_steering.py")

@@ -73,7 +73,7 @@ def test_a_message_with_a_slip_is_read_by_its_own_fields_or_not_at_all(slip: Sli
 
 @pytest.mark.ros
 @pytest.mark.sandbox
-@pytest.mark.slow
+@pytest.mark.slow  # a build and a grading for each slip
 @pytest.mark.parametrize("slip", slips.representatives(), ids=by_name)
 def test_a_slip_is_graded_to_its_end(slip: Slip, settings: pipeline.Settings, tmp_path: Path):
     """`float64 speed` for `float32 speed` ended the grading: "killed from outside, as when memory runs out"."""

@@ -134,7 +134,7 @@ def test_parameter_services_that_are_discovered_late_are_asked(run: Run):
     assert answer.value == -1.0
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a node hangs for 10 s
 @pytest.mark.parametrize("hang", ["while True: pass", "time.sleep(1000)"])
 def test_a_node_that_hangs_in_a_callback_ends_its_trial_and_is_told_so(run: Run, hang: str):
     """It took 120 s of wall time for each such trial."""
@@ -144,7 +144,7 @@ def test_a_node_that_hangs_in_a_callback_ends_its_trial_and_is_told_so(run: Run,
     assert found.ended.endswith(", in `go`")
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a node hangs for 10 s
 @pytest.mark.parametrize(("more", "deaf"), [("", True), ("# MultiThreadedExecutor", False)])
 def test_a_node_that_only_publishes_is_deaf_if_it_has_one_thread(run: Run, tmp_path: Path, more: str, deaf: bool):
     """An action that drives and sleeps in a loop of its own was watched for 120 s. Other threads might still hear."""

@@ -31,7 +31,7 @@ def test_the_output_is_a_picture_of_the_current_state_and_a_text_that_never_chan
     assert metadata["image/png"]["alt"] == "room at 2.00 s"
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # a kernel and nbconvert
 def test_a_notebook_without_a_front_end_runs_and_stores_a_picture_of_the_end(tmp_path: FilePath) -> None:
     """As nbconvert and nbval run it: no exception, no output, no widget in the stored notebook."""
     pytest.importorskip("nbval", reason="no nbval: pip install -e '.[dev]' to run notebooks")
@@ -225,7 +225,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         yield page
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # JupyterLab in a browser
 def test_in_jupyterlab_the_robot_drives_and_obeys(page: Page, tmp_path: FilePath) -> None:
     """One visit: driving, buttons, a click, a drag, the dark theme."""
     page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
@@ -276,7 +276,7 @@ def test_in_jupyterlab_the_robot_drives_and_obeys(page: Page, tmp_path: FilePath
     page.picture(tmp_path / "dark.png")
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # JupyterLab in a browser
 def test_in_jupyterlab_it_can_be_used_without_a_mouse(page: Page) -> None:
     page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
     page.wait("document.querySelector('.lv')?.dataset.status === 'running'")
@@ -295,7 +295,7 @@ def test_in_jupyterlab_it_can_be_used_without_a_mouse(page: Page) -> None:
     assert page.ask(unnamed + "!e.getAttribute('aria-label')).length") == 0
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # JupyterLab in a browser
 def test_in_jupyterlab_it_runs_beside_a_busy_cell_and_ends_in_a_picture(page: Page) -> None:
     """A student's node may block the kernel; a cell run again replaces its view; stop leaves a picture."""
     page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
@@ -321,7 +321,7 @@ def test_in_jupyterlab_it_runs_beside_a_busy_cell_and_ends_in_a_picture(page: Pa
     assert page.kernel("import threading; print([t.name for t in threading.enumerate()].count('live view'))") == "0"
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # JupyterLab in a browser
 def test_in_jupyterlab_closing_the_notebook_stops_the_robot(page: Page) -> None:
     page.ask("jupyterapp.commands.execute('notebook:run-all-cells')")
     page.wait("document.querySelector('.lv')?.dataset.status === 'running'")
