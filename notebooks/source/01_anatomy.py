@@ -27,7 +27,7 @@
 # - build with `colcon`, find what was built, and run it;
 # - explain why a package with interfaces must be `ament_cmake`.
 #
-# **Time:** about 45 minutes.
+# **Time:** about 50 minutes.
 #
 # **Your package so far:** an empty folder.
 # At the end of this notebook:

@@ -28,7 +28,7 @@
 # - tell simulated time from wall time, and keep your node out of the wrong one;
 # - warn once, and not a hundred times.
 #
-# **Time:** two parts of about 50 and 60 minutes. Part 1 ends with a finished file, `scans.py`; part 2 begins at "Be seen on the graph".
+# **Time:** two parts of about 55 and 60 minutes. Part 1 ends with a finished file, `scans.py`; part 2 begins at "Be seen on the graph".
 #
 # **Your package so far**, and what you add today:
 #

@@ -29,7 +29,7 @@
 # - make mutants of your code, and improve the tests until they are noticed;
 # - let a linter read your code before a person does.
 #
-# **Time:** about 40 minutes for tests that notice (part 1), 60 for the controller on a bench (part 2), and 50 for the other node, coverage, mutants and the linter (part 3).
+# **Time:** about 45 minutes for tests that notice (part 1), 60 for the controller on a bench (part 2), and 50 for the other node, coverage, mutants and the linter (part 3).
 #
 # **Your package so far**, and what comes today:
 #

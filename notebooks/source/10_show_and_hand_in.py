@@ -28,7 +28,7 @@
 # - read a report as an instructor reads it, and decide what to mend first;
 # - pack the package and know what is in it.
 #
-# **Time:** about 30 minutes for the demonstration and its results (part 1), and 30 for the README, your report and the hand-in (part 2).
+# **Time:** about 30 minutes for the demonstration and its results (part 1), and 35 for the README, your report and the hand-in (part 2).
 #
 # **Your package so far**, and what comes today:
 #
