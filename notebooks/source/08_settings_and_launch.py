@@ -981,7 +981,7 @@ def launched(*words):
 with launched("two_carts_launch.py", "speed:=0.1"):
     # !ros2 topic echo --once --field linear.x /left/cmd_vel
     # !ros2 topic echo --once --field linear.x /right/wheels/cmd_vel
-    # !ros2 node list
+    # !ros2 node list --spin-time 5
     # !ros2 topic list
 
 # %% [markdown]
@@ -1071,7 +1071,7 @@ def generate_launch_description() -> LaunchDescription:
 # !ros2 launch -s launch/sensor_processor_launch.py
 with launched("src/ros2_robot_controller/launch/sensor_processor_launch.py"):
     # !ros2 param get /sensor_processor battery_low_threshold
-    # !ros2 node list
+    # !ros2 node list --spin-time 5
 
 # %% [markdown]
 # Look for `Double value is: 20.0`, and for one node.
@@ -1128,7 +1128,7 @@ def generate_launch_description() -> LaunchDescription:
 # On a busy machine the list may still lack a name that has just come up.
 with launched("src/ros2_robot_controller/launch/robot_controller_launch.py"):
     # !ros2 param get /robot_controller max_linear_speed
-    # !ros2 node list
+    # !ros2 node list --spin-time 5
 
 # %% [markdown]
 # New folders have to be installed, too, or nobody finds them after `colcon build`: that is the third point of I1.
