@@ -65,3 +65,14 @@ def test_a_speed_that_rises_by_the_wall_clock_costs_i7() -> None:
     assert said.seen.startswith(
         "the same speed was reached in 0.5 s of simulated time, and in 0.1 s when the simulator"
     )
+
+
+def test_a_speed_that_a_zero_does_not_end_is_no_matter_of_the_clock() -> None:
+    """A set_speed that ignores 0 drove on between the two paces, and cost I7 beside F2."""
+    evidence = with_habits()
+    trial = evidence.trials["standing_clock"]
+    top = max(command.v for command in trial.commands)
+    rose = next(command.t for command in trial.commands if command.v == top)
+    drives_on = [replace(command, v=top) if command.t > rose else command for command in trial.commands]
+    said = ask(CLOCK, replace(evidence, trials={**evidence.trials, trial.name: replace(trial, commands=drives_on)}))
+    assert said.share == 1
