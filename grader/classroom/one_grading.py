@@ -165,6 +165,8 @@ def _unzip(packed: bytes, into: Path) -> None:
     into.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(io.BytesIO(packed)) as archive:
         archive.extractall(into)  # of our own making; zipfile drops ".." and absolute paths
+        for entry in archive.infolist():  # and modes, without which an executable is none
+            (into / entry.filename).chmod(entry.external_attr >> 16 & 0o777)
 
 
 def _end(child: subprocess.Popen[str]) -> None:

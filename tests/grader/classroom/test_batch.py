@@ -15,7 +15,7 @@ from helpers.class_reports import Silent
 from grader.classroom import batch, class_folder
 from grader.classroom.batch import Options
 from grader.classroom.class_folder import ClassFolder, Status
-from grader.classroom.one_grading import Ending, Order, Runner, grade_packed, pack
+from grader.classroom.one_grading import Ending, Order, Runner, grade_packed, pack, unpack_results
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 
@@ -224,3 +224,13 @@ def test_a_submission_may_travel_as_bytes(tmp_path, source):
     assert status == "refused"
     assert "team01" in why
     assert results.startswith(b"PK")
+
+
+def test_a_folder_travels_with_the_modes_of_its_files(tmp_path):
+    """On a cluster the executables of a package that was handed in as a folder were none."""
+    program = tmp_path / "package" / "scripts" / "run"
+    program.parent.mkdir(parents=True)
+    program.write_text("#!/bin/sh\n")
+    program.chmod(0o755)
+    unpack_results(pack(tmp_path / "package"), tmp_path / "there")
+    assert (tmp_path / "there" / "scripts" / "run").stat().st_mode & 0o777 == 0o755
