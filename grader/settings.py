@@ -9,7 +9,8 @@ from pathlib import Path
 from grader.scoring.rubric import Requirement, Rubric
 
 MODULE_TIMEOUT_S = 90.0
-MUTATION_BUDGET_S = 60.0  # forty mutants take tests like the course's 6 to 25 s; what is not tried is left to luck
+# Forty mutants took the course's tests 6 s, and some 45 on a busy machine, where 20 s cut off most of them.
+MUTATION_BUDGET_S = 60.0
 
 
 @dataclass(frozen=True)

@@ -155,8 +155,6 @@ def _run_batch(options: argparse.Namespace, people: Sequence[Person], said: _Sai
         said,
     )
     said.close()
-    if not summary.interrupted:
-        page = _write_pages(ClassFolder(options.out))
     for note in ClassFolder(options.out).facts().notes:
         print(f"note: {printable(note, 300)}")
     print(
@@ -170,7 +168,7 @@ def _run_batch(options: argparse.Namespace, people: Sequence[Person], said: _Sai
         print(f"{_INTERRUPTED} {left} are left.", file=sys.stderr)
         print(f"`grader gradebook {options.out}` writes the gradebook of those that are graded.", file=sys.stderr)
         return EXIT_INTERRUPTED
-    print(f"Class: {page}")
+    print(f"Class: {_write_pages(ClassFolder(options.out))}")
     return EXIT_OUR_FAULT if summary.errors else EXIT_GRADED
 
 

@@ -161,16 +161,11 @@ def installed_as(modules: Sequence[Module], package: str) -> list[Module]:
     folders = {module.parts[0] for module in modules if len(module.parts) > 1}
     if package in folders or not package:
         return list(modules)
-    inside = {
-        tuple(name.split(".")[1:]) for module in modules for name in imports(module).modules if _is_in(name, package)
-    }
+    named = (name.split(".") for module in modules for name in imports(module).modules)
+    inside = {tuple(rest) for top, *rest in named if top == package}
     found = Counter(module.parts[0] for module in modules if module.parts[1:] and module.parts[1:] in inside)
     meant = found.most_common(1)[0][0] if found else ""
     return [replace(module, top=package) if module.parts[0] == meant else module for module in modules]
-
-
-def _is_in(name: str, package: str) -> bool:
-    return name.startswith(f"{package}.")
 
 
 def absolute(module: Module, node: ast.ImportFrom) -> str:
