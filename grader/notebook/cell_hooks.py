@@ -64,22 +64,21 @@ def install(workspace: Workspace) -> None:
                 shell.events.unregister(event, older)
         shell.events.register(event, callback)
     before_begin.install()
-    warnings.formatwarning = _plain(warnings.formatwarning)
+    warnings.formatwarning = format_warning
     shell.register_magic_function(hooks.unless_later(pieces.into, pieces.MAGIC), "cell", pieces.MAGIC)
     for name in before_begin.WRITES:
         original = before_begin.original(shell)
         shell.register_magic_function(hooks.unless_later(original, name), "cell", name)
 
 
-def _plain(usual: Callable[..., str]) -> Callable[..., str]:
-    """Return `usual`, but without the place in the kit's own files, where there is nothing to mend."""
+_USUAL_FORMAT = warnings.formatwarning
 
-    def formatted(message: Warning | str, category: type[Warning], filename: str, *more: Any, **named: Any) -> str:
-        if Path(filename).is_relative_to(KIT / "sim"):
-            return f"{category.__name__}: {message}\n"
-        return usual(message, category, filename, *more, **named)
 
-    return formatted
+def format_warning(message: Warning | str, category: type[Warning], filename: str, *more: Any, **named: Any) -> str:
+    """Return a warning as Python shows it, but without a place in the simulator, where there is nothing to mend."""
+    if Path(filename).is_relative_to(KIT / "sim"):
+        return f"{category.__name__}: {message}\n"
+    return _USUAL_FORMAT(message, category, filename, *more, **named)
 
 
 def forget_changed_modules(package: Path) -> None:
