@@ -19,6 +19,7 @@ from submissions.table import judged_by_trial
 
 from grader import cli, pipeline
 from grader.errors import SubmissionError
+from grader.settings import MUTATION_BUDGET_S
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 
@@ -188,7 +189,7 @@ def test_a_missing_submission_is_named(tmp_path: Path):
     assert "nobody.zip" in done.stderr
 
 
-@pytest.mark.parametrize(("words", "seconds"), [((), 20.0), (("--mutation-budget", "300"), 300.0)])
+@pytest.mark.parametrize(("words", "seconds"), [((), MUTATION_BUDGET_S), (("--mutation-budget", "300"), 300.0)])
 def test_the_mutation_budget_can_be_chosen(monkeypatch, tmp_path: Path, words: tuple[str, ...], seconds: float):
     chosen = []
 
