@@ -17,10 +17,11 @@ from types import TracebackType
 
 from grader.errors import GraderError
 from grader.host import cgroup, procfs, shortage, submission_user
-from grader.sandbox.bwrap import WAIT_FOR_GO, Limits, Sandbox, bwrap_command, enter_cgroup, with_limits
+from grader.sandbox.bwrap import HOLD, WAIT_FOR_GO, Limits, Sandbox, bwrap_command, enter_cgroup, with_limits
 from grader.sandbox.cpu_clock import CpuClock
 from grader.sandbox.disk_guard import DiskGuard
 from grader.sandbox.syscall_filter import open_filter
+from grader.sandbox.warm_start import CannotFork, Program, WarmPython
 
 _CLOCK_PERIOD_S = 1.0  # between two readings of how long a command has waited for a CPU
 _MAX_STRETCH = 4  # wall time that a command may take on a busy machine, in multiples of its time limit
@@ -48,8 +49,16 @@ class RunResult:
 class Process:
     """A running command in a sandbox. A context manager: leaving it kills the whole process tree."""
 
-    def __init__(self, command: Sequence[str], box: Sandbox, limits: Limits) -> None:
+    def __init__(self, command: Sequence[str], box: Sandbox, limits: Limits, warm: WarmPython | None = None) -> None:
+        """Start `command` in a sandbox of its own: by forking `warm` where that makes no difference to the command."""
         self.started = time.monotonic()
+        try:
+            self._start(command, box, limits, warm)
+        except CannotFork:
+            self.kill()
+            self._start(command, box, limits, None)
+
+    def _start(self, command: Sequence[str], box: Sandbox, limits: Limits, warm: WarmPython | None) -> None:
         self._stopped = ""
         self._written = list(box.writable)
         self._user = None if box.trusted else submission_user.choose()
@@ -57,33 +66,39 @@ class Process:
             _require_readable(box)
             submission_user.give(self._written, self._user)
         self._group = cgroup.create(limits.resident_bytes, limits.processes)
-        info_read_end, info_write_end = os.pipe()
-        go_read_end, go_write_end = os.pipe()
-        filter_fd = open_filter()
-        inside = [*WAIT_FOR_GO, *with_limits(command, limits)]
-        command_line = [*bwrap_command(box, info_write_end, filter_fd, self._user), *inside]
-        try:
-            self._popen = subprocess.Popen(
-                [*enter_cgroup(self._group), *command_line],
-                stdin=go_read_end, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True,
-                pass_fds=(info_write_end, filter_fd), env={"PATH": os.environ.get("PATH", "/usr/bin:/bin")},
-            )  # fmt: skip
-        except OSError as error:
-            os.close(info_read_end)
-            os.close(go_write_end)
-            self._group.close()
-            raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it prints the fix.") from error
-        finally:
-            for descriptor in (info_write_end, go_read_end, filter_fd):
-                os.close(descriptor)
-        self._output = _Output(self._popen, limits.output_bytes)
-        self._init_pid = _child_pid(info_read_end)
-        with contextlib.suppress(BrokenPipeError):  # no reader: the sandbox could not be set up
-            os.write(go_write_end, b"go\n")
-        os.close(go_write_end)
-        self._guard = (
-            DiskGuard(list(box.writable), limits.disk_bytes, limits.files, self._kill_tree) if box.writable else None
-        )
+        self._program: Program | None = None
+        self._guard: DiskGuard | None = None
+        forked = warm is not None and warm.suits(command, box)
+        inside = HOLD if forked else (*WAIT_FOR_GO, *with_limits(command, limits))
+        with contextlib.ExitStack() as stack:
+            info, hold, output, up = (_Pipe(stack) for _ in range(4))
+            filter_fd = open_filter()
+            stack.callback(os.close, filter_fd)
+            command_line = [*bwrap_command(box, info.write_end, filter_fd, self._user), *inside]
+            try:
+                self._popen = subprocess.Popen(
+                    [*enter_cgroup(self._group), *command_line], start_new_session=True,
+                    stdin=hold.read_end, stdout=up.write_end if forked else output.write_end, stderr=output.write_end,
+                    pass_fds=(info.write_end, filter_fd), env={"PATH": os.environ.get("PATH", "/usr/bin:/bin")},
+                )  # fmt: skip
+            except OSError as error:
+                self._group.close()
+                raise GraderError(f"Cannot start bwrap ({error}). Run `grader doctor`; it prints the fix.") from error
+            for pipe in (info, up):
+                pipe.close_write_end()
+            self._output = _Output(os.dup(output.read_end), limits.output_bytes)
+            self._init_pid = _child_pid(info.read_end)
+            if not forked:
+                with contextlib.suppress(BrokenPipeError):  # no reader: the sandbox could not be set up
+                    os.write(hold.write_end, b"go\n")
+            elif os.read(up.read_end, 3):
+                assert warm is not None
+                self._program = warm.start(
+                    command, box, limits, init=self._init_pid, output=output.write_end, hold=hold.write_end,
+                    user=self._user, group=self._group,
+                )  # fmt: skip
+        if box.writable:
+            self._guard = DiskGuard(list(box.writable), limits.disk_bytes, limits.files, self._kill_tree)
 
     def __enter__(self) -> Process:
         """Return the running process."""
@@ -108,6 +123,8 @@ class Process:
     def exit_code(self) -> int | None:
         """Return the exit status, negative for a signal, or None while the process runs."""
         code = self._popen.poll()
+        if code is not None and self._program is not None:
+            code = self._program.exit_code()
         # bwrap reports a child that died of signal N as 128 + N.
         return None if code is None else (128 - code if code > 128 else code)
 
@@ -144,15 +161,18 @@ class Process:
 
     def thread_times(self) -> dict[int, tuple[float, float]]:
         """Return for each thread of the whole tree the seconds that it has run, and has waited for a core."""
-        return procfs.thread_times(procfs.descendants_at_a_glance(self._init_pid))
+        return procfs.thread_times(self._tree())
 
     def cpu_seconds(self) -> float:
         """Return the CPU time that the whole tree has used, with the processes in it that have ended."""
-        return procfs.cpu_seconds([self._init_pid, *procfs.descendants_at_a_glance(self._init_pid)])
+        return procfs.cpu_seconds([self._init_pid, *self._tree()])
 
     def pin_to(self, cores: Iterable[int]) -> None:
         """Let the whole tree run on these cores only."""
-        procfs.pin_to(cores, procfs.descendants(self._init_pid))
+        pids = procfs.descendants(self._init_pid)
+        if self._program is not None:
+            pids += [self._program.pid, *procfs.descendants(self._program.pid)]
+        procfs.pin_to(cores, pids)
 
     def kill(self) -> None:
         """Kill the whole process tree and wait until it is gone.
@@ -164,6 +184,8 @@ class Process:
         if self._guard is not None:
             self._guard.close()
         self._output.close()
+        if self._program is not None:
+            self._program.exit_code()
         if self._user is not None:
             submission_user.give(self._written, os.geteuid())
         self._stopped = self.stopped()
@@ -174,8 +196,16 @@ class Process:
             raise GraderError(shortage.NO_MEMORY)
 
     def _signal_command(self, number: signal.Signals) -> None:
-        for pid in procfs.children(self._init_pid):
+        pids = procfs.children(self._init_pid) if self._program is None else [self._program.pid]
+        for pid in pids:
             _signal(pid, number)
+
+    def _tree(self) -> list[int]:
+        """Return the pids of all processes below the sandbox's first one, and of a program that was forked into it."""
+        pids = procfs.descendants_at_a_glance(self._init_pid)
+        if self._program is not None:
+            pids += [self._program.pid, *procfs.descendants_at_a_glance(self._program.pid)]
+        return pids
 
     def _kill_tree(self) -> None:
         """Kill the whole process tree; its output can still be read."""
@@ -192,9 +222,8 @@ class Process:
 class _Output:
     """Reads a process's output as it arrives, so that the process never blocks, and keeps the start and the end."""
 
-    def __init__(self, popen: subprocess.Popen[bytes], limit: int) -> None:
-        assert popen.stdout is not None
-        self._stream = popen.stdout
+    def __init__(self, stream: int, limit: int) -> None:
+        self._stream = os.fdopen(stream, "rb", buffering=0)
         self._half = limit // 2
         self._head = b""
         self._tail = b""
@@ -204,8 +233,7 @@ class _Output:
         self._thread.start()
 
     def _read(self) -> None:
-        descriptor = self._stream.fileno()
-        while chunk := os.read(descriptor, 65536):
+        while chunk := self._stream.read(65536):
             with self._lock:
                 space = self._half - len(self._head)
                 self._head += chunk[:space]
@@ -263,9 +291,22 @@ def require() -> None:
         )
 
 
+class _Pipe:
+    """A pipe whose ends are closed with `stack` at the latest."""
+
+    def __init__(self, stack: contextlib.ExitStack) -> None:
+        self.read_end, self.write_end = os.pipe()
+        stack.callback(os.close, self.read_end)
+        self._closing = stack.enter_context(contextlib.ExitStack())
+        self._closing.callback(os.close, self.write_end)
+
+    def close_write_end(self) -> None:
+        self._closing.close()
+
+
 def _child_pid(read_end: int) -> int:
     """Return the pid, on the host, of the first process in the sandbox; 0 if the sandbox could not be set up."""
-    with os.fdopen(read_end, "rb") as stream:
+    with os.fdopen(os.dup(read_end), "rb") as stream:
         text = stream.read()
     return int(json.loads(text)["child-pid"]) if text else 0
 

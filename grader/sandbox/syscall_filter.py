@@ -37,9 +37,13 @@ _PROGRAM = (
 )
 
 
+PROGRAM_BYTES = b"".join(struct.pack("=HBBI", code, yes, no, value) for code, value, yes, no in _PROGRAM)
+"""The filter as the kernel reads it: an array of struct sock_filter."""
+
+
 def open_filter() -> int:
     """Return a new file descriptor from which bubblewrap reads the filter."""
     descriptor = os.memfd_create("seccomp")
-    os.write(descriptor, b"".join(struct.pack("=HBBI", code, yes, no, value) for code, value, yes, no in _PROGRAM))
+    os.write(descriptor, PROGRAM_BYTES)
     os.lseek(descriptor, 0, os.SEEK_SET)
     return descriptor

@@ -36,27 +36,31 @@ _LAUNCH = Path(__file__).parent / "launch"
 
 # Two nodes and a launch file take 0.3 GB.
 _LIMITS = sandbox.Limits(wall_seconds=300.0, resident_bytes=1536 * sandbox.MIB)
+_ENVIRONMENT = ros_env.environment(build.INSTALL, home=sandbox.HOME) | {
+    "PYTHONFAULTHANDLER": "1",  # a node that hangs can tell where
+}
 
 
 def main() -> int:
     """Run the trials that stdin asks for."""
     answers = _answers()
     plans = catalog.trials()
-    print(READY, file=answers, flush=True)
-    for line in sys.stdin:
-        request = TrialRequest(**json.loads(line))
-        plan = plans[request.trial]
-        try:
-            run_trial(plan, request)
-        except Exception as error:  # an error of ours must not take the other trials along
-            if Path(request.out).is_file():  # the trial was over; a process that cannot leave the graph starts no other
-                traceback.print_exc()
-                return 1
-            if problem := _host_problem(error):
-                print(CANNOT + problem, file=answers, flush=True)
-                continue
-            _save(request, not_started(plan, request.seed, traceback.format_exc()))
-        print(request.trial, file=answers, flush=True)
+    with sandbox.WarmPython(_ENVIRONMENT) as warm:
+        print(READY, file=answers, flush=True)
+        for line in sys.stdin:
+            request = TrialRequest(**json.loads(line))
+            plan = plans[request.trial]
+            try:
+                run_trial(plan, request, warm)
+            except Exception as error:  # an error of ours must not take the other trials along
+                if Path(request.out).is_file():  # the trial was over; who cannot leave the graph starts no other
+                    traceback.print_exc()
+                    return 1
+                if problem := _host_problem(error):
+                    print(CANNOT + problem, file=answers, flush=True)
+                    continue
+                _save(request, not_started(plan, request.seed, traceback.format_exc()))
+            print(request.trial, file=answers, flush=True)
     return 0
 
 
@@ -83,8 +87,11 @@ def _save(request: TrialRequest, facts: evidence.Trial) -> None:
     part.replace(request.out)
 
 
-def run_trial(plan: TrialPlan, request: TrialRequest) -> None:
-    """Start the node in a sandbox, run the trial's script, save what was observed, and leave the graph."""
+def run_trial(plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython | None = None) -> None:
+    """Start the node in a sandbox, run the trial's script, save what was observed, and leave the graph.
+
+    Nodes are forked from `warm` where that makes no difference to them.
+    """
     install = Path(request.install)
     missing = _missing(plan, install, request.ros_name)
     if missing:
@@ -92,10 +99,10 @@ def run_trial(plan: TrialPlan, request: TrialRequest) -> None:
         return
     simulator = Simulator(_transformed_world(plan, request.seed), seed=request.seed)
     box, telltales = _sandbox(plan, request)
-    with ExitStack() as others, sandbox.Process(_command(plan, request.ros_name), box, _LIMITS) as process:
+    with ExitStack() as others, sandbox.Process(_command(plan, request.ros_name), box, _LIMITS, warm) as process:
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
         stage = Stage(plan, request.seed, simulator, process, request.domain_id, reliable=not request.best_effort)
-        stage.start = lambda command: others.enter_context(sandbox.Process(command, box, _LIMITS))
+        stage.start = lambda command: others.enter_context(sandbox.Process(command, box, _LIMITS, warm))
         stage.patience_s = request.patience_s
         stage.package = request.ros_name
         stage.readers = _readers(install)
@@ -131,10 +138,7 @@ def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, d
         visible |= {copy: f"{_share(build.INSTALL, request.ros_name)}/config/{name}" for copy, name in copies.items()}
     if plan.launch:
         visible |= {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"}
-    environment = ros_env.environment(build.INSTALL, home=sandbox.HOME) | {
-        "ROS_DOMAIN_ID": str(request.domain_id),
-        "PYTHONFAULTHANDLER": "1",  # a node that hangs can tell where
-    }
+    environment = {**_ENVIRONMENT, "ROS_DOMAIN_ID": str(request.domain_id)}
     return sandbox.Sandbox(read_only=visible, environment=environment, network=True), telltales
 
 

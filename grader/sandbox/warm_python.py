@@ -1,0 +1,249 @@
+"""Run Python programs in sandboxes that are set up already, each as a fork of this process, which has imported much.
+
+Started by `warm_start`, outside of the sandboxes; imports nothing of the grader and runs nothing of a submission.
+A request is one message on standard input: JSON, and three file descriptors. For each request two processes are forked.
+The first joins the sandbox's namespaces and waits; the second gives up every right that a sandbox's own commands have
+not, and becomes the program. See setns(2), capabilities(7), seccomp(2) and, for what /proc shows, prctl(2).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import fcntl
+import gc
+import importlib
+import importlib.machinery
+import json
+import mmap
+import os
+import resource
+import signal
+import socket
+import struct
+import sys
+import types
+from typing import Any
+
+# What a node of the course imports. No module that draws numbers at random when it is imported, as numpy.random does:
+# all programs would draw the same.
+MODULES = (
+    "numpy", "rclpy", "rclpy.action", "rclpy.callback_groups", "rclpy.duration", "rclpy.executors", "rclpy.logging",
+    "rclpy.node", "rclpy.parameter", "rclpy.qos", "rclpy.time", "action_msgs.msg", "geometry_msgs.msg", "nav_msgs.msg",
+    "rcl_interfaces.msg", "rcl_interfaces.srv", "rosgraph_msgs.msg", "sensor_msgs.msg", "std_msgs.msg", "std_srvs.srv",
+)  # fmt: skip
+# Types whose libraries it loads with them.
+TYPES = {
+    "geometry_msgs.msg": ("Twist",), "nav_msgs.msg": ("Odometry",), "rcl_interfaces.msg": ("Log",),
+    "rcl_interfaces.srv": ("GetParameters",), "rosgraph_msgs.msg": ("Clock",), "std_msgs.msg": ("Float32",),
+    "sensor_msgs.msg": ("BatteryState", "Imu", "LaserScan"), "std_srvs.srv": ("Trigger",),
+}  # fmt: skip
+# Packages of the types that a node sends or receives, those of its parameters, its clock and its action included.
+SERIALIZED = (
+    "action_msgs", "builtin_interfaces", "geometry_msgs", "nav_msgs", "rcl_interfaces", "rosgraph_msgs", "sensor_msgs",
+    "service_msgs", "std_msgs", "std_srvs", "type_description_interfaces", "unique_identifier_msgs",
+)  # fmt: skip
+
+_MESSAGE_BYTES = 65536
+# <linux/sched.h>, <linux/nsfs.h>, <linux/capability.h>, <linux/prctl.h>
+_NEW_USER = 0x10000000
+_OWNER_OF_NAMESPACE = 0xB701
+_CAPABILITIES_3, _CAPABILITIES = 0x20080522, 64
+_SET_DUMPABLE, _SET_SECCOMP, _DROP_FROM_BOUNDING_SET, _SET_NO_NEW_PRIVILEGES, _AMBIENT = 4, 22, 24, 38, 47
+_CLEAR_AMBIENT, _SECCOMP_FILTER = 4, 2
+_SET_MEMORY_MAP, _WHOLE_MAP = 35, 14
+# The fields of /proc/self/stat that struct prctl_mm_map asks for; see proc(5).
+_START_CODE, _END_CODE, _START_STACK, _START_DATA, _END_DATA, _START_BRK = 26, 27, 28, 45, 46, 47
+
+_libc = ctypes.CDLL(None, use_errno=True)
+_shown: list[mmap.mmap] = []  # what /proc shows lies in it for as long as the process lives
+
+
+def import_modules() -> None:
+    """Import what nodes need, and load the C libraries that come with it."""
+    for name in MODULES:
+        importlib.import_module(name)
+    check = importlib.import_module("rclpy.type_support").check_for_type_support
+    for package, names in TYPES.items():
+        for name in names:
+            check(getattr(importlib.import_module(package), name))
+    importlib.import_module("rclpy.utilities").get_rmw_implementation_identifier()  # loads DDS
+    for package in SERIALIZED:
+        ctypes.CDLL(f"lib{package}__rosidl_typesupport_fastrtps_c.so")
+
+
+def serve() -> dict[str, Any]:
+    """Serve requests until nobody can send any more; in a process that becomes a program, return its request."""
+    with contextlib.closing(socket.socket(fileno=os.dup(0))) as channel:
+        channel.send(json.dumps(sorted({name.split(".")[0] for name in sys.modules})).encode())
+        signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # the kernel forgets those that have ended
+        while True:
+            data, descriptors, _, _ = socket.recv_fds(channel, _MESSAGE_BYTES, 3)
+            if not data:
+                os._exit(0)
+            if os.fork() == 0:
+                break
+            for descriptor in descriptors:
+                os.close(descriptor)
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    output, status, _hold = descriptors  # the third one is open elsewhere until this process ends
+    request: dict[str, Any] = json.loads(data)
+    try:
+        join_and_wait(request, status)
+    except BaseException as error:
+        os.write(status, f"{type(error).__name__}: {error}\n".encode())
+        os._exit(1)
+    take_streams(output)
+    return {name: request[name] for name in ("command", "cwd", "environment", "libraries")}
+
+
+def join_and_wait(request: dict[str, Any], status: int) -> None:
+    """Join the sandbox and fork; return in the child, which has the rights of a program in the sandbox.
+
+    The parent writes the child's pid to `status`, and how it ended.
+    """
+    groups = [os.open(path, os.O_WRONLY) for path in request["groups"]]
+    join_namespaces(request["init"])
+    read_end, write_end = os.pipe()
+    pid = os.fork()
+    if pid == 0:
+        for group in groups:
+            os.write(group, b"0")
+        os.setsid()
+        give_up_rights(request)
+        os.write(write_end, b"+")
+        return
+    os.close(write_end)
+    if os.read(read_end, 1):  # else the child has said why not
+        os.write(status, b"%d\n" % pid)
+    _, ended = os.waitpid(pid, 0)
+    os.write(status, b"%d\n" % os.waitstatus_to_exitcode(ended))
+    os._exit(0)
+
+
+def join_namespaces(init: int) -> None:
+    """Enter the namespaces of the process `init`, the first one of a sandbox; its pid namespace with the next fork."""
+    names = ("ipc", "uts", "cgroup", "pid", "mnt")
+    found = {name: os.open(f"/proc/{init}/ns/{name}", os.O_RDONLY) for name in ("user", *names)}
+    own = {name: os.open(f"/proc/self/ns/{name}", os.O_RDONLY) for name in ("user", *names)}
+    other_user = not os.path.sameopenfile(found["user"], own["user"])
+    if other_user:
+        # bubblewrap mounts in a first user namespace, which the others belong to, and runs commands in a second one.
+        owner = fcntl.ioctl(found["mnt"], _OWNER_OF_NAMESPACE)
+        _call("setns", owner, _NEW_USER)
+    for name in names:
+        if not os.path.sameopenfile(found[name], own[name]):
+            _call("setns", found[name], 0)
+    if other_user and not os.path.sameopenfile(found["user"], owner):
+        _call("setns", found["user"], _NEW_USER)
+
+
+def give_up_rights(request: dict[str, Any]) -> None:
+    """Give up what a command in a sandbox does not have, for good: limits, user, capabilities, kernel calls."""
+    for name, value in request["limits"].items():
+        resource.setrlimit(getattr(resource, name), (value, value))
+    for number in range(_CAPABILITIES):
+        _libc.prctl(_DROP_FROM_BOUNDING_SET, number, 0, 0, 0)  # fails above the last one that this kernel has
+    if (user := request["user"]) is not None:
+        os.setgroups([])
+        os.setresgid(user, user, user)
+        os.setresuid(user, user, user)
+    _call("prctl", _AMBIENT, _CLEAR_AMBIENT, 0, 0, 0)
+    _call("capset", struct.pack("=Ii", _CAPABILITIES_3, 0), bytes(24))
+    _call("prctl", _SET_DUMPABLE, 1, 0, 0, 0)  # as after the start of a program: what /proc/self shows is its own
+    _call("prctl", _SET_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
+    program = ctypes.create_string_buffer(bytes.fromhex(request["filter"]))
+    length = len(request["filter"]) // 16  # instructions of eight bytes
+    _call("prctl", _SET_SECCOMP, _SECCOMP_FILTER, struct.pack("@HP", length, ctypes.addressof(program)), 0, 0)
+
+
+def take_streams(output: int) -> None:
+    """Read nothing, write to `output`, and close every other file descriptor."""
+    null = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(null, 0)
+    os.dup2(output, 1)
+    os.dup2(output, 2)
+    os.closerange(3, 65536)
+
+
+def become_program(request: dict[str, Any]) -> types.CodeType:
+    """Make this process look as if Python had just been started with a script, and return the script's code."""
+    script, *arguments = request["command"]
+    os.chdir(request["cwd"])
+    os.environ.clear()
+    os.environ.update(request["environment"])
+    sys.argv[:] = [script, *arguments]
+    sys.orig_argv[:] = ["python3", script, *arguments]
+    with contextlib.suppress(OSError):  # a kernel without CONFIG_CHECKPOINT_RESTORE
+        show_in_proc(sys.orig_argv, request["environment"])
+    sys.path[0] = os.path.dirname(os.path.realpath(script))  # noqa: PTH120
+    sys.path_importer_cache.clear()  # it has noted that the sandbox's folders do not exist
+    load(request["libraries"])
+    sys.excepthook = without_our_frames
+    main = types.ModuleType("__main__")
+    loader = importlib.machinery.SourceFileLoader("__main__", script)
+    main.__dict__.update(
+        __annotations__={}, __builtins__=__builtins__, __cached__=None, __file__=script, __loader__=loader
+    )
+    sys.modules["__main__"] = main
+    gc.unfreeze()
+    with open(script, "rb") as stream:  # noqa: PTH123
+        return compile(stream.read(), script, "exec", dont_inherit=True)
+
+
+def show_in_proc(words: list[str], environment: dict[str, str]) -> None:
+    """Let /proc/self/cmdline and /proc/self/environ show these."""
+    texts = [words, [f"{name}={value}" for name, value in environment.items()]]
+    shown = [b"".join(os.fsencode(text) + b"\0" for text in each) for each in texts]
+    # /proc shows anonymous memory only.
+    memory = mmap.mmap(-1, sum(map(len, shown)), flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    memory.write(b"".join(shown))
+    _shown.append(memory)
+    start = ctypes.addressof(ctypes.c_char.from_buffer(memory))
+    between, end = start + len(shown[0]), start + len(memory)
+    with open("/proc/self/stat", "rb") as stream:  # noqa: PTH123
+        _state, *numbers = stream.read().rpartition(b")")[2].split()
+    fields = [0, 0, 0, 0, *map(int, numbers)]
+    _libc.sbrk.restype = ctypes.c_void_p
+    borders = [fields[number] for number in (_START_CODE, _END_CODE, _START_DATA, _END_DATA, _START_BRK)]
+    borders += [_libc.sbrk(0), fields[_START_STACK], start, between, between, end]
+    whole = struct.pack("@11QQII", *borders, 0, 0, 0xFFFFFFFF)  # no new auxiliary vector, no other executable
+    _call("prctl", _SET_MEMORY_MAP, _WHOLE_MAP, whole, len(whole), 0)
+
+
+def load(libraries: list[str]) -> None:
+    """Load shared libraries, each after those that it needs.
+
+    The loader has noted that their folder does not exist, outside of the sandbox. What is loaded it finds by name.
+    """
+    left = libraries
+    while left:
+        failed = []
+        for library in left:
+            try:
+                ctypes.CDLL(library)
+            except OSError:
+                failed.append(library)
+        if len(failed) == len(left):
+            return
+        left = failed
+
+
+def without_our_frames(kind: type[BaseException], error: BaseException, trace: types.TracebackType | None) -> None:
+    """Print an exception that nothing has caught as Python does, from the program's first line on."""
+    while trace is not None and trace.tb_frame.f_code.co_filename == __file__:
+        trace = trace.tb_next
+    sys.__excepthook__(kind, error.with_traceback(trace), trace)
+
+
+def _call(name: str, *arguments: Any) -> None:
+    if getattr(_libc, name)(*arguments) != 0:
+        raise OSError(ctypes.get_errno(), f"{name}: {os.strerror(ctypes.get_errno())}")
+
+
+if __name__ == "__main__":
+    import_modules()
+    # rclpy's libraries have started two threads of LTTng's, which sleep until a tracing daemon comes. No fork has them.
+    gc.collect()
+    gc.freeze()  # a fork that never touches these pages never copies them
+    exec(become_program(serve()), sys.modules["__main__"].__dict__)

@@ -1,0 +1,201 @@
+"""Start Python programs in sandboxes without Python's own start: as forks of a process that has imported much.
+
+A node needs 0.2 s of CPU time for the same imports each time: Python's, numpy's, rclpy's. Here it gets them for
+nothing. The process that is forked runs no code of a submission, and the fork has the sandbox's namespaces, limits,
+user and filter of kernel calls before it runs any. What a program could notice is listed in docs/trials.md.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+from collections.abc import Mapping, Sequence
+from functools import cache, cached_property
+from pathlib import Path
+from types import TracebackType
+
+from grader.host import cgroup, namespaces, ros_env
+from grader.sandbox.bwrap import DEFAULT_SIGNALS, Limits, Sandbox, resource_limits
+from grader.sandbox.syscall_filter import PROGRAM_BYTES
+
+_SCRIPT = Path(__file__).with_name("warm_python.py")
+_INTERPRETERS = ("/usr/bin/env python3", f"{ros_env.PREFIX}/bin/python3")
+_FIRST_LINE = re.compile(rf"#! ?({'|'.join(map(re.escape, _INTERPRETERS))})\s*\n".encode())
+_LONGEST_SCRIPT = 100_000
+_MESSAGE_BYTES = 65536
+# Python imports these by their names before the program.
+_AT_START = frozenset({"sitecustomize", "usercustomize"})
+_DIFFERS = "ROS_DOMAIN_ID"  # the one variable that may differ from the warm process's; read when a node comes up
+
+
+class CannotFork(Exception):
+    """A program could not be forked into a sandbox. Some kernels and container engines do not allow it."""
+
+
+class Program:
+    """A program that was started in a sandbox by a WarmPython. Its parent process is outside of the sandbox."""
+
+    def __init__(self, status: int) -> None:
+        """Wait until the program runs.
+
+        Raises:
+            CannotFork: it could not be started.
+        """
+        self._lines = os.fdopen(status)
+        first = self._lines.readline().strip()
+        if not first.isdigit():
+            self._lines.close()
+            raise CannotFork(first or "what was to start it has ended")
+        self.pid = int(first)
+        """The program's pid on the host."""
+        self._exit_code: int | None = None
+
+    def exit_code(self) -> int:
+        """Return the exit status of a program that has ended, negative for a signal."""
+        if self._exit_code is None:
+            last = self._lines.readline().strip()
+            self._lines.close()
+            self._exit_code = int(last) if last else -signal.SIGKILL  # what waited for it was killed, too
+        return self._exit_code
+
+
+class WarmPython:
+    """A process that has imported what nodes import, to be forked by `start`. A context manager: leaving it ends that.
+
+    Args:
+        environment: of the sandboxes in which programs will be started.
+    """
+
+    def __init__(self, environment: Mapping[str, str]) -> None:
+        self._environment = dict(environment)
+        self._channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        with theirs, _SCRIPT.open("rb") as script:
+            # By its descriptor: a program can see the name of what has been forked, which is no path of this machine.
+            command: list[str] = [*DEFAULT_SIGNALS, "python3", f"/dev/fd/{script.fileno()}"]
+            self._popen = subprocess.Popen(
+                command,
+                stdin=theirs.fileno(),
+                env=self._environment,
+                pass_fds=[script.fileno()],
+                start_new_session=True,
+            )
+        self._usable = True
+
+    def __enter__(self) -> WarmPython:
+        """Return the process."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End the process. Programs that it has started go on."""
+        self.close()
+
+    def close(self) -> None:
+        """End the process. Programs that it has started go on."""
+        self._channel.close()
+        self._popen.kill()
+        self._popen.wait()
+
+    @cached_property
+    def _loaded(self) -> frozenset[str]:
+        """The names of the modules that it has imported, without those of packages' parts; empty if it has ended."""
+        return frozenset(json.loads(self._channel.recv(_MESSAGE_BYTES) or b"[]"))
+
+    def suits(self, command: Sequence[str], box: Sandbox) -> bool:
+        """Return whether `command` in `box` is a program that would not notice how it was started.
+
+        It has to be a Python program that would find the same modules and libraries if it imported them itself.
+        """
+        if not self._usable or namespaces.sandbox_disabled() or not box.network or box.writable:
+            return False
+        if {**box.environment, _DIFFERS: ""} != {**self._environment, _DIFFERS: ""}:
+            return False
+        script = _on_host(Path(command[0]), box)
+        if script is None or not _is_python(script):
+            return False
+        paths = [Path(path) for path in box.environment["PYTHONPATH"].split(":")]
+        folders = [script.parent, *(folder for path in paths if (folder := _on_host(path, box)) and folder.is_dir())]
+        modules = {entry.name.split(".")[0] for folder in folders for entry in folder.iterdir()}
+        libraries = {library.name for library in _own_libraries(box)}
+        return bool(self._loaded) and not modules & (self._loaded | _AT_START) and not libraries & _kit_libraries()
+
+    def start(
+        self, command: Sequence[str], box: Sandbox, limits: Limits,
+        *, init: int, output: int, user: int | None, group: cgroup.Group, hold: int,
+    ) -> Program:  # fmt: skip
+        """Start `command` in the sandbox whose first process is `init` (a pid on the host) and return the program.
+
+        Args:
+            command: a program that `suits`.
+            box: the sandbox's description.
+            limits: the program's resource limits.
+            init: the first process of the sandbox.
+            output: the file descriptor to which the program writes.
+            user: as whom it runs, None for the user who grades.
+            group: the sandbox's cgroup.
+            hold: a file descriptor that is open elsewhere until the program has ended.
+
+        Raises:
+            CannotFork: it cannot be started in this way.
+        """
+        request = {
+            "init": init, "command": list(command), "cwd": box.cwd, "environment": {**box.environment, "PWD": box.cwd},
+            "limits": resource_limits(limits), "user": user, "groups": group.procs_files,
+            "libraries": [str(library) for library in _own_libraries(box, inside=True)], "filter": PROGRAM_BYTES.hex(),
+        }  # fmt: skip
+        read_end, write_end = os.pipe()
+        try:
+            socket.send_fds(self._channel, [json.dumps(request).encode()], [output, write_end, hold])
+        except OSError:
+            self._usable = False  # it has ended
+        finally:
+            os.close(write_end)
+        try:
+            return Program(read_end)
+        except CannotFork:
+            self._usable = False
+            raise
+
+
+def _is_python(script: Path) -> bool:
+    """Return whether the kernel would run a file by the same Python as the warm process's."""
+    with contextlib.suppress(OSError):
+        if script.is_file() and not script.is_symlink() and script.stat().st_size <= _LONGEST_SCRIPT:
+            return os.access(script, os.X_OK) and _FIRST_LINE.match(script.read_bytes()) is not None
+    return False
+
+
+def _on_host(path: Path, box: Sandbox) -> Path | None:
+    """Return where a path of the sandbox is on the host, None if no mount of the box has it."""
+    for host, inside in box.read_only.items():
+        if path.is_relative_to(inside):
+            return host / path.relative_to(inside)
+    return None
+
+
+def _own_libraries(box: Sandbox, *, inside: bool = False) -> list[Path]:
+    """Return the shared libraries that the box adds to the kit's, as paths on the host or `inside` the sandbox."""
+    folders = [Path(path) for path in box.environment["LD_LIBRARY_PATH"].split(":")]
+    found = [(folder, _on_host(folder, box)) for folder in folders]
+    return [
+        folder / library.name if inside else library
+        for folder, host in found
+        if host is not None
+        for library in _libraries_of(host)
+    ]
+
+
+@cache
+def _kit_libraries() -> frozenset[str]:
+    folders = [Path(path) for path in ros_env.library_path().split(":")]
+    return frozenset(library.name for folder in folders for library in _libraries_of(folder))
+
+
+def _libraries_of(folder: Path) -> list[Path]:
+    return sorted(folder.glob("lib*.so*")) if folder.is_dir() else []

@@ -1,0 +1,366 @@
+"""A program that is forked into its sandbox sees, may and does the same as one that Python was started for."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import textwrap
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from grader import sandbox
+from grader.host import cgroup, procfs, ros_env
+from grader.sandbox.warm_start import CannotFork, WarmPython
+
+pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
+
+INSTALL = Path("/ws/install")
+ENVIRONMENT = ros_env.environment(INSTALL, home=sandbox.HOME) | {"PYTHONFAULTHANDLER": "1"}
+LIMITS = sandbox.Limits(wall_seconds=60.0)
+
+Start = Callable[[str, str], sandbox.Process]
+
+# Everything that a program can ask about itself, without what differs between two starts of the same program.
+ABOUT_ITSELF = """
+    import gc, json, os, re, resource, signal, sys, threading
+
+    def lines(path):
+        with open(path) as stream:
+            return stream.read().splitlines()
+
+    status = dict(line.split(":", 1) for line in lines("/proc/self/status"))
+    kept = ("Name", "Umask", "State", "Groups", "NoNewPrivs", "Seccomp", "Seccomp_filters", "CapInh", "CapPrm",
+            "CapEff", "CapAmb", "SigBlk", "SigIgn", "Cpus_allowed_list")
+    print(json.dumps({
+        "status": {name: status[name].strip() for name in kept},
+        "has one user and group": len(set(status["Uid"].split() + status["Gid"].split())) == 1,
+        "is root": os.getuid() == 0,
+        "owns its /proc": os.stat("/proc/self/fd").st_uid == os.getuid(),
+        "limits": {name: resource.getrlimit(getattr(resource, name)) for name in dir(resource) if "RLIMIT" in name},
+        "host name": os.uname().nodename,
+        "descriptors": {fd: re.sub(r"\\d+", "", os.readlink(f"/proc/self/fd/{fd}")) for fd in ("0", "1", "2")},
+        "number of descriptors": len(os.listdir("/proc/self/fd")),
+        "mounts": sorted(line.split(" ", 4)[4].split(" - ")[0] for line in lines("/proc/self/mountinfo")),
+        "cwd": os.getcwd(),
+        "root": os.readlink("/proc/self/root"),
+        "cmdline": lines("/proc/self/cmdline"),
+        "environ": sorted(lines("/proc/self/environ")[0].split("\\0")),
+        "environment": sorted(os.environ.items()),
+        "argv": sys.argv, "orig_argv": sys.orig_argv, "executable": sys.executable, "flags": list(sys.flags),
+        "path": sys.path, "prefix": [sys.prefix, sys.exec_prefix, sys.base_prefix],
+        "main": {name: str(value) for name, value in vars(sys.modules["__main__"]).items() if name in (
+            "__name__", "__file__", "__doc__", "__package__", "__spec__", "__cached__")},
+        "builtins": repr(__builtins__),
+        "thread": [threading.current_thread().name, threading.active_count()],
+        "handlers": [str(signal.getsignal(number)) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGPIPE,
+            signal.SIGCHLD, signal.SIGABRT)],
+        "streams": [[stream.encoding, stream.errors, stream.line_buffering, stream.write_through]
+            for stream in (sys.stdout, sys.stderr)],
+        "collects garbage": [gc.isenabled(), gc.get_freeze_count()],
+        "recursion limit": sys.getrecursionlimit(),
+        "imports numpy": "numpy" in sys.modules or bool(__import__("numpy")),
+    }))
+"""
+
+
+@pytest.fixture(scope="module")
+def warm() -> Iterator[WarmPython]:
+    with WarmPython(ENVIRONMENT) as process:
+        yield process
+
+
+@pytest.fixture
+def install(tmp_path: Path) -> Path:
+    folder = tmp_path / "install"
+    (folder / "lib" / "pkg").mkdir(parents=True)
+    tmp_path.chmod(0o755)
+    return folder
+
+
+@pytest.fixture
+def start(install: Path, warm: WarmPython) -> Iterator[Start]:
+    """Return what starts a program, "cold" or "warm"."""
+    running: list[sandbox.Process] = []
+
+    def start(how: str, text: str) -> sandbox.Process:
+        command = write(install, text)
+        assert warm.suits(command, box(install))
+        running.append(sandbox.Process(command, box(install), LIMITS, warm if how == "warm" else None))
+        return running[-1]
+
+    yield start
+    for process in running:
+        process.kill()
+
+
+def write(install: Path, text: str, name: str = "node", first: str = "#!/usr/bin/env python3") -> list[str]:
+    """Write a program into the install tree, and return its command line in the sandbox."""
+    path = install / "lib" / "pkg" / name
+    path.write_text(f"{first}\n{textwrap.dedent(text)}")
+    path.chmod(0o755)
+    return [str(INSTALL / "lib" / "pkg" / name), "--ros-args", "-p", "a:=b c"]
+
+
+def box(install: Path) -> sandbox.Sandbox:
+    environment = {**ENVIRONMENT, "ROS_DOMAIN_ID": "7"}
+    return sandbox.Sandbox(read_only={install: str(INSTALL)}, environment=environment, network=True)
+
+
+def ended(process: sandbox.Process) -> tuple[int | None, str]:
+    """Return a program's exit status and output once it has ended."""
+    code = process.wait(60.0)
+    process.kill()
+    return code, process.output
+
+
+def test_a_program_learns_the_same_of_itself(start: Start):
+    (cold_code, cold), (warm_code, forked) = ended(start("cold", ABOUT_ITSELF)), ended(start("warm", ABOUT_ITSELF))
+    assert cold_code == warm_code == 0, forked
+    assert json.loads(forked) == json.loads(cold)
+
+
+def test_it_has_no_rights(start: Start):
+    _, output = ended(start("warm", ABOUT_ITSELF))
+    found = json.loads(output)
+    rights = [value for name, value in found["status"].items() if name.startswith("Cap")]
+    assert rights == ["0" * 16] * 4
+    assert (found["status"]["NoNewPrivs"], found["status"]["Seccomp"]) == ("1", "2")
+    assert not found["is root"] or os.geteuid() != 0
+
+
+def test_it_is_in_the_namespaces_of_its_sandbox_alone(start: Start):
+    process = start("warm", "import time; print('up', flush=True); time.sleep(600)")
+    await_output(process, "up")
+    assert process._program is not None
+    own, first, program = (namespaces(pid) for pid in (os.getpid(), process._init_pid, process._program.pid))
+    assert program == first
+    assert {name for name in own if own[name] == program[name]} <= {"net", "time", "time_for_children", "user"}
+
+
+def namespaces(pid: int) -> dict[str, int]:
+    return {path.name: path.stat().st_ino for path in Path(f"/proc/{pid}/ns").iterdir()}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "raise ValueError('no')",
+        "def f():\n    g()\ndef g():\n    raise ValueError('no')\nf()",
+        "import json\njson.loads('{')",
+        "try:\n    1 / 0\nexcept ZeroDivisionError as error:\n    raise ValueError('no') from error",
+        "this is no Python",
+        "import no_such_module",
+        "raise KeyboardInterrupt",
+        "raise SystemExit",
+        "import sys; sys.exit(3)",
+        "import sys; sys.exit(255)",
+        "import sys; sys.exit('goodbye')",
+        "import os; os._exit(4)",
+        "import os, signal; os.kill(os.getpid(), signal.SIGKILL)",
+        "import atexit; atexit.register(print, 'at exit'); print('before')",
+        "import threading; threading.Thread(target=print, args=('thread',)).start()",
+        "import threading\ndef f():\n    raise ValueError('in a thread')\nthreading.Thread(target=f).start()",
+        "print(__name__, __file__); import __main__; print(sorted(vars(__main__)))",
+        "import inspect; print([frame.function for frame in inspect.stack()][:1])",
+        "from rclpy.node import Node; import rclpy; rclpy.init(); print(Node('n').get_name()); rclpy.shutdown()",
+        "import multiprocessing as m\nif __name__ == '__main__':\n  with m.Pool(1) as p:\n    print(p.map(abs, [-1]))",
+        "import subprocess as s; print(s.run(['id', '-un'], capture_output=True).returncode)",
+        "print(open('/dev/stdin').read() == '', input())",
+        "print(open('/etc/shadow').read())",
+        "import ctypes; print(ctypes.CDLL(None).unshare(0x10000000))",
+    ],
+)
+def test_it_ends_in_the_same_way_and_says_the_same(start: Start, text: str):
+    (cold_code, cold), (warm_code, forked) = ended(start("cold", text)), ended(start("warm", text))
+    assert (warm_code, forked) == (cold_code, cold)
+
+
+def test_what_it_leaves_running_dies_with_it(start: Start):
+    text = """
+        import os, time
+        if os.fork() == 0:
+            os.setsid()
+            print("child", flush=True)
+            time.sleep(600)
+        time.sleep(0.5)
+    """
+    process = start("warm", text)
+    await_output(process, "child")
+    tree = procfs.descendants(os.getpid())
+    assert process.wait(30.0) == 0
+    # The child's output would still be open, and reading it would not end.
+    process.kill()
+    assert not {pid for pid in tree if "node" in command_line(pid)} & set(procfs.descendants(os.getpid()))
+
+
+def test_its_signals_to_its_own_group_reach_nobody_else(start: Start, warm: WarmPython):
+    text = "import os, signal; signal.signal(signal.SIGTERM, print); os.kill(0, signal.SIGTERM); print('on')"
+    assert ended(start("warm", text))[1].endswith("on\n")
+    assert ended(start("warm", "print('still there')")) == (0, "still there\n")
+
+
+def test_it_is_interrupted_as_by_ctrl_c(start: Start):
+    text = """
+        import time
+        try:
+            print("up", flush=True)
+            time.sleep(600)
+        except KeyboardInterrupt:
+            print("interrupted")
+    """
+    process = start("warm", text)
+    await_output(process, "up")
+    process.interrupt()
+    assert ended(process) == (0, "up\ninterrupted\n")
+
+
+def test_it_says_where_it_hangs(start: Start):
+    process = start("warm", "import time\ndef stuck():\n    print('up', flush=True)\n    time.sleep(600)\nstuck()")
+    await_output(process, "up")
+    process.abort()
+    code, output = ended(process)
+    assert code == -signal.SIGABRT
+    assert 'lib/pkg/node", line 5 in stuck' in output
+
+
+def test_its_time_is_measured_and_its_cores_can_be_chosen(start: Start):
+    core = min(os.sched_getaffinity(0))
+    text = """
+        import os, time
+        while len(os.sched_getaffinity(0)) > 1:
+            pass
+        print("held", flush=True)
+        time.sleep(600)
+    """
+    process = start("warm", text)
+    deadline = time.monotonic() + 60.0
+    while process.cpu_seconds() < 0.1:
+        assert time.monotonic() < deadline
+    assert sum(ran for ran, _ in process.thread_times().values()) > 0.05
+    process.pin_to([core])
+    await_output(process, "held")
+
+
+@pytest.mark.skipif(cgroup.find_hierarchy() is None, reason="no cgroup can be made here")
+def test_its_processes_are_counted_with_those_of_its_sandbox(install: Path, warm: WarmPython):
+    bomb = write(install, "import os\nwhile True:\n    os.fork()")
+    limits = sandbox.Limits(wall_seconds=60.0, processes=64)
+    with sandbox.Process(bomb, box(install), limits, warm) as process:
+        assert process._program is not None
+        deadline = time.monotonic() + 30.0
+        while process.stopped() != "processes" and time.monotonic() < deadline:
+            time.sleep(0.01)
+    assert process.stopped() == "processes"
+
+
+def test_no_two_programs_draw_the_same_numbers(start: Start):
+    text = "import random, numpy, uuid, os; print(random.random(), numpy.random.rand(), uuid.uuid4(), os.urandom(8))"
+    outputs = [ended(start("warm", text))[1].split() for _ in range(2)]
+    assert all(one != other for one, other in zip(*outputs, strict=True))
+
+
+def test_it_knows_nothing_of_what_started_it(start: Start):
+    """What is left of it is a frame with the names of its functions."""
+    text = """
+        import sys
+        frame = sys._getframe(1)
+        print(frame.f_code.co_filename.startswith("/dev/fd/"))
+        print([name for name, value in frame.f_globals.items() if isinstance(value, dict) and "init" in value])
+    """
+    assert ended(start("warm", text)) == (0, "True\n[]\n")
+
+
+def no_change(_install: Path) -> None:
+    pass
+
+
+@pytest.mark.parametrize(
+    ("first", "change", "suits"),
+    [
+        ("#!/usr/bin/env python3", no_change, True),
+        (f"#!{ros_env.PREFIX}/bin/python3", no_change, True),
+        ("#!/usr/bin/python3", no_change, False),
+        ("#!/usr/bin/env python3 -O", no_change, False),
+        ("#!/bin/sh", no_change, False),
+        ("\x7fELF", no_change, False),
+        ("#!/usr/bin/env python3", lambda install: (install / "lib" / "pkg" / "json.py").touch(), False),
+        ("#!/usr/bin/env python3", lambda install: module(install, "numpy"), False),
+        ("#!/usr/bin/env python3", lambda install: module(install, "geometry_msgs"), False),
+        ("#!/usr/bin/env python3", lambda install: module(install, "sitecustomize"), False),
+        ("#!/usr/bin/env python3", lambda install: module(install, "own"), True),
+        ("#!/usr/bin/env python3", lambda install: (install / "lib" / "librcl.so").touch(), False),
+        ("#!/usr/bin/env python3", lambda install: (install / "lib" / "libown.so").touch(), True),
+    ],
+)
+def test_only_what_would_find_the_same_modules_is_forked(
+    install: Path, warm: WarmPython, first: str, change: Callable[[Path], None], suits: bool
+):
+    command = write(install, "print('ran')", first=first)
+    change(install)
+    assert warm.suits(command, box(install)) is suits
+
+
+def module(install: Path, name: str) -> None:
+    folder = install / ros_env.SITE_IN_PREFIX
+    folder.mkdir(parents=True)
+    (folder / f"{name}.py").touch()
+
+
+def test_other_environments_networks_and_writable_folders_are_started_as_before(
+    install: Path, warm: WarmPython, tmp_path: Path
+):
+    command, own = write(install, ""), box(install)
+    environment = {**own.environment, "OPENBLAS_NUM_THREADS": "2"}
+    assert not warm.suits(command, sandbox.Sandbox(own.read_only, environment=environment, network=True))
+    assert not warm.suits(command, sandbox.Sandbox(own.read_only, environment=own.environment))
+    written = sandbox.Sandbox(own.read_only, {tmp_path: "/ws/out"}, environment=own.environment, network=True)
+    assert not warm.suits(command, written)
+    assert not warm.suits(["python3", "-c", "pass"], own)
+
+
+def test_where_the_kernel_does_not_allow_it_programs_are_started_as_before(
+    install: Path, monkeypatch: pytest.MonkeyPatch
+):
+    command = write(install, "print('ran')")
+    with WarmPython(ENVIRONMENT) as own:
+        monkeypatch.setattr("grader.sandbox.warm_start.PROGRAM_BYTES", b"no filter")
+        with pytest.raises(CannotFork, match="Invalid argument"):
+            start_forked(own, install, command)
+        assert not own.suits(command, box(install))
+        with WarmPython(ENVIRONMENT) as other:
+            process = sandbox.Process(command, box(install), LIMITS, other)
+            assert ended(process) == (0, "ran\n")
+    assert not other.suits(command, box(install))
+
+
+def start_forked(warm: WarmPython, install: Path, command: list[str]) -> None:
+    with sandbox.Process(["sleep", "60"], box(install), LIMITS) as process:
+        user, group = process._user, process._group
+        warm.start(command, box(install), LIMITS, init=process._init_pid, output=2, hold=2, user=user, group=group)
+
+
+def test_its_end_is_known_when_the_process_that_started_it_has_ended(install: Path):
+    command = write(install, "import time; print('up', flush=True); time.sleep(1); print('done')")
+    with WarmPython(ENVIRONMENT) as own:
+        process = sandbox.Process(command, box(install), LIMITS, own)
+        await_output(process, "up")
+    assert ended(process) == (0, "up\ndone\n")
+
+
+def await_output(process: sandbox.Process, text: str) -> None:
+    deadline = time.monotonic() + 60.0
+    while text not in process.output:
+        assert process.exit_code() is None, process.output
+        assert time.monotonic() < deadline, process.output
+        time.sleep(0.005)
+
+
+def command_line(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_text()
+    except OSError:
+        return ""
