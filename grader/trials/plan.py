@@ -27,6 +27,7 @@ class TrialPlan:
         beside: other executables that run beside the node, each with its remappings.
         remappings: the node's remappings, old name -> new name.
         real_time: keep simulated time in step with wall time, for a script of the package's own.
+        mostly_waits: it needs little of a core, so it runs beside the others (`scheduler`). It changes no verdict.
         launch: the launch file (the package's, or OWN_LAUNCH) to run instead of the node alone, with changed parameter
             files (parameter_files.py).
         awaits: the nodes that must be up before a trial with `launch` begins.
@@ -45,6 +46,7 @@ class TrialPlan:
     beside: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     remappings: Mapping[str, str] = field(default_factory=dict)
     real_time: bool = False
+    mostly_waits: bool = False
     launch: str = ""
     awaits: tuple[str, ...] = ()
     namespace: str = ""

@@ -67,7 +67,7 @@ def run(
         folder: where workers write the evidence, one file for each trial.
         seed: decides speeds, places and noise.
         workers: how many trials run at once; by default one more than cores, because each waits at times, and at most
-            three. Trials in real time, which mostly wait, run beside them.
+            three. Trials that mostly wait run beside them.
         package: the package's source folder.
         ros_name: the package's name.
         best_effort: whether the simulated sensors publish best effort.
@@ -76,12 +76,12 @@ def run(
     Raises:
         GraderError: this machine cannot run the trials.
     """
-    lockstep, real_time = Queue(), Queue()
+    computing, waiting = Queue(), Queue()
     for plan in plans:
-        (real_time if plan.real_time else lockstep).put(plan)
+        (waiting if plan.real_time or plan.mostly_waits else computing).put(plan)
     trials = _Trials(install, contract, folder, seed, package, progress, ros_name, best_effort)
     count = workers or min(3, 1 + (os.cpu_count() or 1))
-    threads = [_Worker(each, trials) for each in [lockstep] * count + [real_time] * (not real_time.empty())]
+    threads = [_Worker(each, trials) for each in [computing] * count + [waiting] * (not waiting.empty())]
     for thread in threads:
         thread.start()
     for thread in threads:

@@ -25,6 +25,9 @@ RUNS = [
     ),
     pytest.param("grading", ["I2"], marks=[pytest.mark.sandbox], id="grading"),
     pytest.param(
+        "node_start", ["Python anew", "forked"], marks=[pytest.mark.ros, pytest.mark.sandbox], id="node_start"
+    ),
+    pytest.param(
         "package_tests",
         ["results and coverage (T1, T2)", "mutants (T3)", "40 of 40 mutants were tried"],
         marks=[pytest.mark.ros, pytest.mark.sandbox], id="package_tests",

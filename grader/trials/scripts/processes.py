@@ -49,7 +49,13 @@ def launch_both(stage: Stage) -> None:
     stage.list_launch_arguments()
 
 
-@trial(serves=["I5"], node="sensor_processor", launch="sensor_processor_launch.py", awaits=("sensor_processor",))
+@trial(
+    serves=["I5"],
+    node="sensor_processor",
+    launch="sensor_processor_launch.py",
+    awaits=("sensor_processor",),
+    mostly_waits=True,
+)
 def launch_processor(stage: Stage) -> None:
     """Run sensor_processor_launch.py with changed parameter files."""
     _get_parameters(stage, ("sensor_processor",))
@@ -77,14 +83,14 @@ def launch_processor_plain(stage: Stage) -> None:
     """Run sensor_processor_launch.py without any argument."""
 
 
-@trial(serves=["I4", "I5"], launch=OWN_LAUNCH, awaits=NODES, namespace=NAMESPACE)
+@trial(serves=["I4", "I5"], launch=OWN_LAUNCH, awaits=NODES, namespace=NAMESPACE, mostly_waits=True)
 def launch_remapped(stage: Stage) -> None:
     """Run the grader's own launch file, which remaps topics of both nodes in a namespace."""
     stage.record_graph(f"{NAMESPACE}/base/cmd_vel", f"{NAMESPACE}/front/scan", f"{NAMESPACE}/odom")
     stage.record_graph_of("sensor_processor", f"{NAMESPACE}/front/scan", f"{NAMESPACE}/front/distance")
 
 
-@trial(serves=["I7"])
+@trial(serves=["I7"], mostly_waits=True)
 def standing_clock(stage: Stage) -> None:
     """Speed up twice, at two paces of the wall clock; then stop the clock as the robot drives."""
     stage.run(0.5)
@@ -100,7 +106,7 @@ def standing_clock(stage: Stage) -> None:
     stage.run(1.0)
 
 
-@trial(serves=["I7"], node="sensor_processor")
+@trial(serves=["I7"], node="sensor_processor", mostly_waits=True)
 def standing_clock_processor(stage: Stage) -> None:
     """Stop the clock for a while as the sensor processor runs."""
     stage.run(2.0)
