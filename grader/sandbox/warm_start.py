@@ -20,14 +20,16 @@ from pathlib import Path
 from types import TracebackType
 
 from grader.host import cgroup, namespaces, ros_env
+from grader.sandbox import untrusted
 from grader.sandbox.bwrap import DEFAULT_SIGNALS, Limits, Sandbox, resource_limits
 from grader.sandbox.syscall_filter import PROGRAM_BYTES
 
 _SCRIPT = Path(__file__).with_name("warm_python.py")
 _INTERPRETERS = ("/usr/bin/env python3", f"{ros_env.PREFIX}/bin/python3")
-_FIRST_LINE = re.compile(rf"#! ?({'|'.join(map(re.escape, _INTERPRETERS))})\s*\n".encode())
+_FIRST_LINE = re.compile(rf"#! ?({'|'.join(map(re.escape, _INTERPRETERS))})[ \t]*\n".encode())
 _LONGEST_SCRIPT = 100_000
 _MESSAGE_BYTES = 65536
+_START_S = 60.0
 # Python imports these by their names before the program.
 _AT_START = frozenset({"sitecustomize", "usercustomize"})
 _DIFFERS = "ROS_DOMAIN_ID"  # the one variable that may differ from the warm process's; read when a node comes up
@@ -74,6 +76,7 @@ class WarmPython:
     def __init__(self, environment: Mapping[str, str]) -> None:
         self._environment = dict(environment)
         self._channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self._channel.settimeout(_START_S)
         with theirs, _SCRIPT.open("rb") as script:
             # By its descriptor: a program can see the name of what has been forked, which is no path of this machine.
             command: list[str] = [*DEFAULT_SIGNALS, "python3", f"/dev/fd/{script.fileno()}"]
@@ -105,7 +108,9 @@ class WarmPython:
     @cached_property
     def _loaded(self) -> frozenset[str]:
         """The names of the modules that it has imported, without those of packages' parts; empty if it has ended."""
-        return frozenset(json.loads(self._channel.recv(_MESSAGE_BYTES) or b"[]"))
+        with contextlib.suppress(OSError):
+            return frozenset(json.loads(self._channel.recv(_MESSAGE_BYTES) or b"[]"))
+        return frozenset()
 
     def suits(self, command: Sequence[str], box: Sandbox) -> bool:
         """Return whether `command` in `box` is a program that would not notice how it was started.
@@ -165,10 +170,8 @@ class WarmPython:
 
 def _is_python(script: Path) -> bool:
     """Return whether the kernel would run a file by the same Python as the warm process's."""
-    with contextlib.suppress(OSError):
-        if script.is_file() and not script.is_symlink() and script.stat().st_size <= _LONGEST_SCRIPT:
-            return os.access(script, os.X_OK) and _FIRST_LINE.match(script.read_bytes()) is not None
-    return False
+    text = untrusted.read_bytes(script, _LONGEST_SCRIPT)
+    return text is not None and _FIRST_LINE.match(text) is not None and os.access(script, os.X_OK)
 
 
 def _on_host(path: Path, box: Sandbox) -> Path | None:

@@ -47,6 +47,8 @@ class TrialRequest:
     """Whether the simulated sensors publish best effort."""
     patience_s: float = PATIENCE_S
     """How long to wait for the node to come up, excluding time spent waiting for a CPU."""
+    fork: bool = False
+    """Whether to fork nodes from a process that has imported rclpy. Its own start is worth that from three nodes on."""
 
 
 def not_started(plan: TrialPlan, seed: int, script_error: str, ended: str = "") -> evidence.Trial:

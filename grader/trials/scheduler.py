@@ -39,6 +39,7 @@ _CRASHED = {
 }
 _STOP_S = 5.0
 SHORT_PATIENCE_S = 5.0  # start and end of a trial take 0.7 to 1.0 s in all; excludes time spent waiting for a CPU
+_WORTH_FORKING = 4  # trials for each worker
 _TRIAL_CAP_S = 900.0  # of wall time; the limits inside a trial exclude time spent waiting for a CPU
 _DISCOVERY = Path(__file__).parent / "discovery.xml"
 
@@ -77,10 +78,12 @@ def run(
         GraderError: this machine cannot run the trials.
     """
     computing, waiting = Queue(), Queue()
+    plans = list(plans)
     for plan in plans:
         (waiting if plan.real_time or plan.mostly_waits else computing).put(plan)
-    trials = _Trials(install, contract, folder, seed, package, progress, ros_name, best_effort)
     count = workers or min(3, 1 + (os.cpu_count() or 1))
+    fork = len(plans) >= _WORTH_FORKING * count
+    trials = _Trials(install, contract, folder, seed, package, progress, ros_name, best_effort, fork)
     threads = [_Worker(each, trials) for each in [computing] * count + [waiting] * (not waiting.empty())]
     for thread in threads:
         thread.start()
@@ -109,6 +112,7 @@ class _Trials:
     progress: Callable[[str], None]
     ros_name: str = PACKAGE
     best_effort: bool = False
+    fork: bool = False
     found: dict[str, evidence.Trial] = field(default_factory=dict)
 
     def patience_s(self, plan: TrialPlan) -> float:
@@ -159,7 +163,7 @@ class _Worker(threading.Thread):
         request = TrialRequest(
             plan.name, str(trials.install), trials.seed, next(self._domain_ids), str(out),
             package=str(trials.package or ""), ros_name=trials.ros_name, patience_s=trials.patience_s(plan),
-            best_effort=trials.best_effort,
+            best_effort=trials.best_effort, fork=trials.fork,
         )  # fmt: skip
         answer, out_of_time = _ask(process, request)
         if answer.startswith(CANNOT):

@@ -45,11 +45,14 @@ def main() -> int:
     """Run the trials that stdin asks for."""
     answers = _answers()
     plans = catalog.trials()
-    with sandbox.WarmPython(_ENVIRONMENT) as warm:
-        print(READY, file=answers, flush=True)
+    warm: sandbox.WarmPython | None = None
+    print(READY, file=answers, flush=True)
+    with ExitStack() as stack:
         for line in sys.stdin:
             request = TrialRequest(**json.loads(line))
             plan = plans[request.trial]
+            if request.fork and warm is None:
+                warm = stack.enter_context(sandbox.WarmPython(_ENVIRONMENT))
             try:
                 run_trial(plan, request, warm)
             except Exception as error:  # an error of ours must not take the other trials along

@@ -285,6 +285,7 @@ def no_change(_install: Path) -> None:
         (f"#!{ros_env.PREFIX}/bin/python3", no_change, True),
         ("#!/usr/bin/python3", no_change, False),
         ("#!/usr/bin/env python3 -O", no_change, False),
+        ("#!/usr/bin/env python3\r", no_change, False),
         ("#!/bin/sh", no_change, False),
         ("\x7fELF", no_change, False),
         ("#!/usr/bin/env python3", lambda install: (install / "lib" / "pkg" / "json.py").touch(), False),
@@ -308,6 +309,16 @@ def module(install: Path, name: str) -> None:
     folder = install / ros_env.SITE_IN_PREFIX
     folder.mkdir(parents=True)
     (folder / f"{name}.py").touch()
+
+
+def test_a_file_that_is_a_link_or_cannot_be_executed_is_started_as_before(install: Path, warm: WarmPython):
+    command = write(install, "")
+    path = install / "lib" / "pkg" / "node"
+    path.chmod(0o644)
+    assert not warm.suits(command, box(install))
+    path.rename(path.with_name("other"))
+    path.symlink_to("other")
+    assert not warm.suits(command, box(install))
 
 
 def test_other_environments_networks_and_writable_folders_are_started_as_before(
