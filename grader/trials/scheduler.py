@@ -19,6 +19,7 @@ from grader import evidence
 from grader.contract.spec import PACKAGE
 from grader.errors import GraderError
 from grader.host import namespaces, ros_env, shortage
+from grader.settings import FORK_FROM
 from grader.trials.plan import TrialPlan
 from grader.trials.request import (
     CANNOT,
@@ -39,7 +40,6 @@ _CRASHED = {
 }
 _STOP_S = 5.0
 SHORT_PATIENCE_S = 5.0  # start and end of a trial take 0.7 to 1.0 s in all; excludes time spent waiting for a CPU
-_WORTH_FORKING = 4  # trials for each worker
 _TRIAL_CAP_S = 900.0  # of wall time; the limits inside a trial exclude time spent waiting for a CPU
 _DISCOVERY = Path(__file__).parent / "discovery.xml"
 
@@ -57,6 +57,7 @@ def run(
     package: Path | None = None,
     ros_name: str = PACKAGE,
     best_effort: bool = False,
+    fork_from: int = FORK_FROM,
     progress: Callable[[str], None] = lambda _name: None,
 ) -> dict[str, evidence.Trial]:
     """Run the trials and return their facts by name.
@@ -72,6 +73,7 @@ def run(
         package: the package's source folder.
         ros_name: the package's name.
         best_effort: whether the simulated sensors publish best effort.
+        fork_from: from how many trials for each worker on nodes are forked from a process that has imported rclpy.
         progress: called with the name of each trial that has ended.
 
     Raises:
@@ -82,7 +84,7 @@ def run(
     for plan in plans:
         (waiting if plan.real_time or plan.mostly_waits else computing).put(plan)
     count = workers or min(3, 1 + (os.cpu_count() or 1))
-    fork = len(plans) >= _WORTH_FORKING * count
+    fork = len(plans) >= fork_from * count
     trials = _Trials(install, contract, folder, seed, package, progress, ros_name, best_effort, fork)
     threads = [_Worker(each, trials) for each in [computing] * count + [waiting] * (not waiting.empty())]
     for thread in threads:

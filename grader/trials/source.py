@@ -37,7 +37,7 @@ class Trials:
             [plan for name, plan in plans.items() if name not in found],
             install=subject.install, contract=subject.contract.install, folder=subject.folder,
             package=subject.submission.package, ros_name=subject.ros_name, seed=settings.seed,
-            best_effort=settings.best_effort,
+            best_effort=settings.best_effort, fork_from=settings.fork_from,
             progress=lambda name: settings.progress(f"trial {name}: {plans[name].sentence}"),
         )  # fmt: skip
         for name, trial in ran.items():

@@ -113,7 +113,7 @@ def summary(results: Sequence[AttackResult]) -> str:
     others = f"; {len(results) - len(run)} do not apply here" if len(results) > len(run) else ""
     if bad:
         return f"{len(bad)} of {len(run)} attacks were NOT contained: {', '.join(bad)}{others}."
-    return f"All {len(run)} attacks were contained{others}."
+    return f"{'The attack was' if len(run) == 1 else f'All {len(run)} attacks were'} contained{others}."
 
 
 def _sum(points: dict[str, float], needs: Iterable[str]) -> str:

@@ -117,13 +117,11 @@ def test_a_crash_on_leaving_the_graph_loses_no_trial(
 @pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_forked_node_is_observed_as_one_that_was_started(
-    reference: Path, contract: build.Built, settings: pipeline.Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    reference: Path, contract: build.Built, settings: pipeline.Settings, tmp_path: Path
 ):
     plans = [catalog.trials()[name] for name in ("creeping", "nothing_to_fuse")]
     built = build.build([reference], settings.cache)
-    started, forked = [
-        run_all(plans, built, contract, tmp_path / str(worth), worth, monkeypatch) for worth in (1000, 0)
-    ]
+    started, forked = [run_all(plans, built, contract, tmp_path / str(fork_from), fork_from) for fork_from in (1000, 0)]
     assert started[0].commands
     for before, after in zip(started, forked, strict=True):
         assert after.commands == before.commands
@@ -133,11 +131,11 @@ def test_a_forked_node_is_observed_as_one_that_was_started(
 
 
 def run_all(
-    plans: list[TrialPlan], built: build.Built, contract: build.Built, folder: Path, worth: int,
-    monkeypatch: pytest.MonkeyPatch,
-) -> list[evidence.Trial]:  # fmt: skip
-    """Run trials, forking nodes if there are `worth` for each worker."""
+    plans: list[TrialPlan], built: build.Built, contract: build.Built, folder: Path, fork_from: int
+) -> list[evidence.Trial]:
+    """Run trials one after the other and return their facts."""
     folder.mkdir()
-    monkeypatch.setattr(scheduler, "_WORTH_FORKING", worth)
-    found = scheduler.run(plans, install=built.install, contract=contract.install, folder=folder, seed=1, workers=1)
+    found = scheduler.run(
+        plans, install=built.install, contract=contract.install, folder=folder, seed=1, workers=1, fork_from=fork_from
+    )
     return [found[plan.name] for plan in plans]
