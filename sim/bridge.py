@@ -241,11 +241,11 @@ class Bridge:
             self.tick_by_wall(dt)
             self._repeatability.real_time = True
         elif self._probe is not None:
-            before = self._signs()
+            before, began = self._signs(), _wall_s()
             self._advance(dt)
             # Do not wait for an answer that is due: one on wall time would arrive meanwhile and seem to be in step.
             self._barrier()
-            self._watch(self._probe, before, dt)
+            self._watch(self._probe, before, began, dt)
         else:
             self._advance(dt)
             self._await_answer(_ROUNDS + further_rounds)
@@ -306,14 +306,17 @@ class Bridge:
         silent = (self._tick - (self._answers.last or 0)) * dt
         return silent > self.topics.answer_s + 1e-9 and self._silences < allowed
 
-    def _watch(self, probe: Probe, before: tuple[int, int], dt: float) -> None:
-        """Let wall time pass after a tick, and count the messages that the tick did not cause."""
+    def _watch(self, probe: Probe, before: tuple[int, int], began: float, dt: float) -> None:
+        """Let wall time pass after a tick that `began` then, and count the messages that the tick did not cause."""
         self._listen(lambda: False, _PROMPT_S)
         answers, feedback = self._signs()
+        waited = _wall_s()
+        probe.prompt_s += waited - began
         probe.prompt += feedback > before[1] if probe.expects_feedback else answers > before[0]
         # From now, not from the start of the tick: on a busy machine all of that is over when the barrier returns.
         self._listen(lambda: False, _UNEVEN[probe.ticks % len(_UNEVEN)] * dt)
         probe.late += sum(self._signs()) - answers - feedback
+        probe.late_s += _wall_s() - waited
         probe.ticks += 1
         if verdict := probe.verdict():
             self.pace, self._probe = verdict, None

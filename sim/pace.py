@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 _MISSES_ALLOWED = 3  # missing answers, after which the node counts as irregular and is not waited for
 _PROBE_TICKS = 24  # longest probe
 _STEADY_TICKS = 6  # shortest probe of a node in lockstep
+_BY_CHANCE = 0.02
 _ODD_ALLOWED = 2  # a goal or a cancel that is sent between two ticks may be answered at once
 
 
@@ -55,6 +56,10 @@ class Probe:
     """The number of ticks with a prompt message."""
     late: int = 0
     """The number of messages that came long after their tick."""
+    prompt_s: float = 0.0
+    """The wall time in which messages counted as prompt; on a busy machine ticks take long, and it is most of all."""
+    late_s: float = 0.0
+    """The wall time in which messages counted as late."""
 
     def verdict(self) -> str:
         """Return the pace for such a node, "lockstep" or "real time", or "" if it is too early to tell."""
@@ -62,11 +67,16 @@ class Probe:
         if self.late >= 2 and on_wall_time:
             return "real time"
         regular = self.prompt * 3 >= self.ticks or not (self.expects_feedback or self.prompt)
-        if self.ticks >= _STEADY_TICKS and self.late == 0 and regular:
+        if self.ticks >= _STEADY_TICKS and self.late == 0 and regular and self._chance() <= _BY_CHANCE:
             return "lockstep"
         if self.ticks < _PROBE_TICKS:
             return ""
         return "real time" if on_wall_time or (self.expects_feedback and not self.prompt) else "lockstep"
+
+    def _chance(self) -> float:
+        """Return how likely as many messages of a node on wall time would all have come promptly."""
+        whole = self.prompt_s + self.late_s
+        return (self.prompt_s / whole) ** self.prompt if whole and self.prompt else 0.0
 
 
 @dataclass

@@ -27,6 +27,23 @@ def test_late_messages_tell_real_time_from_lockstep(late: int, prompt: int, tick
     assert Probe(expects_feedback=False, ticks=ticks, prompt=prompt, late=late).verdict() == verdict
 
 
+@pytest.mark.parametrize(
+    ("prompt", "prompt_s", "late_s", "verdict"),
+    [
+        (3, 0.06, 0.3, "lockstep"),  # an idle machine: the clock stood still most of the time, and no message came then
+        (2, 0.3, 0.3, ""),  # a busy one: half of all messages would be prompt, whatever they go by
+        (3, 0.3, 0.3, ""),
+        (6, 0.3, 0.3, "lockstep"),
+    ],
+)
+def test_messages_that_may_be_prompt_by_chance_prove_nothing(
+    prompt: int, prompt_s: float, late_s: float, verdict: str
+) -> None:
+    """A loop that slept 0.4 s of wall time was taken for one in lockstep, beside a build."""
+    probe = Probe(expects_feedback=True, ticks=6, prompt=prompt, prompt_s=prompt_s, late_s=late_s)
+    assert probe.verdict() == verdict
+
+
 def test_two_unprompted_messages_are_tolerated_three_are_reported() -> None:
     """Even a node with one thread may answer at once to a cancel that is sent between two ticks."""
     assert Repeatability(unprompted=2).caveat() == ""
