@@ -68,8 +68,9 @@ class Process:
         self._group = cgroup.create(limits.resident_bytes, limits.processes)
         self._program: Program | None = None
         self._guard: DiskGuard | None = None
-        forked = warm is not None and warm.suits(command, box)
-        inside = HOLD if forked else (*WAIT_FOR_GO, *with_limits(command, limits))
+        if warm is not None and not warm.suits(command, box):
+            warm = None
+        inside = HOLD if warm else (*WAIT_FOR_GO, *with_limits(command, limits))
         with contextlib.ExitStack() as stack:
             info, hold, output, up = (_Pipe(stack) for _ in range(4))
             filter_fd = open_filter()
@@ -78,7 +79,7 @@ class Process:
             try:
                 self._popen = subprocess.Popen(
                     [*enter_cgroup(self._group), *command_line], start_new_session=True,
-                    stdin=hold.read_end, stdout=up.write_end if forked else output.write_end, stderr=output.write_end,
+                    stdin=hold.read_end, stdout=up.write_end if warm else output.write_end, stderr=output.write_end,
                     pass_fds=(info.write_end, filter_fd), env={"PATH": os.environ.get("PATH", "/usr/bin:/bin")},
                 )  # fmt: skip
             except OSError as error:
@@ -88,11 +89,10 @@ class Process:
                 pipe.close_write_end()
             self._output = _Output(os.dup(output.read_end), limits.output_bytes)
             self._init_pid = _child_pid(info.read_end)
-            if not forked:
+            if warm is None:
                 with contextlib.suppress(BrokenPipeError):  # no reader: the sandbox could not be set up
                     os.write(hold.write_end, b"go\n")
             elif os.read(up.read_end, 3):
-                assert warm is not None
                 self._program = warm.start(
                     command, box, limits, init=self._init_pid, output=output.write_end, hold=hold.write_end,
                     user=self._user, group=self._group,
