@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import os
@@ -11,7 +12,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -86,7 +87,8 @@ def run(
     count = workers or min(3, 1 + (os.cpu_count() or 1))
     fork = len(plans) >= fork_from * count
     trials = _Trials(install, contract, folder, seed, package, progress, ros_name, best_effort, fork)
-    threads = [_Worker(each, trials) for each in [computing] * count + [waiting] * (not waiting.empty())]
+    todo = [(computing, waiting)] * count + [(waiting,)] * (not waiting.empty())
+    threads = [_Worker(queues, trials) for queues in todo]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -133,9 +135,9 @@ class _Trials:
 
 
 class _Worker(threading.Thread):
-    """Feeds trials to one worker process until the queue is empty; starts a new process when that ends early."""
+    """Feeds trials to one worker process until the queues are empty; starts a new process when that ends early."""
 
-    def __init__(self, todo: Queue, trials: _Trials) -> None:
+    def __init__(self, todo: Sequence[Queue], trials: _Trials) -> None:
         super().__init__(daemon=True)
         self.problem: Exception | None = None
         self._todo, self._trials = todo, trials
@@ -146,17 +148,20 @@ class _Worker(threading.Thread):
 
     def run(self) -> None:
         try:
-            while True:
-                try:
-                    plan = self._todo.get_nowait()
-                except queue.Empty:
-                    return
+            while (plan := self._next()) is not None:
                 self._trials.found[plan.name] = self._run_trial(plan)
                 self._trials.progress(plan.name)
         except Exception as error:  # re-raised by the caller, who joins this thread
             self.problem = error
         finally:
             self._stop()
+
+    def _next(self) -> TrialPlan | None:
+        """Return the next trial from the first queue that has one, None if none has."""
+        for each in self._todo:
+            with contextlib.suppress(queue.Empty):
+                return each.get_nowait()
+        return None
 
     def _run_trial(self, plan: TrialPlan, *, has_crashed: bool = False) -> evidence.Trial:
         process, trials = self._process or self._start(), self._trials
