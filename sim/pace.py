@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 _MISSES_ALLOWED = 3  # missing answers, after which the node counts as irregular and is not waited for
 _PROBE_TICKS = 24  # longest probe
 _STEADY_TICKS = 6  # shortest probe of a node in lockstep
-_BY_CHANCE = 0.02
+_BY_CHANCE = 0.02  # how likely a node on wall time may seem to be in lockstep
 _ODD_ALLOWED = 2  # a goal or a cancel that is sent between two ticks may be answered at once
 
 

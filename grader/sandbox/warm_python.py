@@ -1,6 +1,7 @@
 """Run Python programs in sandboxes that are set up already, each as a fork of this process, which has imported much.
 
-Started by `warm_start`, outside of the sandboxes; imports nothing of the grader and runs nothing of a submission.
+Started by `warm_start`, outside of the sandboxes, with the path of `warm_imports`; imports nothing else of the grader
+and runs nothing of a submission.
 A request is one message on standard input: JSON, and three file descriptors. For each request two processes are forked.
 The first joins the sandbox's namespaces and waits; the second gives up every right that a sandbox's own commands have
 not, and becomes the program. See setns(2), capabilities(7), seccomp(2) and, for what /proc shows, prctl(2).
@@ -18,31 +19,13 @@ import json
 import mmap
 import os
 import resource
+import runpy
 import signal
 import socket
 import struct
 import sys
 import types
 from typing import Any
-
-# What a node of the course imports. No module that draws numbers at random when it is imported, as numpy.random does:
-# all programs would draw the same.
-MODULES = (
-    "numpy", "rclpy", "rclpy.action", "rclpy.callback_groups", "rclpy.duration", "rclpy.executors", "rclpy.logging",
-    "rclpy.node", "rclpy.parameter", "rclpy.qos", "rclpy.time", "action_msgs.msg", "geometry_msgs.msg", "nav_msgs.msg",
-    "rcl_interfaces.msg", "rcl_interfaces.srv", "rosgraph_msgs.msg", "sensor_msgs.msg", "std_msgs.msg", "std_srvs.srv",
-)  # fmt: skip
-# Types whose libraries it loads with them.
-TYPES = {
-    "geometry_msgs.msg": ("Twist",), "nav_msgs.msg": ("Odometry",), "rcl_interfaces.msg": ("Log",),
-    "rcl_interfaces.srv": ("GetParameters",), "rosgraph_msgs.msg": ("Clock",), "std_msgs.msg": ("Float32",),
-    "sensor_msgs.msg": ("BatteryState", "Imu", "LaserScan"), "std_srvs.srv": ("Trigger",),
-}  # fmt: skip
-# Packages of the types that a node sends or receives, those of its parameters, its clock and its action included.
-SERIALIZED = (
-    "action_msgs", "builtin_interfaces", "geometry_msgs", "nav_msgs", "rcl_interfaces", "rosgraph_msgs", "sensor_msgs",
-    "service_msgs", "std_msgs", "std_srvs", "type_description_interfaces", "unique_identifier_msgs",
-)  # fmt: skip
 
 _MESSAGE_BYTES = 65536
 # <linux/sched.h>, <linux/nsfs.h>, <linux/capability.h>, <linux/prctl.h>
@@ -57,19 +40,6 @@ _START_CODE, _END_CODE, _START_STACK, _START_DATA, _END_DATA, _START_BRK = 26, 2
 
 _libc = ctypes.CDLL(None, use_errno=True)
 _shown: list[mmap.mmap] = []  # what /proc shows lies in it for as long as the process lives
-
-
-def import_modules() -> None:
-    """Import what nodes need, and load the C libraries that come with it."""
-    for name in MODULES:
-        importlib.import_module(name)
-    check = importlib.import_module("rclpy.type_support").check_for_type_support
-    for package, names in TYPES.items():
-        for name in names:
-            check(getattr(importlib.import_module(package), name))
-    importlib.import_module("rclpy.utilities").get_rmw_implementation_identifier()  # loads DDS
-    for package in SERIALIZED:
-        ctypes.CDLL(f"lib{package}__rosidl_typesupport_fastrtps_c.so")
 
 
 def serve() -> dict[str, Any]:
@@ -242,7 +212,7 @@ def _call(name: str, *arguments: Any) -> None:
 
 
 if __name__ == "__main__":
-    import_modules()
+    runpy.run_path(sys.argv[1])["import_modules"]()
     # rclpy's libraries have started two threads of LTTng's, which sleep until a tracing daemon comes. No fork has them.
     gc.collect()
     gc.freeze()  # a fork that never touches these pages never copies them

@@ -25,6 +25,8 @@ from grader.sandbox.bwrap import DEFAULT_SIGNALS, Limits, Sandbox, resource_limi
 from grader.sandbox.syscall_filter import PROGRAM_BYTES
 
 _SCRIPT = Path(__file__).with_name("warm_python.py")
+IMPORTS = Path(__file__).with_name("warm_imports.py")
+"""A module that imports what nodes need and nothing of the grader, so that it can be mounted alone and run by path."""
 _INTERPRETERS = ("/usr/bin/env python3", f"{ros_env.PREFIX}/bin/python3")
 _FIRST_LINE = re.compile(rf"#! ?({'|'.join(map(re.escape, _INTERPRETERS))})[ \t]*\n".encode())
 _LONGEST_SCRIPT = 100_000
@@ -79,7 +81,7 @@ class WarmPython:
         self._channel.settimeout(_START_S)
         with theirs, _SCRIPT.open("rb") as script:
             # By its descriptor: a program can see the name of what has been forked, which is no path of this machine.
-            command: list[str] = [*DEFAULT_SIGNALS, "python3", f"/dev/fd/{script.fileno()}"]
+            command: list[str] = [*DEFAULT_SIGNALS, "python3", f"/dev/fd/{script.fileno()}", str(IMPORTS)]
             self._popen = subprocess.Popen(
                 command,
                 stdin=theirs.fileno(),

@@ -21,6 +21,7 @@ from grader import build, sandbox
 from grader.errors import GraderError
 from grader.host import ros_env, tempdir
 from grader.sandbox import untrusted
+from grader.sandbox.warm_start import IMPORTS
 from grader.student_tests.package_modules import MODULES, PACKAGE, source_folders
 from grader.student_tests.worker_report import ModuleRun, read_run
 
@@ -239,6 +240,7 @@ def _start(package: Path, install: Path, folder: Path, seconds: float) -> Iterat
     box = sandbox.Sandbox(
         read_only={
             install: str(build.INSTALL), rc: "/ws/coveragerc", folder / "requests": "/ws/requests",
+            IMPORTS: "/ws/warm_imports.py",
             **{_HERE / name: f"/ws/{name}" for name in ("worker.py", "pytest_run.py", "source_read_hook.py")},
         },
         writable={folder / "package": str(PACKAGE), folder / "out": "/ws/out"}

@@ -10,9 +10,7 @@ What is written to `out` comes from a process shared with the submission: it is 
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import gc
-import importlib
 import inspect
 import json
 import os
@@ -34,22 +32,6 @@ POLL_S = 0.005
 LOOK_S = 0.05  # between two looks at a running test; the end of its process is seen at once
 RESTORE_CAP = 2_000_000  # bytes; longer files (maps, bags) are not restored before each run
 
-WARM = (
-    "numpy", "yaml", "unittest.mock", "rclpy",
-    "rclpy.action", "rclpy.node", "rclpy.executors", "rclpy.qos", "rclpy.parameter", "rclpy.duration", "rclpy.time",
-    "rclpy.logging", "geometry_msgs.msg", "sensor_msgs.msg", "nav_msgs.msg", "std_msgs.msg", "std_srvs.srv",
-    "action_msgs.msg", "rosgraph_msgs.msg", "rcl_interfaces.msg",
-)  # fmt: skip
-MESSAGES = {
-    "geometry_msgs.msg": ("Twist", "Pose"), "nav_msgs.msg": ("Odometry",), "std_msgs.msg": ("Float32",),
-    "sensor_msgs.msg": ("LaserScan", "Imu", "BatteryState"),
-}  # fmt: skip
-# Packages whose types a node sends or receives, those of its parameters and clock included.
-SERIALIZED = (
-    "builtin_interfaces", "std_msgs", "geometry_msgs", "sensor_msgs", "nav_msgs", "rcl_interfaces", "rosgraph_msgs",
-    "action_msgs", "unique_identifier_msgs", "service_msgs", "type_description_interfaces",
-)  # fmt: skip
-
 Request = Mapping[str, Any]
 """A ModuleRequest of `warm_worker`, as read from JSON."""
 RunModule = Callable[[int, Request, Path], None]
@@ -69,7 +51,7 @@ def main() -> None:
     bytecode = ByteCode(handed_in, pytest_run["compile_module"], pytest_run["compile_tests"])
     bytecode.add_modules(modules)
     if settings["warm"]:
-        warm_up()
+        runpy.run_path(str(Path(__file__).with_name("warm_imports.py")))["import_modules"]()
     inspect.getmodule(inspect.currentframe())  # the first call, for a log line or a traceback, looks at every module
     gc.collect()
     gc.freeze()  # a fork that never touches these pages never copies them
@@ -79,23 +61,6 @@ def main() -> None:
         bytecode.add_tests(request["modules"])
         serve(number, request, modules, handed_in, run_module)
         number += 1
-
-
-def warm_up() -> None:
-    """Import what most nodes and their tests need, and the C code of the usual messages: half of a node's start-up."""
-    for name in WARM:
-        with contextlib.suppress(ImportError):
-            importlib.import_module(name)
-    with contextlib.suppress(ImportError, AttributeError):
-        check = importlib.import_module("rclpy.type_support").check_for_type_support
-        for package, names in MESSAGES.items():
-            for name in names:
-                check(getattr(importlib.import_module(package), name))
-    with contextlib.suppress(ImportError, AttributeError):
-        importlib.import_module("rclpy.utilities").get_rmw_implementation_identifier()  # loads it
-    for package in SERIALIZED:
-        with contextlib.suppress(OSError):
-            ctypes.CDLL(f"lib{package}__rosidl_typesupport_fastrtps_c.so")
 
 
 def read_files(folder: Path) -> Files:

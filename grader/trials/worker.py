@@ -56,7 +56,8 @@ def main() -> int:
             try:
                 run_trial(plan, request, warm)
             except Exception as error:  # an error of ours must not take the other trials along
-                if Path(request.out).is_file():  # the trial was over; who cannot leave the graph starts no other
+                if Path(request.out).is_file():
+                    # The trial was over. A process that cannot leave the graph starts no other.
                     traceback.print_exc()
                     return 1
                 if problem := _host_problem(error):
