@@ -66,7 +66,7 @@ _ENCODER = json.JSONEncoder(allow_nan=False, sort_keys=True)
 
 
 def to_json(fact: Any) -> str:
-    """Return `fact` (a dataclass of evidence, or a list of them) as strict JSON, with a line for each item of a list."""
+    """Return `fact` (a dataclass of evidence, or a list of them) as strict JSON, each item of a list on a line."""
     plain = _CONVERTER.unstructure(fact)
     if not isinstance(plain, dict):
         return _lines(plain)

@@ -109,9 +109,10 @@ def join_namespaces(init: int) -> None:
 
 
 def give_up_rights(request: dict[str, Any]) -> None:
-    """Give up what a command in a sandbox does not have, for good: limits, user, capabilities, kernel calls."""
+    """Give up what a command in a sandbox does not have: limits, cores, user, capabilities, kernel calls."""
     for name, value in request["limits"].items():
         resource.setrlimit(getattr(resource, name), (value, value))
+    os.sched_setaffinity(0, request["cores"])
     for number in range(_CAPABILITIES):
         _libc.prctl(_DROP_FROM_BOUNDING_SET, number, 0, 0, 0)  # fails above the last one that this kernel has
     if (user := request["user"]) is not None:

@@ -155,6 +155,7 @@ class WarmPython:
             "init": init, "command": list(command), "cwd": box.cwd, "environment": {**box.environment, "PWD": box.cwd},
             "limits": resource_limits(limits), "user": user, "groups": group.procs_files,
             "libraries": [str(library) for library in _own_libraries(box, inside=True)], "filter": PROGRAM_BYTES.hex(),
+            "cores": sorted(os.sched_getaffinity(0)),
         }  # fmt: skip
         read_end, write_end = os.pipe()
         try:

@@ -51,3 +51,8 @@ class TrialPlan:
     awaits: tuple[str, ...] = ()
     namespace: str = ""
     use_sim_time: bool | None = True
+
+    @property
+    def takes_turns(self) -> bool:
+        """Return whether observer and node compute one after the other, so that a core of their own is enough."""
+        return not (self.launch or self.beside or self.real_time or self.mostly_waits)

@@ -49,6 +49,8 @@ class TrialRequest:
     """How long to wait for the node to come up, excluding time spent waiting for a CPU."""
     fork: bool = False
     """Whether to fork nodes from a process that has imported rclpy. Its own start is worth that from three nodes on."""
+    core: int | None = None
+    """The core on which observer and node take turns, None for all of them."""
 
 
 def not_started(plan: TrialPlan, seed: int, script_error: str, ended: str = "") -> evidence.Trial:

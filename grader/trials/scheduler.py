@@ -21,6 +21,7 @@ from grader.contract.spec import PACKAGE
 from grader.errors import GraderError
 from grader.host import namespaces, ros_env, shortage
 from grader.settings import FORK_FROM
+from grader.trials.cpu_affinity import Cores
 from grader.trials.plan import TrialPlan
 from grader.trials.request import (
     CANNOT,
@@ -117,6 +118,7 @@ class _Trials:
     ros_name: str = PACKAGE
     best_effort: bool = False
     fork: bool = False
+    cores: Cores = field(default_factory=Cores)
     found: dict[str, evidence.Trial] = field(default_factory=dict)
 
     def patience_s(self, plan: TrialPlan) -> float:
@@ -167,12 +169,14 @@ class _Worker(threading.Thread):
         process, trials = self._process or self._start(), self._trials
         out = trials.folder.resolve() / f"{plan.name}.json"
         out.unlink(missing_ok=True)
-        request = TrialRequest(
-            plan.name, str(trials.install), trials.seed, next(self._domain_ids), str(out),
-            package=str(trials.package or ""), ros_name=trials.ros_name, patience_s=trials.patience_s(plan),
-            best_effort=trials.best_effort, fork=trials.fork,
-        )  # fmt: skip
-        answer, out_of_time = _ask(process, request)
+        one_core = trials.cores.one() if plan.takes_turns else contextlib.nullcontext()
+        with one_core as core:
+            request = TrialRequest(
+                plan.name, str(trials.install), trials.seed, next(self._domain_ids), str(out),
+                package=str(trials.package or ""), ros_name=trials.ros_name, patience_s=trials.patience_s(plan),
+                best_effort=trials.best_effort, fork=trials.fork, core=core,
+            )  # fmt: skip
+            answer, out_of_time = _ask(process, request)
         if answer.startswith(CANNOT):
             raise GraderError(answer.removeprefix(CANNOT))
         if answer == plan.name:

@@ -22,7 +22,7 @@ from typing import Any, TextIO
 from grader import build, evidence, sandbox
 from grader.errors import GraderError
 from grader.host import ros_env, shortage
-from grader.trials import catalog, parameter_files, wire_layout
+from grader.trials import catalog, cpu_affinity, parameter_files, wire_layout
 from grader.trials.interfaces import TYPES_PACKAGE, SensorFusionData
 from grader.trials.observation import TrialOver, has_one_thread
 from grader.trials.plan import OWN_LAUNCH, TrialPlan
@@ -45,12 +45,15 @@ def main() -> int:
     """Run the trials that stdin asks for."""
     answers = _answers()
     plans = catalog.trials()
+    all_cores = os.sched_getaffinity(0)
+    cpu_affinity.take_turns()
     warm: sandbox.WarmPython | None = None
     print(READY, file=answers, flush=True)
     with ExitStack() as stack:
         for line in sys.stdin:
             request = TrialRequest(**json.loads(line))
             plan = plans[request.trial]
+            os.sched_setaffinity(0, all_cores if request.core is None else {request.core})
             if request.fork and warm is None:
                 warm = stack.enter_context(sandbox.WarmPython(_ENVIRONMENT))
             try:

@@ -248,6 +248,16 @@ def test_its_time_is_measured_and_its_cores_can_be_chosen(start: Start):
     await_output(process, "held")
 
 
+def test_it_runs_on_the_cores_of_the_process_that_asks_for_it(start: Start):
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(cores)})
+    try:
+        _, output = ended(start("warm", "import os; print(os.sched_getaffinity(0))"))
+    finally:
+        os.sched_setaffinity(0, cores)
+    assert output.strip() == str({max(cores)})
+
+
 @pytest.mark.skipif(cgroup.find_hierarchy() is None, reason="no cgroup can be made here")
 def test_its_processes_are_counted_with_those_of_its_sandbox(install: Path, warm: WarmPython):
     bomb = write(install, "import os\nwhile True:\n    os.fork()")

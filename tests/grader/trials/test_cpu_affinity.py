@@ -1,7 +1,8 @@
-"""A node that is slow on several cores is pinned to one, for as long as that helps. Other nodes never are."""
+"""Trials share the cores evenly; a node that is slow on several cores is pinned to one, for as long as that helps."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 from collections.abc import Iterable
@@ -9,7 +10,7 @@ from collections.abc import Iterable
 import pytest
 
 from grader.sandbox import Limits, Process, Sandbox
-from grader.trials.cpu_affinity import AffinityTuner
+from grader.trials.cpu_affinity import AffinityTuner, Cores
 
 CORES = [0, 1, 2, 3]
 
@@ -35,6 +36,15 @@ class Node:
 @pytest.fixture(autouse=True)
 def four_cores(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(os, "sched_getaffinity", lambda _pid: set(CORES))
+
+
+def test_trials_that_run_at_the_same_time_share_the_cores_evenly():
+    cores = Cores()
+    with contextlib.ExitStack() as running:
+        assert sorted(running.enter_context(cores.one()) for _ in CORES) == CORES
+        with cores.one() as shared:
+            assert sorted([shared, *(running.enter_context(cores.one()) for _ in CORES[1:])]) == CORES
+        assert running.enter_context(cores.one()) == shared
 
 
 def test_a_node_that_is_slow_on_several_cores_is_pinned_to_one():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -23,10 +24,10 @@ PLAN = TrialPlan("any", "", lambda _stage: None)
 def run_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], evidence.Trial]:
     """Run PLAN with a shell command as the worker, after it has read the request. Return the trial's facts."""
 
-    def run(command: str) -> evidence.Trial:
+    def run(command: str, plan: TrialPlan = PLAN) -> evidence.Trial:
         worker = ["sh", "-c", f"echo {READY}; read line; {command}"]
         monkeypatch.setattr(namespaces, "private_network", lambda _command: worker)
-        return scheduler.run([PLAN], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)["any"]
+        return scheduler.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)["any"]
 
     return run
 
@@ -87,6 +88,47 @@ def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(run_with
     assert trials.patience_s(PLAN) == PATIENCE_S
 
 
+def test_a_core_is_shared_by_what_takes_turns_and_by_nothing_else(run_with, monkeypatch: pytest.MonkeyPatch):
+    """Nodes that a launch file starts at once, and those that keep time with the wall, get all cores."""
+    asked = []
+    monkeypatch.setattr(scheduler, "_ask", lambda _process, request: asked.append(request.core) or ("nonsense", False))
+    plans = [
+        PLAN,
+        replace(PLAN, launch="any_launch.py"),
+        replace(PLAN, real_time=True),
+        replace(PLAN, mostly_waits=True),
+    ]
+    for plan in plans:
+        run_with("true", plan)
+    assert [core in os.sched_getaffinity(0) for core in asked] == [True, False, False, False]
+    assert asked[1:] == [None] * 3
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+def test_observer_and_node_stay_on_the_core_that_they_share(
+    reference: Path, contract: build.Built, settings: pipeline.Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    patch_workers(TELLS_CORES, tmp_path, monkeypatch)
+    built = build.build([reference], settings.cache)
+    for fork_from in (1000, 0):
+        (trial,) = run_all([catalog.trials()["creeping"]], built, contract, tmp_path / str(fork_from), fork_from)
+        assert trial.choices["cores"] == 1.0
+
+
+TELLS_CORES = """
+import os
+from grader.trials.observation import Observation
+
+def facts(self, *how):
+    threads = [0, *self.process.thread_times()]
+    self.choices["cores"] = float(len(set().union(*map(os.sched_getaffinity, threads))))
+    return usual(self, *how)
+
+usual, Observation.facts = Observation.facts, facts
+"""
+
+
 CRASHES_ON_CLOSE = """
 import os, signal
 import sim.bridge
@@ -100,14 +142,7 @@ def test_a_crash_on_leaving_the_graph_loses_no_trial(
     reference: Path, contract: build.Built, settings: pipeline.Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     """Fast DDS has been seen to crash there. The evidence is saved before, and the next trial gets another worker."""
-    (tmp_path / "sitecustomize.py").write_text(CRASHES_ON_CLOSE)
-    usual = scheduler.observer_environment
-
-    def environment(contract: Path, *, home: Path) -> dict[str, str]:
-        found = usual(contract, home=home)
-        return found | {"PYTHONPATH": f"{tmp_path}:{KIT}:{found['PYTHONPATH']}"}
-
-    monkeypatch.setattr(scheduler, "observer_environment", environment)
+    patch_workers(CRASHES_ON_CLOSE, tmp_path, monkeypatch)
     plans = [catalog.trials()[name] for name in ("idle", "idle_processor")]
     built = build.build([reference], settings.cache)
     found = scheduler.run(plans, install=built.install, contract=contract.install, folder=tmp_path, seed=1, workers=1)
@@ -128,6 +163,18 @@ def test_a_forked_node_is_observed_as_one_that_was_started(
         assert after.scans == before.scans
         assert after.graph == before.graph
         assert after.messages == before.messages
+
+
+def patch_workers(code: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every worker run `code` before it starts."""
+    (folder / "sitecustomize.py").write_text(code)
+    usual = scheduler.observer_environment
+
+    def environment(contract: Path, *, home: Path) -> dict[str, str]:
+        found = usual(contract, home=home)
+        return found | {"PYTHONPATH": f"{folder}:{KIT}:{found['PYTHONPATH']}"}
+
+    monkeypatch.setattr(scheduler, "observer_environment", environment)
 
 
 def run_all(
