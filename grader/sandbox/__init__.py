@@ -6,6 +6,6 @@ either no network or that of the caller's namespace, and limits on time, memory,
 
 from grader.sandbox.bwrap import HOME, MIB, Limits, Sandbox
 from grader.sandbox.process import Process, RunResult, require, run
-from grader.sandbox.warm_start import WarmPython
+from grader.sandbox.warm_start import LAUNCH, WarmPython
 
-__all__ = ["HOME", "MIB", "Limits", "Process", "RunResult", "Sandbox", "WarmPython", "require", "run"]
+__all__ = ["HOME", "LAUNCH", "MIB", "Limits", "Process", "RunResult", "Sandbox", "WarmPython", "require", "run"]

@@ -5,6 +5,9 @@ and runs nothing of a submission.
 A request is one message on standard input: JSON, and three file descriptors. For each request two processes are forked.
 The first joins the sandbox's namespaces and waits; the second gives up every right that a sandbox's own commands have
 not, and becomes the program. See setns(2), capabilities(7), seccomp(2) and, for what /proc shows, prctl(2).
+
+A launch starts programs of its own. Before it becomes the launch, its process forks a spare one, inside the sandbox and
+with no more rights, of which these programs are forked in turn (`offer_forks`, grader/ros2/launching/forked.py).
 """
 
 from __future__ import annotations
@@ -32,6 +35,7 @@ _MESSAGE_BYTES = 65536
 _NEW_USER = 0x10000000
 _OWNER_OF_NAMESPACE = 0xB701
 _CAPABILITIES_3, _CAPABILITIES = 0x20080522, 64
+_DIE_WITH_PARENT = 1
 _SET_DUMPABLE, _SET_SECCOMP, _DROP_FROM_BOUNDING_SET, _SET_NO_NEW_PRIVILEGES, _AMBIENT = 4, 22, 24, 38, 47
 _CLEAR_AMBIENT, _SECCOMP_FILTER = 4, 2
 _SET_MEMORY_MAP, _WHOLE_MAP = 35, 14
@@ -64,7 +68,8 @@ def serve() -> dict[str, Any]:
         os.write(status, f"{type(error).__name__}: {error}\n".encode())
         os._exit(1)
     take_streams(output)
-    return {name: request[name] for name in ("command", "cwd", "environment", "libraries")}
+    kept = {name: request[name] for name in ("command", "cwd", "environment", "libraries")}
+    return offer_forks(kept, request["offers_forks"]) if request["offers_forks"] else kept
 
 
 def join_and_wait(request: dict[str, Any], status: int) -> None:
@@ -137,9 +142,73 @@ def take_streams(output: int) -> None:
     os.closerange(3, 65536)
 
 
+def offer_forks(program: dict[str, Any], variable: str) -> dict[str, Any]:
+    """Fork a process that forks programs for this one; return, in each program, what it is.
+
+    The environment variable `variable` tells the first program the number of its end of a socket. A request on that is
+    JSON and three file descriptors, for the streams of the new program; the answer is its pid.
+    """
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    launch = os.getpid()
+    if os.fork() != 0:
+        theirs.close()
+        return program | {"environment": {**program["environment"], variable: str(ours.detach())}}
+    ours.close()
+    die_with(launch)
+    while True:
+        data, streams, _, _ = socket.recv_fds(theirs, _MESSAGE_BYTES, 3)
+        if not data:
+            os._exit(0)
+        if (pid := fork_for(launch)) == 0:
+            break
+        theirs.send(b"%d" % pid)
+        for stream in streams:
+            os.close(stream)
+    for number, stream in enumerate(streams):
+        os.dup2(stream, number)
+    os.closerange(3, 65536)
+    asked: dict[str, Any] = json.loads(data)
+    return program | asked
+
+
+def fork_for(launch: int) -> int:
+    """Fork a process that leads a session and dies with its new parent `launch`; return its pid, and 0 in it.
+
+    Its first parent, between this process and it, has ended when it begins. See PR_SET_CHILD_SUBREAPER in prctl(2).
+    """
+    (pid_read, pid_write), (over_read, over_write) = os.pipe(), os.pipe()
+    between = os.fork()
+    if between == 0:
+        if (pid := os.fork()) != 0:
+            os.write(pid_write, b"%d" % pid)
+            os._exit(0)
+        os.setsid()
+        os.close(pid_write)
+        os.close(over_write)
+        os.read(over_read, 1)
+        die_with(launch)
+        return 0
+    os.close(pid_write)
+    with os.fdopen(pid_read, "rb") as written:
+        found = int(written.read())  # until the process between has written it, and the new one leads a session
+    os.waitpid(between, 0)
+    os.close(over_write)
+    os.close(over_read)
+    return found
+
+
+def die_with(parent: int) -> None:
+    """Let the kernel kill this process as soon as its parent ends."""
+    _call("prctl", _DIE_WITH_PARENT, signal.SIGKILL, 0, 0, 0)
+    if os.getppid() != parent:  # it has ended before
+        os._exit(1)
+
+
 def become_program(request: dict[str, Any]) -> types.CodeType:
     """Make this process look as if Python had just been started with a script, and return the script's code."""
     script, *arguments = request["command"]
+    is_folder = os.path.isdir(script)  # noqa: PTH112
+    file = f"{script}/__main__.py" if is_folder else script
     os.chdir(request["cwd"])
     os.environ.clear()
     os.environ.update(request["environment"])
@@ -147,19 +216,19 @@ def become_program(request: dict[str, Any]) -> types.CodeType:
     sys.orig_argv[:] = ["python3", script, *arguments]
     with contextlib.suppress(OSError):  # a kernel without CONFIG_CHECKPOINT_RESTORE
         show_in_proc(sys.orig_argv, request["environment"])
-    sys.path[0] = os.path.dirname(os.path.realpath(script))  # noqa: PTH120
+    sys.path[0] = script if is_folder else os.path.dirname(os.path.realpath(script))  # noqa: PTH120
     sys.path_importer_cache.clear()  # it has noted that the sandbox's folders do not exist
     load(request["libraries"])
     sys.excepthook = without_our_frames
     main = types.ModuleType("__main__")
-    loader = importlib.machinery.SourceFileLoader("__main__", script)
+    loader = importlib.machinery.SourceFileLoader("__main__", file)
     main.__dict__.update(
-        __annotations__={}, __builtins__=__builtins__, __cached__=None, __file__=script, __loader__=loader
+        __annotations__={}, __builtins__=__builtins__, __cached__=None, __file__=file, __loader__=loader
     )
     sys.modules["__main__"] = main
     gc.unfreeze()
-    with open(script, "rb") as stream:  # noqa: PTH123
-        return compile(stream.read(), script, "exec", dont_inherit=True)
+    with open(file, "rb") as stream:  # noqa: PTH123
+        return compile(stream.read(), file, "exec", dont_inherit=True)
 
 
 def show_in_proc(words: list[str], environment: dict[str, str]) -> None:

@@ -30,6 +30,9 @@ IMPORTS = Path(__file__).with_name("warm_imports.py")
 _INTERPRETERS = ("/usr/bin/env python3", f"{ros_env.PREFIX}/bin/python3")
 _FIRST_LINE = re.compile(rf"#! ?({'|'.join(map(re.escape, _INTERPRETERS))})[ \t]*\n".encode())
 _LONGEST_SCRIPT = 100_000
+LAUNCH = ("python3", "/ws/ros2", "launch")
+"""How the command begins that runs a launch file; it may start nodes as forks, too."""
+_FORKS_VARIABLE = "ROS2_COURSE_KIT_FORKS"  # read by grader/ros2/launching/forked.py
 _MESSAGE_BYTES = 65536
 _START_S = 60.0
 # Python imports these by their names before the program.
@@ -123,12 +126,14 @@ class WarmPython:
             return False
         if {**box.environment, _DIFFERS: ""} != {**self._environment, _DIFFERS: ""}:
             return False
-        script = _on_host(Path(command[0]), box)
-        if script is None or not _is_python(script):
+        given = _words(command)[0]
+        script = _on_host(Path(given), box)
+        if script is None or not (_is_python(script) if given == command[0] else script.exists()):
             return False
         paths = [Path(path) for path in box.environment["PYTHONPATH"].split(":")]
-        folders = [script.parent, *(folder for path in paths if (folder := _on_host(path, box)) and folder.is_dir())]
-        modules = {entry.name.split(".")[0] for folder in folders for entry in folder.iterdir()}
+        own = script if script.is_dir() else script.parent
+        folders = [own, *(folder for path in paths if (folder := _on_host(path, box)) and folder.is_dir())]
+        modules = {entry.name.split(".")[0] for folder in folders for entry in folder.iterdir()} - {"__main__"}
         libraries = {library.name for library in _own_libraries(box)}
         return bool(self._loaded) and not modules & (self._loaded | _AT_START) and not libraries & _kit_libraries()
 
@@ -152,10 +157,12 @@ class WarmPython:
             CannotFork: it cannot be started in this way.
         """
         request = {
-            "init": init, "command": list(command), "cwd": box.cwd, "environment": {**box.environment, "PWD": box.cwd},
+            "init": init, "command": _words(command), "cwd": box.cwd,
+            "environment": {**box.environment, "PWD": box.cwd},
             "limits": resource_limits(limits), "user": user, "groups": group.procs_files,
             "libraries": [str(library) for library in _own_libraries(box, inside=True)], "filter": PROGRAM_BYTES.hex(),
             "cores": sorted(os.sched_getaffinity(0)),
+            "offers_forks": _FORKS_VARIABLE if tuple(command[: len(LAUNCH)]) == LAUNCH else "",
         }  # fmt: skip
         read_end, write_end = os.pipe()
         try:
@@ -169,6 +176,11 @@ class WarmPython:
         except CannotFork:
             self._usable = False
             raise
+
+
+def _words(command: Sequence[str]) -> list[str]:
+    """Return a script's path and its arguments, whether the script is a command or `python3` runs it."""
+    return list(command[1:] if command[0] == "python3" else command)
 
 
 def _is_python(script: Path) -> bool:

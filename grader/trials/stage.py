@@ -18,7 +18,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from std_msgs.msg import Float32
 
-from grader import evidence
+from grader import evidence, sandbox
 from grader.build import INSTALL
 from grader.contract.spec import PACKAGE
 from grader.sandbox.cpu_clock import CpuClock
@@ -281,7 +281,7 @@ class Stage(Observation):
     def list_launch_arguments(self) -> None:
         """Run the trial's launch file with --show-args; the output is recorded as that of the process "arguments"."""
         file = f"{INSTALL}/share/{self.package}/launch/{self.plan.launch}"
-        process = self.others["arguments"] = self.start(["python3", "/ws/ros2", "launch", file, "--show-args"])
+        process = self.others["arguments"] = self.start([*sandbox.LAUNCH, file, "--show-args"])
         self.bridge.spin_until(lambda: process.exit_code() is not None, _SHOW_ARGS_WALL_S)
 
     def run_script(self, script: str) -> Program:

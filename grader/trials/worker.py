@@ -185,10 +185,10 @@ def _transformed_world(plan: TrialPlan, seed: int) -> World:
 def _command(plan: TrialPlan, package: str) -> list[str]:
     if plan.launch:
         if plan.launch == OWN_LAUNCH:
-            return ["python3", "/ws/ros2", "launch", f"/ws/launch/{plan.launch}", f"package:={package}"]
+            return [*sandbox.LAUNCH, f"/ws/launch/{plan.launch}", f"package:={package}"]
         file = f"{_share(build.INSTALL, package)}/launch/{plan.launch}"
         given = [] if plan.use_sim_time is None else [f"use_sim_time:={_parameter(plan.use_sim_time)}"]
-        return ["python3", "/ws/ros2", "launch", file, *given]
+        return [*sandbox.LAUNCH, file, *given]
     command = _node_command(package, plan.node, plan.remappings)
     if plan.params_file:
         command += ["--params-file", f"{_share(build.INSTALL, package)}/config/{plan.params_file}"]

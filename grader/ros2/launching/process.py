@@ -16,7 +16,7 @@ from functools import partial
 from signal import Signals as _Signals
 from typing import Any
 
-from . import events, typed
+from . import events, forked, typed
 from .context import LaunchContext
 from .entities import Action, Entities, SomeSubstitutionsType, Substitution, perform, substitutions, truth
 from .errors import LaunchError
@@ -96,7 +96,7 @@ class ExecuteLocal(Action):
         self.process_details: dict[str, Any] = {}
         self.facts: dict[str, Any] = {}  # what the record says of the process besides its command
         self._context: LaunchContext | None = None
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: subprocess.Popen[bytes] | forked.Forked | None = None
         self._done: asyncio.Future[None] | None = None
         self._timers: list[asyncio.TimerHandle] = []
         self._handlers: list[EventHandler] = []
@@ -181,17 +181,7 @@ class ExecuteLocal(Action):
         if self.log_cmd:
             runner.output.info(name, f"process details: cmd='{' '.join(cmd)}', cwd='{self.process_details['cwd']}'")
         try:
-            self._process = subprocess.Popen(
-                " ".join(cmd) if self.shell else cmd,
-                shell=self.shell,
-                cwd=self.process_details["cwd"],
-                env=self.process_details["env"],
-                stdin=subprocess.PIPE,
-                stdout=theirs[0],
-                stderr=theirs[1],
-                start_new_session=True,
-                preexec_fn=die_with_parent(),
-            )
+            self._process = self._started(cmd, theirs)
         except OSError as error:
             for fd in (*ours, *theirs):
                 os.close(fd)
@@ -212,6 +202,22 @@ class ExecuteLocal(Action):
         runner.output.info(name, f"process started with pid [{self._process.pid}]")
         runner.record.add("started", process=name, pid=self._process.pid, cmd=cmd, **self.facts)
         self._event(events.ProcessStarted)
+
+    def _started(self, cmd: list[str], streams: tuple[int, int]) -> subprocess.Popen[bytes] | forked.Forked:
+        environment, cwd = self.process_details["env"], self.process_details["cwd"]
+        if not (self.shell or self._tty) and (process := forked.start(cmd, environment, cwd, *streams)):
+            return process
+        return subprocess.Popen(
+            " ".join(cmd) if self.shell else cmd,
+            shell=self.shell,
+            cwd=cwd,
+            env=environment,
+            stdin=subprocess.PIPE,
+            stdout=streams[0],
+            stderr=streams[1],
+            start_new_session=True,
+            preexec_fn=die_with_parent(),
+        )
 
     def _written(self, channel: str, text: bytes, lines: list[str]) -> None:
         """Pass on what the process has written."""
@@ -288,7 +294,7 @@ class ExecuteLocal(Action):
             reader.drain()
         if process.stdin is not None:
             process.stdin.close()
-        code, runner, name = process.returncode, context.runner, self.process_details["name"]
+        code, runner, name = process.poll() or 0, context.runner, self.process_details["name"]
         if code == 0:
             runner.output.info(name, f"process has finished cleanly [pid {process.pid}]")
         else:
