@@ -9,7 +9,7 @@ from typing import Protocol
 
 from grader.host import procfs
 
-_MAX_AGE_S = 0.25
+_MAX_AGE_S = 0.5
 _NEW_THREAD = (0.0, 0.0)
 
 
@@ -55,7 +55,7 @@ class CpuClock:
         return self._counted
 
     def seconds(self) -> float:
-        """Return the same, up to a quarter of a second old: cheap enough to be called again and again."""
+        """Return the same, up to half a second old: cheap enough to be called again and again."""
         return self.read() if time.monotonic() - self._since > _MAX_AGE_S else self._counted
 
     def _thread_times(self) -> dict[int, tuple[float, float]]:
