@@ -11,7 +11,7 @@ from grader.scoring.rubric import Requirement, Rubric
 MODULE_TIMEOUT_S = 90.0
 # Forty mutants took the course's tests 6 s, and some 45 on a busy machine, where 20 s cut off most of them.
 MUTATION_BUDGET_S = 60.0
-# A worker of fewer trials would import rclpy once more for less than it saves.
+# Fewer trials would save less than importing rclpy once more costs.
 FORK_FROM = 4
 
 
@@ -28,7 +28,7 @@ class Settings:
         package_path: the package to grade, by its place in the submission; by default the grader chooses.
         best_effort: whether the simulated sensors publish best effort, as many drivers do. In a grading they are
             reliable, so that a reliable subscription costs I4 alone; in the course they are as on a robot.
-        fork_from: from how many trials for each worker on nodes are forked from a process that has imported rclpy.
+        fork_from: from how many trials on nodes are forked from a process that has imported rclpy.
         keep: keep evidence for the next grading, and take what was kept where all that decides it is the same.
         fresh: collect everything anew, whatever is kept.
         overwrite: whether the reports may replace those of another submission.

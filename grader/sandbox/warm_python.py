@@ -2,7 +2,7 @@
 
 Started by `warm_start`, outside of the sandboxes, with the path of `warm_imports`; imports nothing else of the grader
 and runs nothing of a submission.
-A request is one message on standard input: JSON, and three file descriptors. For each request two processes are forked.
+A request is a message on standard input: JSON, and three file descriptors. For each request two processes are forked.
 The first joins the sandbox's namespaces and waits; the second gives up every right that a sandbox's own commands have
 not, and becomes the program. See setns(2), capabilities(7), seccomp(2) and, for what /proc shows, prctl(2).
 
@@ -31,6 +31,7 @@ import types
 from typing import Any
 
 _MESSAGE_BYTES = 65536
+LOADED = b"loaded"  # a request for the names of the modules that this process has imported, instead of a program
 # <linux/sched.h>, <linux/nsfs.h>, <linux/capability.h>, <linux/prctl.h>
 _NEW_USER = 0x10000000
 _OWNER_OF_NAMESPACE = 0xB701
@@ -49,18 +50,20 @@ _shown: list[mmap.mmap] = []  # what /proc shows lies in it for as long as the p
 def serve() -> dict[str, Any]:
     """Serve requests until nobody can send any more; in a process that becomes a program, return its request."""
     with contextlib.closing(socket.socket(fileno=os.dup(0))) as channel:
-        channel.send(json.dumps(sorted({name.split(".")[0] for name in sys.modules})).encode())
+        loaded = json.dumps(sorted({name.split(".")[0] for name in sys.modules})).encode()
         signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # the kernel forgets those that have ended
         while True:
             data, descriptors, _, _ = socket.recv_fds(channel, _MESSAGE_BYTES, 3)
             if not data:
                 os._exit(0)
-            if os.fork() == 0:
+            if data == LOADED:
+                os.write(descriptors[0], loaded)
+            elif os.fork() == 0:
                 break
             for descriptor in descriptors:
                 os.close(descriptor)
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-    output, status, _hold = descriptors  # the third one is open elsewhere until this process ends
+    status, output, _hold = descriptors  # the third one is open elsewhere until this process ends
     request: dict[str, Any] = json.loads(data)
     try:
         join_and_wait(request, status)
@@ -98,19 +101,24 @@ def join_and_wait(request: dict[str, Any], status: int) -> None:
 
 def join_namespaces(init: int) -> None:
     """Enter the namespaces of the process `init`, the first one of a sandbox; its pid namespace with the next fork."""
-    names = ("ipc", "uts", "cgroup", "pid", "mnt")
-    found = {name: os.open(f"/proc/{init}/ns/{name}", os.O_RDONLY) for name in ("user", *names)}
-    own = {name: os.open(f"/proc/self/ns/{name}", os.O_RDONLY) for name in ("user", *names)}
-    other_user = not os.path.sameopenfile(found["user"], own["user"])
-    if other_user:
-        # bubblewrap mounts in a first user namespace, which the others belong to, and runs commands in a second one.
-        owner = fcntl.ioctl(found["mnt"], _OWNER_OF_NAMESPACE)
-        _call("setns", owner, _NEW_USER)
-    for name in names:
-        if not os.path.sameopenfile(found[name], own[name]):
-            _call("setns", found[name], 0)
-    if other_user and not os.path.sameopenfile(found["user"], owner):
-        _call("setns", found["user"], _NEW_USER)
+    names = ("user", "net", "mnt", "ipc", "uts", "cgroup", "pid")
+    found = {name: os.open(f"/proc/{init}/ns/{name}", os.O_RDONLY) for name in names}
+    own = {name: os.open(f"/proc/self/ns/{name}", os.O_RDONLY) for name in names}
+    others = [name for name in names[1:] if not os.path.sameopenfile(found[name], own[name])]
+    current = own["user"]
+    for name in others:
+        # Of the user namespaces one in another, the outermost owns the network, the next one what bubblewrap has
+        # mounted and the other namespaces, and the innermost is that of the sandbox's commands.
+        current = enter(fcntl.ioctl(found[name], _OWNER_OF_NAMESPACE), current)
+        _call("setns", found[name], 0)
+    enter(found["user"], current)
+
+
+def enter(wanted: int, current: int) -> int:
+    """Enter a user namespace unless it is the current one, and return it."""
+    if not os.path.sameopenfile(wanted, current):
+        _call("setns", wanted, _NEW_USER)
+    return wanted
 
 
 def give_up_rights(request: dict[str, Any]) -> None:

@@ -18,6 +18,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache, cached_property
 from pathlib import Path
 from types import TracebackType
+from typing import TextIO
 
 from grader.host import cgroup, namespaces, ros_env
 from grader.sandbox import untrusted
@@ -33,8 +34,7 @@ _LONGEST_SCRIPT = 100_000
 LAUNCH = ("python3", "/ws/ros2", "launch")
 """How the command begins that runs a launch file; it may start nodes as forks, too."""
 _FORKS_VARIABLE = "ROS2_COURSE_KIT_FORKS"  # read by grader/ros2/launching/forked.py
-_MESSAGE_BYTES = 65536
-_START_S = 60.0
+_LOADED = b"loaded"
 # Python imports these by their names before the program.
 _AT_START = frozenset({"sitecustomize", "usercustomize"})
 _DIFFERS = "ROS_DOMAIN_ID"  # the one variable that may differ from the warm process's; read when a node comes up
@@ -47,13 +47,13 @@ class CannotFork(Exception):
 class Program:
     """A program that was started in a sandbox by a WarmPython. Its parent process is outside of the sandbox."""
 
-    def __init__(self, status: int) -> None:
-        """Wait until the program runs.
+    def __init__(self, status: TextIO) -> None:
+        """Wait until the program runs, which `status` tells, as it will tell how it ended.
 
         Raises:
             CannotFork: it could not be started.
         """
-        self._lines = os.fdopen(status)
+        self._lines = status
         first = self._lines.readline().strip()
         if not first.isdigit():
             self._lines.close()
@@ -76,12 +76,18 @@ class WarmPython:
 
     Args:
         environment: of the sandboxes in which programs will be started.
+        channel: the `channel` of another WarmPython, perhaps in another process, to use the same; None to start one.
     """
 
-    def __init__(self, environment: Mapping[str, str]) -> None:
+    def __init__(self, environment: Mapping[str, str], channel: int | None = None) -> None:
         self._environment = dict(environment)
-        self._channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        self._channel.settimeout(_START_S)
+        self._usable = True
+        self._popen: subprocess.Popen[bytes] | None = None
+        if channel is not None:
+            self._socket = socket.socket(fileno=channel)
+            self._socket.set_inheritable(False)
+            return
+        self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs, _SCRIPT.open("rb") as script:
             # By its descriptor: a program can see the name of what has been forked, which is no path of this machine.
             command: list[str] = [*DEFAULT_SIGNALS, "python3", f"/dev/fd/{script.fileno()}", str(IMPORTS)]
@@ -92,7 +98,6 @@ class WarmPython:
                 pass_fds=[script.fileno()],
                 start_new_session=True,
             )
-        self._usable = True
 
     def __enter__(self) -> WarmPython:
         """Return the process."""
@@ -105,17 +110,34 @@ class WarmPython:
         self.close()
 
     def close(self) -> None:
-        """End the process. Programs that it has started go on."""
-        self._channel.close()
-        self._popen.kill()
-        self._popen.wait()
+        """End the process, if this has started it. Programs that it has started go on."""
+        self._socket.close()
+        if self._popen is not None:
+            self._popen.kill()
+            self._popen.wait()
+
+    @property
+    def channel(self) -> int:
+        """The file descriptor on which it is asked to start programs."""
+        return self._socket.fileno()
 
     @cached_property
     def _loaded(self) -> frozenset[str]:
         """The names of the modules that it has imported, without those of packages' parts; empty if it has ended."""
-        with contextlib.suppress(OSError):
-            return frozenset(json.loads(self._channel.recv(_MESSAGE_BYTES) or b"[]"))
+        with self._send(_LOADED) as answer, contextlib.suppress(ValueError):
+            return frozenset(json.loads(answer.read()))
         return frozenset()
+
+    def _send(self, request: bytes, *descriptors: int) -> TextIO:
+        """Send a request and return what the answer can be read from: nothing if the process has ended."""
+        read_end, write_end = os.pipe()
+        try:
+            socket.send_fds(self._socket, [request], [write_end, *descriptors])
+        except OSError:
+            self._usable = False
+        finally:
+            os.close(write_end)
+        return os.fdopen(read_end)
 
     def suits(self, command: Sequence[str], box: Sandbox) -> bool:
         """Return whether `command` in `box` is a program that would not notice how it was started.
@@ -164,15 +186,8 @@ class WarmPython:
             "cores": sorted(os.sched_getaffinity(0)),
             "offers_forks": _FORKS_VARIABLE if tuple(command[: len(LAUNCH)]) == LAUNCH else "",
         }  # fmt: skip
-        read_end, write_end = os.pipe()
         try:
-            socket.send_fds(self._channel, [json.dumps(request).encode()], [output, write_end, hold])
-        except OSError:
-            self._usable = False  # it has ended
-        finally:
-            os.close(write_end)
-        try:
-            return Program(read_end)
+            return Program(self._send(json.dumps(request).encode(), output, hold))
         except CannotFork:
             self._usable = False
             raise

@@ -1,11 +1,12 @@
-"""What scheduler and worker tell each other. Imported by both, so it needs neither ROS nor bubblewrap."""
+"""What scheduler and worker tell each other. Imported by both, so it needs no ROS."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from grader import evidence
+from grader import build, evidence, sandbox
 from grader.contract.spec import PACKAGE
+from grader.host import ros_env
 from grader.trials.plan import TrialPlan
 
 READY = "ready"
@@ -20,6 +21,10 @@ OBSERVER_ENDED = "the process that observes the node crashed on what it was sent
 LATE_VARIABLE = "ROS2_COURSE_KIT_LATE_S"
 """How long an observer waits before it joins a trial's graph, in wall seconds: discovery delayed as by a slow host."""
 
+NODE_ENVIRONMENT = ros_env.environment(build.INSTALL, home=sandbox.HOME) | {
+    "PYTHONFAULTHANDLER": "1",  # a node that hangs can tell where
+}
+"""The environment of nodes but for their DDS domain."""
 
 PATIENCE_S = 20.0
 DEAF_S = 10.0
@@ -47,8 +52,6 @@ class TrialRequest:
     """Whether the simulated sensors publish best effort."""
     patience_s: float = PATIENCE_S
     """How long to wait for the node to come up, excluding time spent waiting for a CPU."""
-    fork: bool = False
-    """Whether to fork nodes from a process that has imported rclpy. Its own start is worth that from three nodes on."""
     core: int | None = None
     """The core on which observer and node take turns, None for all of them."""
 

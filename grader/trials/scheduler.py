@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from grader import evidence
+from grader import evidence, sandbox
 from grader.contract.spec import PACKAGE
 from grader.errors import GraderError
 from grader.host import namespaces, ros_env, shortage
@@ -27,6 +27,7 @@ from grader.trials.request import (
     CANNOT,
     LATE_VARIABLE,
     NO_NODE,
+    NODE_ENVIRONMENT,
     OBSERVER_ENDED,
     PATIENCE_S,
     READY,
@@ -75,7 +76,7 @@ def run(
         package: the package's source folder.
         ros_name: the package's name.
         best_effort: whether the simulated sensors publish best effort.
-        fork_from: from how many trials for each worker on nodes are forked from a process that has imported rclpy.
+        fork_from: from how many trials on nodes are forked from a process that has imported rclpy.
         progress: called with the name of each trial that has ended.
 
     Raises:
@@ -86,14 +87,14 @@ def run(
     for plan in plans:
         (waiting if plan.real_time or plan.mostly_waits else computing).put(plan)
     count = workers or min(3, 1 + (os.cpu_count() or 1))
-    fork = len(plans) >= fork_from * count
-    trials = _Trials(install, contract, folder, seed, package, progress, ros_name, best_effort, fork)
     todo = [(computing, waiting)] * count + [(waiting,)] * (not waiting.empty())
-    threads = [_Worker(queues, trials) for queues in todo]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with sandbox.WarmPython(NODE_ENVIRONMENT) if len(plans) >= fork_from else contextlib.nullcontext() as warm:
+        trials = _Trials(install, contract, folder, seed, package, progress, ros_name, best_effort, warm)
+        threads = [_Worker(queues, trials) for queues in todo]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
     problem = next((thread.problem for thread in threads if thread.problem), None)
     if problem:
         raise problem
@@ -117,7 +118,7 @@ class _Trials:
     progress: Callable[[str], None]
     ros_name: str = PACKAGE
     best_effort: bool = False
-    fork: bool = False
+    warm: sandbox.WarmPython | None = None
     cores: Cores = field(default_factory=Cores)
     found: dict[str, evidence.Trial] = field(default_factory=dict)
 
@@ -174,7 +175,7 @@ class _Worker(threading.Thread):
             request = TrialRequest(
                 plan.name, str(trials.install), trials.seed, next(self._domain_ids), str(out),
                 package=str(trials.package or ""), ros_name=trials.ros_name, patience_s=trials.patience_s(plan),
-                best_effort=trials.best_effort, fork=trials.fork, core=core,
+                best_effort=trials.best_effort, core=core,
             )  # fmt: skip
             answer, out_of_time = _ask(process, request)
         if answer.startswith(CANNOT):
@@ -200,9 +201,11 @@ class _Worker(threading.Thread):
         home.mkdir(parents=True, exist_ok=True)
         log_path = folder / f"worker-{self.name}.log"
         inherited = {k: os.environ[k] for k in (LATE_VARIABLE, namespaces.UNSAFE_VARIABLE) if k in os.environ}
+        channels = [self._trials.warm.channel] if self._trials.warm else []
         with log_path.open("w") as log:
             self._process = subprocess.Popen(
-                namespaces.private_network([sys.executable, "-m", "grader.trials.worker"]),
+                namespaces.private_network([sys.executable, "-m", "grader.trials.worker", *map(str, channels)]),
+                pass_fds=channels,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=log,

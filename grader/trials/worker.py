@@ -21,12 +21,12 @@ from typing import Any, TextIO
 
 from grader import build, evidence, sandbox
 from grader.errors import GraderError
-from grader.host import ros_env, shortage
+from grader.host import shortage
 from grader.trials import catalog, cpu_affinity, parameter_files, wire_layout
 from grader.trials.interfaces import TYPES_PACKAGE, SensorFusionData
 from grader.trials.observation import TrialOver, has_one_thread
 from grader.trials.plan import OWN_LAUNCH, TrialPlan
-from grader.trials.request import CANNOT, LATE_VARIABLE, READY, TrialRequest, not_started
+from grader.trials.request import CANNOT, LATE_VARIABLE, NODE_ENVIRONMENT, READY, TrialRequest, not_started
 from grader.trials.stage import SOURCE, Stage
 from sim import Simulator, World, load_world
 
@@ -36,38 +36,32 @@ _LAUNCH = Path(__file__).parent / "launch"
 
 # Two nodes and a launch file take 0.3 GB.
 _LIMITS = sandbox.Limits(wall_seconds=300.0, resident_bytes=1536 * sandbox.MIB)
-_ENVIRONMENT = ros_env.environment(build.INSTALL, home=sandbox.HOME) | {
-    "PYTHONFAULTHANDLER": "1",  # a node that hangs can tell where
-}
 
 
 def main() -> int:
-    """Run the trials that stdin asks for."""
+    """Run the trials that stdin asks for; the argument is the channel of a WarmPython to fork nodes from, if any."""
     answers = _answers()
     plans = catalog.trials()
     all_cores = os.sched_getaffinity(0)
     cpu_affinity.take_turns()
-    warm: sandbox.WarmPython | None = None
+    warm = sandbox.WarmPython(NODE_ENVIRONMENT, int(sys.argv[1])) if sys.argv[1:] else None
     print(READY, file=answers, flush=True)
-    with ExitStack() as stack:
-        for line in sys.stdin:
-            request = TrialRequest(**json.loads(line))
-            plan = plans[request.trial]
-            os.sched_setaffinity(0, all_cores if request.core is None else {request.core})
-            if request.fork and warm is None:
-                warm = stack.enter_context(sandbox.WarmPython(_ENVIRONMENT))
-            try:
-                run_trial(plan, request, warm)
-            except Exception as error:  # an error of ours must not take the other trials along
-                if Path(request.out).is_file():
-                    # The trial was over. A process that cannot leave the graph starts no other.
-                    traceback.print_exc()
-                    return 1
-                if problem := _host_problem(error):
-                    print(CANNOT + problem, file=answers, flush=True)
-                    continue
-                _save(request, not_started(plan, request.seed, traceback.format_exc()))
-            print(request.trial, file=answers, flush=True)
+    for line in sys.stdin:
+        request = TrialRequest(**json.loads(line))
+        plan = plans[request.trial]
+        os.sched_setaffinity(0, all_cores if request.core is None else {request.core})
+        try:
+            run_trial(plan, request, warm)
+        except Exception as error:  # an error of ours must not take the other trials along
+            if Path(request.out).is_file():
+                # The trial was over. A process that cannot leave the graph starts no other.
+                traceback.print_exc()
+                return 1
+            if problem := _host_problem(error):
+                print(CANNOT + problem, file=answers, flush=True)
+                continue
+            _save(request, not_started(plan, request.seed, traceback.format_exc()))
+        print(request.trial, file=answers, flush=True)
     return 0
 
 
@@ -145,7 +139,7 @@ def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, d
         visible |= {copy: f"{_share(build.INSTALL, request.ros_name)}/config/{name}" for copy, name in copies.items()}
     if plan.launch:
         visible |= {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"}
-    environment = {**_ENVIRONMENT, "ROS_DOMAIN_ID": str(request.domain_id)}
+    environment = {**NODE_ENVIRONMENT, "ROS_DOMAIN_ID": str(request.domain_id)}
     return sandbox.Sandbox(read_only=visible, environment=environment, network=True), telltales
 
 
