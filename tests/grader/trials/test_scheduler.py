@@ -113,7 +113,7 @@ def test_observer_and_node_stay_on_the_core_that_they_share(
     built = build.build([reference], settings.cache)
     for fork_from in (1000, 0):
         (trial,) = run_all([catalog.trials()["creeping"]], built, contract, tmp_path / str(fork_from), fork_from)
-        assert trial.choices["cores"] == 1.0
+        assert (trial.choices["cores"], trial.choices["forked"]) == (1.0, float(fork_from == 0))
 
 
 TELLS_CORES = """
@@ -122,6 +122,7 @@ from grader.trials.observation import Observation
 
 def facts(self, *how):
     threads = [0, *self.process.thread_times()]
+    self.choices["forked"] = float(self.process._program is not None)
     self.choices["cores"] = float(len(set().union(*map(os.sched_getaffinity, threads))))
     return usual(self, *how)
 
