@@ -55,7 +55,7 @@ def grade(
     if not source.exists():
         raise SubmissionError(f"There is no file or folder {printable(str(source))}.", "Check the path.")
     try:
-        with _entries(out) as fresh:
+        with _entries(out) as fresh, checks_run.Checks(_ids(settings)) as checks:
             try:
                 evidence.save(_collected(source, out, settings), fresh / EVIDENCE)
             except SubmissionError as error:
@@ -66,7 +66,8 @@ def grade(
                 refused = error
             else:
                 settings.progress("checking the evidence")
-                grading = replace(judge(fresh / EVIDENCE, settings), wall_seconds=time.monotonic() - started)
+                found = _judged(fresh / EVIDENCE, settings, checks.run(fresh / EVIDENCE))
+                grading = replace(found, wall_seconds=time.monotonic() - started)
                 settings.progress("writing the report")
                 write(grading, fresh)
                 return grading
@@ -84,8 +85,16 @@ def judge(folder: Path, settings: Settings, earlier: Sequence[CheckResult] = ())
     A check that has an `earlier` result is not run; its requirement should not be among those that the settings want.
     """
     known = {result.id for result in earlier}
-    wanted = [check.id for requirement in settings.wanted for check in requirement.checks if check.id not in known]
-    results = [*earlier, *checks_run.run(folder, wanted)]
+    return _judged(folder, settings, [*earlier, *checks_run.run(folder, [i for i in _ids(settings) if i not in known])])
+
+
+def _ids(settings: Settings) -> list[str]:
+    """Return the ids of the checks of the wanted requirements."""
+    return [check.id for requirement in settings.wanted for check in requirement.checks]
+
+
+def _judged(folder: Path, settings: Settings, results: Sequence[CheckResult]) -> Grading:
+    """Score the results of the checks over the evidence in `folder`, and return the grading."""
     found = evidence.load(folder)
     judged = {result.id for result in results}
     scored = {r.id for r in settings.rubric.requirements if {check.id for check in r.checks} <= judged}

@@ -17,6 +17,11 @@ from grader.scoring.scorecard import CheckResult, Outcome
 
 _LIMIT_S = 300.0  # the checks take seconds
 _FOLDER = Path(__file__).parent
+# Loads pytest, waits for the folder of the evidence, and runs the checks unless there is to be none.
+_WAITS = (
+    "import pytest, sys; folder = sys.stdin.read(); "
+    "sys.exit(pytest.main([*sys.argv[1:], '--evidence', folder]) if folder else 0)"
+)
 
 
 def known() -> list[str]:
@@ -35,35 +40,65 @@ def run(folder: Path, ids: Sequence[str]) -> list[CheckResult]:
     Raises:
         GraderError: the checks could not be run at all. A single check that breaks has the outcome error.
     """
-    if not ids:
-        return []
-    with tempfile.TemporaryDirectory() as scratch:
-        results = Path(scratch) / "results.json"
+    with Checks(ids) as checks:
+        return checks.run(folder)
+
+
+class Checks:
+    """A process that is ready to run checks. A context manager: it starts while the evidence is still collected."""
+
+    def __init__(self, ids: Sequence[str]) -> None:
+        self._ids = ids
+        self._scratch = tempfile.TemporaryDirectory()
+        self._results = Path(self._scratch.name) / "results.json"
         # -I: no user site, no PYTHONPATH, nothing from the working folder; pytest loads no plugin but our conftest.
         command = [
-            sys.executable, "-I", "-m", "pytest", "-q", "-c", os.devnull, "--rootdir", str(_FOLDER),
-            "-p", "no:cacheprovider", "--evidence", str(folder.resolve()), "--results", str(results),
+            sys.executable, "-I", "-c", _WAITS, "-q", "-c", os.devnull, "--rootdir", str(_FOLDER),
+            "-p", "no:cacheprovider", "--results", str(self._results),
             *(str(_FOLDER / f"{check.replace('::', '.py::', 1)}") for check in ids),
         ]  # fmt: skip
         environment = {"PATH": os.environ.get("PATH", ""), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "LANG": "C.UTF-8"}
         environment["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"  # the checks need no ROS
+        self._process: subprocess.Popen[str] | None = None
+        if ids:
+            self._process = subprocess.Popen(
+                command, env=environment, cwd=self._scratch.name, text=True,
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            )  # fmt: skip
+
+    def __enter__(self) -> Checks:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the process."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.communicate()
+        self._scratch.cleanup()
+
+    def run(self, folder: Path) -> list[CheckResult]:
+        """Return the results over the evidence in `folder`. Call it once.
+
+        Raises:
+            GraderError: the checks could not be run at all.
+        """
+        if self._process is None:
+            return []
         try:
-            done = subprocess.run(
-                command, env=environment, cwd=scratch, capture_output=True, text=True, check=False, timeout=_LIMIT_S
-            )
+            said, _ = self._process.communicate(str(folder.resolve()), timeout=_LIMIT_S)
         except subprocess.TimeoutExpired as error:
             raise GraderError(
                 f"The checks did not end within {_LIMIT_S:g} s; they usually take seconds. Grade again on a less busy "
                 "machine; if they do not end there either, it is an error of the grader."
             ) from error
-        if not results.exists():
-            said = done.stdout + done.stderr
+        if not self._results.exists():
             raise GraderError(
                 shortage.explain_output(said)
-                or shortage.explain_disk(Path(scratch))
-                or f"The checks did not run (status {done.returncode}):\n{said}"
+                or shortage.explain_disk(Path(self._scratch.name))
+                or f"The checks did not run (status {self._process.returncode}):\n{said}"
             )
-        return [_result(entry) for entry in json.loads(results.read_text())]
+        return [_result(entry) for entry in json.loads(self._results.read_text())]
 
 
 def _result(entry: dict[str, object]) -> CheckResult:
