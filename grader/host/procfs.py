@@ -78,11 +78,12 @@ def kill(pids: Iterable[int]) -> None:
         with contextlib.suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
     deadline = time.monotonic() + _GONE_S
-    while (left := {pid for pid in left if _runs(pid)}) and time.monotonic() < deadline:
+    while (left := {pid for pid in left if runs(pid)}) and time.monotonic() < deadline:
         time.sleep(_PERIOD_S)
 
 
-def _runs(pid: int) -> bool:
+def runs(pid: int) -> bool:
+    """Return whether a process runs: it may have ended already although nobody has asked for its exit status yet."""
     try:
         return _status(pid)[0] not in "ZX"
     except OSError:

@@ -46,6 +46,10 @@ class NodeProcess:
         """Return its exit code, None while it runs."""
         return self._popen.poll()
 
+    def has_ended(self) -> bool:
+        """Return whether it has ended."""
+        return self.exit_code() is not None
+
     def interrupt(self) -> None:
         """Send SIGINT, as Ctrl-C does."""
         with suppress(ProcessLookupError):

@@ -128,6 +128,10 @@ class Process:
         # bwrap reports a child that died of signal N as 128 + N.
         return None if code is None else (128 - code if code > 128 else code)
 
+    def has_ended(self) -> bool:
+        """Return whether the command has ended, whose exit status is known once other processes have run, too."""
+        return not any(map(procfs.runs, self._command()))
+
     def wait(self, seconds: float) -> int | None:
         """Return the exit status once the process has ended, or None if it still runs after `seconds`."""
         try:
@@ -196,9 +200,11 @@ class Process:
             raise GraderError(shortage.NO_MEMORY)
 
     def _signal_command(self, number: signal.Signals) -> None:
-        pids = procfs.children(self._init_pid) if self._program is None else [self._program.pid]
-        for pid in pids:
+        for pid in self._command():
             _signal(pid, number)
+
+    def _command(self) -> list[int]:
+        return procfs.children(self._init_pid) if self._program is None else [self._program.pid]
 
     def _tree(self) -> list[int]:
         """Return the pids of all processes below the sandbox's first one, and of a program that was forked into it."""

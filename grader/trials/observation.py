@@ -62,6 +62,9 @@ class Program(Protocol):
     def exit_code(self) -> int | None:
         """Return its exit code, None while it runs."""
 
+    def has_ended(self) -> bool:
+        """Return whether it has ended; its exit code may follow."""
+
     def interrupt(self) -> None:
         """Send it SIGINT, as Ctrl-C does."""
 

@@ -36,6 +36,7 @@ from sim.sensors import ScanReading
 _ANSWER_WITHIN_S = 2.0  # simulated, for a service or a goal's acceptance
 _SHOW_ARGS_WALL_S = 30.0  # a launch file that takes longer leaves the check unjudged, and costs no points
 _LAST_WORD_S = 1.0  # for the last command of a node that has ended, while that is not zero
+_EXIT_CODE_WALL_S = 30.0  # for the processes through which a sandbox tells it, even on a very busy machine
 _ANSWER_WALL_S = 3.0  # how long the clock stands still for an answer before time goes on
 TOPICS: dict[str, tuple[Any, QoSProfile]] = {
     "sensor_fusion_data": (SensorFusionData, QoSProfile(depth=10)),
@@ -298,11 +299,12 @@ class Stage(Observation):
         self.interrupted = True
         clock = CpuClock(self.process, [os.getpid()])
         self.process.interrupt()
-        while self.process.exit_code() is None and clock.read() < limit:
+        while not self.process.has_ended() and clock.read() < limit:
             # The clock goes on: a node that waits for its next message handles the signal only once that has come.
             self.bridge.tick_by_wall()
-        if self.process.exit_code() is not None:
+        if self.process.has_ended():
             self.choices["seconds_to_end"] = round(clock.read(), 2)
+            self.bridge.spin_until(lambda: self.process.exit_code() is not None, _EXIT_CODE_WALL_S)
         # The node's last messages may still be on their way, above all the zero that it should end with.
         self.bridge.alive = lambda: True
         self.bridge.spin_until(lambda: False, 0.05)

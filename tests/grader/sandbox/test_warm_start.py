@@ -182,6 +182,23 @@ def test_its_time_is_measured_and_its_cores_can_be_chosen(start: Start):
     await_output(process, "held")
 
 
+@pytest.mark.parametrize("how", ["cold", "warm"])
+def test_its_end_is_seen_before_bubblewrap_has_told_its_exit_status(start: Start, how: str):
+    """On a machine of load 20 that took two seconds, and a node was charged with them."""
+    process = start(how, "import time; print('up', flush=True); time.sleep(600)")
+    await_output(process, "up")
+    assert not process.has_ended()
+    os.kill(process._popen.pid, signal.SIGSTOP)
+    process.interrupt()
+    deadline = time.monotonic() + 60.0
+    while not process.has_ended():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+    assert process.exit_code() is None
+    os.kill(process._popen.pid, signal.SIGCONT)
+    assert process.wait(60.0) is not None
+
+
 def test_it_runs_on_the_cores_of_the_process_that_asks_for_it(start: Start):
     cores = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {max(cores)})
