@@ -52,7 +52,8 @@ def main() -> None:
     bytecode.add_modules(modules)
     if settings["warm"]:
         runpy.run_path(str(Path(__file__).with_name("warm_imports.py")))["import_modules"]()
-    inspect.getmodule(inspect.currentframe())  # the first call, for a log line or a traceback, looks at every module
+    # For a log line, a traceback or coverage's start it looks at every module that it does not know yet.
+    inspect.getmodule(inspect.currentframe(), os.devnull)
     gc.collect()
     gc.freeze()  # a fork that never touches these pages never copies them
     number = 0
