@@ -13,7 +13,7 @@ import sys
 import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from importlib import _bootstrap_external as importing
 from importlib.util import cache_from_source, source_hash
 from pathlib import Path
@@ -24,6 +24,8 @@ import _pytest.config
 import coverage
 import coverage.sqldata
 import pytest
+from _pytest._code import code as traceback_code
+from _pytest._code.source import Source, getstatementrange_ast
 from _pytest.assertion import rewrite
 from _pytest.config import Config, PytestPluginManager, default_plugins
 
@@ -34,6 +36,7 @@ CACHE = "/tmp/pytest-cache"  # emptied before each run; pytest writes there only
 REPORT_CAP = 1_000_000  # bytes
 TESTS_AT_MOST = 2000
 PROGRAMS_AT_MOST = 200
+TREES_AT_MOST = 50
 
 # Hooks that a conftest.py has good reasons to define. The others can rewrite reports, drop tests or swallow exceptions.
 ALLOWED_HOOKS = {
@@ -61,6 +64,7 @@ def prepare() -> Callable[[int, Request, Path], None]:
     pytests_own = plugins_of_pytest()
     hook = runpy.run_path(str(Path(__file__).with_name("source_read_hook.py")))
     prepared = Prepared(_pytest.config.get_config(), pytests_own, hook["watch"])
+    remember_trees()
     environment = dict(os.environ)
     warm = coverage.Coverage(config_file=RC, data_file=None)
     warm.start()  # takes 30 ms the first time
@@ -68,6 +72,22 @@ def prepare() -> Callable[[int, Request, Path], None]:
     os.environ.clear()
     os.environ.update(environment)  # without the variable by which programs that the tests start are measured
     return partial(run_module, prepared)
+
+
+def remember_trees() -> None:
+    """Let pytest parse a source once. For the lines of a traceback it would do so again at every failure."""
+    tree_of = lru_cache(TREES_AT_MOST)(lambda text: ast.parse(text, "source"))
+
+    def statement_range(
+        lineno: int, source: Source, assertion: bool = False, astnode: ast.AST | None = None
+    ) -> tuple[ast.AST, int, int]:
+        if astnode is None:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                astnode = tree_of(str(source))
+        return getstatementrange_ast(lineno, source, assertion, astnode)
+
+    traceback_code.getstatementrange_ast = statement_range  # type: ignore[attr-defined]
 
 
 def run_module(prepared: Prepared, number: int, request: Request, modules: Path) -> None:
