@@ -19,7 +19,11 @@ from grader.student_tests.coverage_exclusions import guarded_lines
 from grader.student_tests.package_modules import PACKAGE
 from grader.student_tests.worker_report import ModuleRun
 
-_SCRIPT = "coverage combine -q --rcfile=/ws/coveragerc; coverage json -q --rcfile=/ws/coveragerc -o /ws/out/all.json"
+_SCRIPT = """
+from coverage.cmdline import main
+main(["combine", "-q", "--rcfile=/ws/coveragerc"])
+main(["json", "-q", "--rcfile=/ws/coveragerc", "-o", "/ws/out/all.json"])
+"""
 
 
 def combine(
@@ -54,7 +58,7 @@ def combine(
         environment=ros_env.environment(home=sandbox.HOME),
         cwd="/ws/out",
     )
-    sandbox.run(["sh", "-c", _SCRIPT], box)
+    sandbox.run(["python3", "-c", _SCRIPT], box)
     try:
         files = (untrusted.read_json(out / "all.json") or {}).get("files", {})
         found, doubts = [], []
