@@ -146,8 +146,9 @@ def run_pytest(prepared: Prepared, recorder: Recorder, request: Request) -> int:
 
     PytestPluginManager.parse_hookimpl_opts = only_allowed  # type: ignore[method-assign, assignment] # in this fork only
     arguments = [
-        "-c", os.devnull, f"--rootdir={PACKAGE}", "-o", f"cache_dir={CACHE}", "-q", "-o", "addopts=", "--tb=short",
-        *(["-x"] if request["first"] else []), *request["modules"],
+        "-c", os.devnull, f"--rootdir={PACKAGE}", "-o", f"cache_dir={CACHE}", "-q", "-o", "addopts=",
+        # Nobody reads the traceback of a run that is to end at the first failure.
+        *(["-x", "--tb=no"] if request["first"] else ["--tb=short"]), *request["modules"],
     ]  # fmt: skip
     prepared.config.invocation_params = Config.InvocationParams(args=arguments, plugins=[recorder], dir=PACKAGE)
     _pytest.config.get_config = lambda *_arguments, **_options: prepared.config  # in this fork only
