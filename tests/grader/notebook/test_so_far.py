@@ -64,7 +64,7 @@ def test_a_stub_is_no_file_of_the_layout(workspace: Workspace, monkeypatch: pyte
 
 @pytest.fixture
 def seen(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
-    """Return what makes a check find the evidence that is recorded of a submission, and of the reference what is not."""
+    """Return what makes a check find the evidence recorded of a submission, completed with that of the reference."""
     reference = replace(recordings.load("reference"), mutation=None)
 
     def recorded(name: str) -> None:
