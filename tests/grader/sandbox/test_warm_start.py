@@ -216,7 +216,7 @@ def test_it_is_interrupted_as_by_ctrl_c(start: Start):
             print("interrupted")
     """
     process = start("warm", text)
-    await_output(process, "up")
+    await_output(process, "up\n")
     process.interrupt()
     assert ended(process) == (0, "up\ninterrupted\n")
 
