@@ -1,11 +1,14 @@
 """What holds for all tests: who runs them, in which order, and what is said of the time they take."""
 
+import sys
+
 from helpers.sharing import (
     pytest_collection_modifyitems,
     pytest_configure,
     pytest_report_header,
     pytest_runtest_logreport,
     pytest_terminal_summary,
+    pytest_xdist_auto_num_workers,
     pytest_xdist_make_scheduler,
 )
 
@@ -15,5 +18,9 @@ __all__ = [
     "pytest_report_header",
     "pytest_runtest_logreport",
     "pytest_terminal_summary",
+    "pytest_xdist_auto_num_workers",
     "pytest_xdist_make_scheduler",
 ]
+
+# Where jsonschema finds this package it compiles a grammar of URIs at its import, which takes each process a second.
+sys.modules["rfc3987_syntax"] = None  # type: ignore[assignment]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import zlib
+from functools import cache
 
 from grader import KIT
 from grader.authoring import notebook_source
@@ -112,6 +113,12 @@ def edited(text: str, edits: tuple[Edit, ...], path: str) -> str:
 def given_texts(notebook: str) -> dict[str, str]:
     """Return the files that a notebook gives, as the cells of its source write them."""
     (name,) = notebook_source.select([notebook])
+    return dict(_given_texts(name, (notebook_source.SOURCE / f"{name}.py").stat().st_mtime_ns))
+
+
+@cache
+def _given_texts(name: str, _written: int) -> dict[str, str]:
+    """Return the files that a notebook gives; to read the sources of all takes more than a second."""
     cells = notebook_source.read(name, rubric.load(rubric.RUBRIC)).cells
     given = [cell for cell in cells if notebook_source.GIVEN in notebook_source.tags(cell)]
     return {path: notebook_source.body(cell) for cell in given if (path := notebook_source.written_file(cell))}

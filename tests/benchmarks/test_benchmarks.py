@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import subprocess
 import sys
@@ -10,18 +11,19 @@ import pytest
 
 from grader import KIT
 
+SLOW = [pytest.mark.ros, pytest.mark.sandbox, pytest.mark.slow]  # nodes and tests that run, in sandboxes
 RUNS = [
     pytest.param("raycast", ["this caster", "numpy, dense", "pymunk public API, tuned"], id="raycast"),
     pytest.param("realtime", ["0 obstacles", "20 obstacles", "200 obstacles"], id="realtime"),
     pytest.param(
         "lockstep",
         ["smallest node, single-threaded", "smallest node, multi-threaded", "ros2_robot_controller"],
-        marks=[pytest.mark.ros, pytest.mark.sandbox], id="lockstep",
+        marks=SLOW, id="lockstep",
     ),
     pytest.param(
         "sandbox_cost",
         ["start and end", "start Python", "import rclpy", "compute", "A grading of the reference on F14"],
-        marks=[pytest.mark.ros, pytest.mark.sandbox], id="sandbox_cost",
+        marks=SLOW, id="sandbox_cost",
     ),
     pytest.param("grading", ["I2"], marks=[pytest.mark.sandbox], id="grading"),
     pytest.param(
@@ -30,7 +32,7 @@ RUNS = [
     pytest.param(
         "package_tests",
         ["results and coverage (T1, T2)", "mutants (T3)", "40 of 40 mutants were tried"],
-        marks=[pytest.mark.ros, pytest.mark.sandbox], id="package_tests",
+        marks=SLOW, id="package_tests",
     ),
 ]  # fmt: skip
 
@@ -40,6 +42,12 @@ def test_no_benchmark_is_forgotten_here():
     parts = {"scenes", "smallest_node"}  # which the others use
     assert programs == {path.stem for path in (KIT / "benchmarks").glob("*.py")} - parts
     assert programs == {str(run.values[0]) for run in RUNS}
+
+
+@pytest.mark.parametrize("name", [run.values[0] for run in RUNS])
+def test_a_benchmark_finds_what_it_imports(name: str):
+    """Those of nodes and tests run every night."""
+    importlib.import_module(f"benchmarks.{name}")
 
 
 @pytest.mark.parametrize(("name", "measured"), RUNS)

@@ -41,7 +41,10 @@ def contract(settings: pipeline.Settings) -> build.Built:
 def graded(
     tmp_path_factory: pytest.TempPathFactory, settings: pipeline.Settings
 ) -> Callable[[str, Sequence[str]], Graded]:
-    """Grade the reference with a named edit ("" for none) on some requirements; return report.json, once each."""
+    """Grade the reference with a named edit ("" for none) on some requirements; return report.json, once each.
+
+    As with `grader grade`, what was seen of the same package by the same code is not collected again.
+    """
     done: dict[tuple[str, tuple[str, ...]], Graded] = {}
 
     def grade(edit: str, requirements: Sequence[str]) -> Graded:
@@ -49,7 +52,7 @@ def graded(
         if key not in done:
             folder = tmp_path_factory.mktemp(edit or "reference")
             package = apply(EDITS[edit] if edit else None, folder)
-            chosen = replace(settings, requirements=tuple(requirements))
+            chosen = replace(settings, requirements=tuple(requirements), keep=True)
             grading = pipeline.grade(package, folder / "out", chosen)
             done[key] = json.loads(data.as_json(grading))
         return done[key]

@@ -29,7 +29,7 @@ def package(tmp_path: Path) -> Path:
 
 @pytest.mark.sandbox
 def test_the_text_is_read_again_only_when_it_has_changed(package: Path, tmp_path: Path):
-    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("Q3",), keep=True)
+    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
 
     def grade(settings: Settings = settings) -> pipeline.Grading:
         return pipeline.grade(package, tmp_path / "out", settings)

@@ -1,6 +1,6 @@
 """Run the notebooks in the background: the student edition by itself, the published one in order in one workspace.
 
-Each notebook runs once in each way if a test asks for it. Three run at a time, because a notebook often waits: for
+Each notebook runs once in each way if a test asks for it. Four run at a time, because a notebook often waits: for
 discovery, a process, a build. So the published ones run in two sequences, unless the package at the end of the whole
 course is wanted; the second sequence begins with the package that `start_at` lays out.
 """
@@ -17,7 +17,7 @@ from grader.contract import spec
 from helpers.notebook_isolation import isolated_folder
 from helpers.notebook_validation import Validation, validate
 
-MIDDLE = "07_going_there"
+MIDDLE = "08_settings_and_launch"  # it builds in any case, 07 only where no notebook before it has
 
 
 class Course:
@@ -27,7 +27,7 @@ class Course:
         self, folder: Path, untouched: Sequence[str], published: Sequence[str], *, whole: bool = False
     ) -> None:
         self._stack = ExitStack()
-        pool = self._pool()
+        pool = self._pool(2)
         self._untouched: dict[str, Future[notebook_run.NotebookRun]] = {
             name: pool.submit(_run_untouched, name) for name in untouched
         }
@@ -43,9 +43,9 @@ class Course:
                 lay_out = name == sequence[0] == MIDDLE
                 self._published[name] = pool.submit(self._validate, name, self.workspace, lay_out=lay_out)
 
-    def _pool(self) -> ThreadPoolExecutor:
-        """Return a new thread; when the course is closed, it starts nothing more and its current run is awaited."""
-        pool = ThreadPoolExecutor(1)
+    def _pool(self, threads: int = 1) -> ThreadPoolExecutor:
+        """Return new threads; when the course is closed, they start nothing more and their current runs are awaited."""
+        pool = ThreadPoolExecutor(threads)
         self._stack.callback(pool.shutdown, cancel_futures=True)
         return pool
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader.authoring import notebook_run
+from grader.notebook.workspace import FRESH
 
 # Parts of an output that may differ in a correct notebook, besides the paths of this machine.
 HARMLESS = (
@@ -22,6 +23,9 @@ HARMLESS = (
     (r"(?s)All \d+ mutants</summary>.*?</details>", "MUTANTS"),
     (r"(?s)\d+ of \d+ mutants were noticed, \d+ .(;[^<]*?used\s+up)?", "MUTANTS"),
     (r"A sample of T3: \d+ mutants", "A sample of T3: N mutants"),
+    # On a busy machine a goal may reach a node one tick later than it did when the notebook was published.
+    (r"final_pose at \([^)]*\)", "final_pose at PLACE"),
+    (r"Unchanged since [^\n<]*\n?", ""),  # evidence kept of the same package, collected by the same code
     (r"</?[a-z][^<>]*>", ""),  # HTML tags: the text counts, and the plain text is compared too
 )
 
@@ -35,6 +39,10 @@ get_ipython().events.register("pre_run_cell", note)
 """
 
 
+# Where jsonschema finds this package it compiles a grammar of URIs at its import, which takes a second.
+PYTEST = "import sys; sys.modules['rfc3987_syntax'] = None; import pytest; sys.exit(pytest.main())"
+
+
 @dataclass(frozen=True)
 class Validation:
     """nbval's result: the number of cells it ran, and one text for each cell that differs from the stored notebook."""
@@ -44,7 +52,10 @@ class Validation:
 
 
 def validate(path: Path, workspace: Path, cell_seconds: float = notebook_run.CELL_SECONDS) -> Validation:
-    """Run the notebook `path` in a workspace and compare every output with the stored one."""
+    """Run the notebook `path` in a workspace and compare every output with the stored one.
+
+    Its checks take evidence that is kept of the same package, as they do for a student.
+    """
     with tempfile.TemporaryDirectory(prefix="nbval-") as scratch:
         folder = Path(scratch)
         sanitize, report = folder / "sanitize.cfg", folder / "report.xml"
@@ -55,12 +66,13 @@ def validate(path: Path, workspace: Path, cell_seconds: float = notebook_run.CEL
         (folder / "pytest.ini").write_text("[pytest]\n")  # or pytest would use ours
         (folder / "notebooks").mkdir()
         environment = notebook_run.environment(workspace)
+        del environment[FRESH]
         startup = Path(environment["IPYTHONDIR"]) / "profile_default" / "startup"
         (startup / "semicolons.py").write_text(SEMICOLONS)
         shutil.copy(path, folder / "notebooks")
         ran = subprocess.run(
             [
-                sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--color=no",
+                sys.executable, "-c", PYTEST, "-q", "-p", "no:cacheprovider", "--color=no",
                 "-c", str(folder / "pytest.ini"), "--rootdir", str(folder), "--junit-xml", str(report),
                 "--nbval", "--nbval-current-env", "--nbval-sanitize-with", str(sanitize),
                 "--nbval-cell-timeout", str(cell_seconds), f"notebooks/{path.name}",

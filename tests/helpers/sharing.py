@@ -7,6 +7,7 @@ fixture of a file is made once. Each process has temporary folders of its own.
 from __future__ import annotations
 
 import hashlib
+import os
 import signal
 import time
 from collections import Counter
@@ -27,14 +28,16 @@ DEAR = (
     *ONE_NETWORK,
     "tests/grader/test_grading.py",
     "tests/grader/test_variants.py",
-    "tests/grader/student_tests/test_suite_run.py",
     "tests/grader/student_tests/test_worker.py",
     "tests/grader/mutation/test_mutant_run.py",
-    "tests/grader/student_tests/test_padding.py",
+    "tests/grader/student_tests/test_suite_run.py",
+    "tests/grader/trials/test_late_discovery.py",
+    "tests/grader/quality/test_faults.py",
+    "tests/sim/test_bridge.py",
 )
 """The files that take longest. They begin first: the last to begin runs while other cores have nothing to do."""
 
-TAKES = {"not slow": "6 to 8 minutes on two idle cores, 3 more the first time", "": "several hours"}
+TAKES = {"not slow": "5 to 6 minutes on two idle cores, 3 more the first time", "": "several hours"}
 """How long the whole selection takes, by pytest's option -m."""
 
 _began = time.monotonic()
@@ -45,6 +48,12 @@ def pytest_configure(config: pytest.Config) -> None:
     """Let SIGINT interrupt the tests and what they start: a shell has it ignored in what it runs in the background."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """Return how many processes `-n auto` starts: half as many again as there are cores, since tests often wait."""
+    return len(os.sched_getaffinity(0)) * 3 // 2
 
 
 @pytest.hookimpl(optionalhook=True)

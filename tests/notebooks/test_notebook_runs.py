@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -14,7 +14,10 @@ from grader import cli
 from grader.authoring import notebook_source
 
 NAMES = notebook_source.names()
+FIRST, *WITH_EXERCISES = NAMES
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
+
+Pages = Callable[[str], Page]
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +32,13 @@ def course(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     course.close()
 
 
-@pytest.mark.parametrize("name", NAMES)
+def test_the_first_notebook_has_nothing_to_solve(student_page: Pages, published_page: Pages):
+    """Its published run, which begins in an empty workspace too, is that of the student edition."""
+    student, published = ([cell.source for cell in read(FIRST).code()] for read in (student_page, published_page))
+    assert student == published
+
+
+@pytest.mark.parametrize("name", WITH_EXERCISES)
 def test_untouched_and_alone_it_runs_and_each_check_says_not_yet(name: str, course: Course):
     """In an empty workspace: a student may open any notebook first."""
     run = course.untouched(name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -31,12 +32,12 @@ DECIDED = (
 RULE = "10 % per started day, at most 3 days"
 
 
-@pytest.fixture
-def graded(tmp_path: Path) -> ClassFolder:
+@pytest.fixture(scope="module")
+def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a class with the reference's recording as its only graded submission, and one that was refused."""
-    folder = ClassFolder(tmp_path / "class")
+    folder = ClassFolder(tmp_path_factory.mktemp("made") / "class")
     whole = rubric.load(rubric.RUBRIC)
-    settings = Settings(rubric=whole, cache=tmp_path)
+    settings = Settings(rubric=whole, cache=folder.path)
     folder.path.mkdir()
     (folder.path / RUBRIC).write_text(rubric.RUBRIC.read_text())
     entries = (
@@ -55,7 +56,13 @@ def graded(tmp_path: Path) -> ClassFolder:
         else:
             report.write(REFUSED, made, hand_in=known)
         folder.keep(made, Record(entry.id, status, rubric=whole.sha256))
-    return folder
+    return folder.path
+
+
+@pytest.fixture
+def graded(made_once: Path, tmp_path: Path) -> ClassFolder:
+    """Return a copy of that class, which a test may change."""
+    return ClassFolder(Path(shutil.copytree(made_once, tmp_path / "class")))
 
 
 def said(folder: ClassFolder, name: str = "team07") -> dict:

@@ -69,26 +69,25 @@ def test_habits_are_judged_by_the_text_of_a_package_that_does_not_build(package:
     assert notebook.check("Q4").passed
 
 
-@pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_finding_has_seen_and_try(package: Path) -> None:
     module = package / PACKAGE / "driver.py"
-    module.write_text(module.read_text() + "\n\ndef shout(words):\n    print(words)\n")
-    said = repr(notebook.check("Q4"))
-    assert said.startswith("Q4 not yet (3.")
-    assert "print" in said
+    module.write_text(module.read_text().replace("import math\n", "import math\nimport os\n"))
+    said = repr(notebook.check("Q1"))
+    assert said.startswith("Q1 not yet (4.")
+    assert "F401" in said
     assert "seen" in said
     assert "try" in said
     assert "Traceback" not in said
 
 
-@pytest.mark.ros
 @pytest.mark.sandbox
 def test_the_reference_passes(package: Path) -> None:
-    checked = notebook.check("F1", "F14", "Q2")
-    assert repr(checked) == "F1 passed (3 of 3)\nF14 passed (1 of 1)\nQ2 passed (5 of 5)"
+    """The published notebooks have the answers for what must run."""
+    checked = notebook.check("I2", "Q2")
+    assert repr(checked) == "I2 passed (2 of 2)\nQ2 passed (5 of 5)"
     assert checked.passed
-    assert checked.points == 9.0
+    assert checked.points == 7.0
 
 
 @pytest.mark.sandbox

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-import pytest
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 
-from grader import notebook
-from grader.notebook import checkpoints, so_far
+import pytest
+from helpers import recordings
+
+from grader import evidence, notebook, pipeline
+from grader.notebook import check_process, checkpoints, so_far
 from grader.notebook.workspace import NOTEBOOK, Workspace
 from grader.scoring import rubric
+from grader.scoring.grading import Grading
+from grader.settings import Settings
 
 
 def open_after(workspace: Workspace, number: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -55,32 +62,49 @@ def test_a_stub_is_no_file_of_the_layout(workspace: Workspace, monkeypatch: pyte
     assert "package.xml is still a stub" in repr(notebook.check("Q3"))
 
 
-@pytest.mark.ros
-@pytest.mark.sandbox
+@pytest.fixture
+def seen(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Return what makes a check find the evidence recorded of a submission, completed with that of the reference."""
+    reference = replace(recordings.load("reference"), mutation=None)
+
+    def recorded(name: str) -> None:
+        found = replace(reference, trials=reference.trials | recordings.load(name).trials)
+
+        def grade(_package: Path, out: Path, settings: Settings) -> Grading:
+            evidence.save(found, out / pipeline.EVIDENCE)
+            return pipeline.judge(out / pipeline.EVIDENCE, settings)
+
+        monkeypatch.setattr(check_process, "grade", grade)
+
+    return recorded
+
+
 def test_bad_readings_are_judged_by_the_node_that_is_there(
-    workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch, seen: Callable[[str], None]
 ) -> None:
+    """The published notebook 04 has the first answer, from trials."""
     open_after(workspace, "04", monkeypatch)
+    seen("reference")
     assert repr(notebook.check("F6")).startswith("F6 passed so far (0 of 3)\n    seen      your sensor processor")
-    scans = workspace.package / "ros2_robot_controller" / "utils" / "scans.py"
-    scans.write_text(scans.read_text().replace("if in_range and 0.0 < distance < math.inf:", "if True:"))
+    seen("publishes_nothing_when_nothing_is_near")
     said = repr(notebook.check("F6"))
     assert said.startswith("F6 not yet (0 of 3)")
     assert "closest_obstacle_distance" in said
 
 
+@pytest.mark.ros
 @pytest.mark.sandbox
 def test_a_parameter_of_a_later_notebook_is_no_bad_habit(workspace: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The published notebook 05 has the answer for a driver without another bad habit."""
     open_after(workspace, "05", monkeypatch)
-    assert repr(notebook.check("Q4")).startswith("Q4 passed so far (3.")
     driver = workspace.package / "ros2_robot_controller" / "driver.py"
-    text = driver.read_text().replace("import math\n", "import math\nimport time\n")
+    text = driver.read_text()
     driver.write_text(
-        text.replace("        limits = self._limits()\n", "        time.sleep(0.2)\n        limits = 1\n")
+        text.replace("        limits = self._limits()\n", "        print()\n        limits = self._limits()\n")
     )
     said = repr(notebook.check("Q4"))
     assert said.startswith("Q4 not yet")
-    assert "time.sleep" in said
+    assert "print" in said
     assert "fusion_rate" not in said
 
 

@@ -280,9 +280,8 @@ def test_the_clock_excludes_the_time_that_a_command_waited_for_a_core():
 
 
 def test_an_interrupt_reaches_the_command_as_ctrl_c_does():
-    code = (
-        "import time\nprint('up', flush=True)\ntry:\n    time.sleep(1000)\nexcept KeyboardInterrupt:\n    print('bye')"
-    )
+    waiting = "try:\n    print('up', flush=True)\n    time.sleep(1000)\n"
+    code = f"import time\n{waiting}except KeyboardInterrupt:\n    print('bye')"
     with Process(["python3", "-c", code], PYTHON, Limits()) as process:
         assert wait_until(lambda: "up" in process.output)
         process.interrupt()

@@ -150,7 +150,7 @@ def test_it_is_interrupted_as_by_ctrl_c(start: Start):
             print("interrupted")
     """
     process = start("warm", text)
-    await_output(process, "up")
+    await_output(process, "up\n")
     process.interrupt()
     assert ended(process) == (0, "up\ninterrupted\n")
 
@@ -161,7 +161,7 @@ def test_it_says_where_it_hangs(start: Start):
     process.abort()
     code, output = ended(process)
     assert code == -signal.SIGABRT
-    assert 'lib/pkg/node", line 5 in stuck' in output
+    assert any(f'lib/pkg/node", line {line} in stuck' in output for line in (4, 5))  # it still prints, or sleeps
 
 
 def test_its_time_is_measured_and_its_cores_can_be_chosen(start: Start):
