@@ -71,8 +71,8 @@ def run(
         contract: the install tree of the contract's interfaces.
         folder: where workers write the evidence, one file for each trial.
         seed: decides speeds, places and noise.
-        workers: how many trials run at once; by default two for each core, because each waits at times, and at most
-            four. Trials that mostly wait run beside them.
+        workers: how many trials run at once; by default at most two for each core, because each waits at times, and at
+            most four. Trials that mostly wait run beside them.
         package: the package's source folder.
         ros_name: the package's name.
         best_effort: whether the simulated sensors publish best effort.
@@ -86,7 +86,7 @@ def run(
     plans = list(plans)
     for plan in plans:
         (waiting if plan.real_time or plan.mostly_waits else computing).put(plan)
-    count = workers or min(4, 2 * (os.cpu_count() or 1))
+    count = workers or _worth_starting(len(plans))
     todo = [(computing, waiting)] * count + [(waiting,)] * (not waiting.empty())
     with sandbox.WarmPython(NODE_ENVIRONMENT) if len(plans) >= fork_from else contextlib.nullcontext() as warm:
         trials = _Trials(install, contract, folder, seed, package, progress, ros_name, best_effort, warm)
@@ -99,6 +99,12 @@ def run(
     if problem:
         raise problem
     return trials.found
+
+
+def _worth_starting(trials: int) -> int:
+    """Return how many workers to start: the start of one takes as much of a core as a short trial."""
+    cores = os.cpu_count() or 1
+    return min(2 * cores, 4, max(cores, trials // 3))
 
 
 def observer_environment(contract: Path, *, home: Path) -> dict[str, str]:

@@ -88,6 +88,12 @@ def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(run_with
     assert trials.patience_s(PLAN) == PATIENCE_S
 
 
+@pytest.mark.parametrize(("cores", "counts"), [(1, [1, 2, 2]), (2, [2, 2, 4]), (8, [4, 4, 4])])
+def test_more_workers_are_started_for_many_trials(monkeypatch: pytest.MonkeyPatch, cores: int, counts: list[int]):
+    monkeypatch.setattr("os.cpu_count", lambda: cores)
+    assert [scheduler._worth_starting(trials) for trials in (1, 6, 47)] == counts
+
+
 def test_a_core_is_shared_by_what_takes_turns_and_by_nothing_else(run_with, monkeypatch: pytest.MonkeyPatch):
     """Nodes that a launch file starts at once, and those that keep time with the wall, get all cores."""
     asked = []
