@@ -31,6 +31,7 @@ import types
 from typing import Any
 
 _MESSAGE_BYTES = 65536
+_STREAMS = 3  # of a program: standard input, output and error
 LOADED = b"loaded"  # a request for the names of the modules that this process has imported, instead of a program
 # <linux/sched.h>, <linux/nsfs.h>, <linux/capability.h>, <linux/prctl.h>
 _NEW_USER = 0x10000000
@@ -164,9 +165,11 @@ def offer_forks(program: dict[str, Any], variable: str) -> dict[str, Any]:
     ours.close()
     die_with(launch)
     while True:
-        data, streams, _, _ = socket.recv_fds(theirs, _MESSAGE_BYTES, 3)
+        data, streams, _, _ = socket.recv_fds(theirs, _MESSAGE_BYTES, _STREAMS)
         if not data:
             os._exit(0)
+        if len(streams) != _STREAMS:
+            continue
         if (pid := fork_for(launch)) == 0:
             break
         theirs.send(b"%d" % pid)
