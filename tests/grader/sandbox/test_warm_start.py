@@ -222,7 +222,9 @@ def test_its_processes_are_counted_with_those_of_its_sandbox(install: Path, warm
 
 
 def test_no_two_programs_draw_the_same_numbers(start: Start):
-    text = "import random, numpy, uuid, os; print(random.random(), numpy.random.rand(), uuid.uuid4(), os.urandom(8).hex())"
+    text = (
+        "import random, numpy, uuid, os; print(random.random(), numpy.random.rand(), uuid.uuid4(), os.urandom(8).hex())"
+    )
     outputs = [ended(start("warm", text))[1].split() for _ in range(2)]
     assert all(one != other for one, other in zip(*outputs, strict=True))
 
