@@ -1,12 +1,13 @@
 """Run the notebooks in the background: the student edition by itself, the published one in order in one workspace.
 
-Each notebook runs once in each way if a test asks for it. Four run at a time, because a notebook often waits: for
-discovery, a process, a build. So the published ones run in two sequences, unless the package at the end of the whole
-course is wanted; the second sequence begins with the package that `start_at` lays out.
+Each notebook runs once in each way if a test asks for it. Five run at a time, because a notebook often waits: for
+discovery, a process, a build. So the published ones run in three sequences, unless the package at the end of the whole
+course is wanted; all but the first begin with the package that `start_at` lays out.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
@@ -17,7 +18,7 @@ from grader.contract import spec
 from helpers.notebook_isolation import isolated_folder
 from helpers.notebook_validation import Validation, validate
 
-MIDDLE = "08_settings_and_launch"  # it builds in any case, 07 only where no notebook before it has
+STARTS = ("05_moving_safely", "08_settings_and_launch")  # three about equal parts
 
 
 class Course:
@@ -33,14 +34,15 @@ class Course:
         }
         self._published: dict[str, Future[Validation]] = {}
         names = notebook_source.names()
-        middle = 0 if whole else names.index(MIDDLE)
-        for sequence in (names[:middle], names[middle:]):
+        starts = [] if whole else [names.index(name) for name in STARTS]
+        for first, end in itertools.pairwise([0, *starts, len(names)]):
+            sequence = names[first:end]
             # A sequence has no gaps: each notebook builds on the package that the ones before it leave.
             last = max((sequence.index(name) for name in published if name in sequence), default=-1)
             self.workspace = self._stack.enter_context(isolated_folder(folder)) / "ws"
             pool = self._pool()
             for name in sequence[: last + 1]:
-                lay_out = name == sequence[0] == MIDDLE
+                lay_out = name == sequence[0] != names[0]
                 self._published[name] = pool.submit(self._validate, name, self.workspace, lay_out=lay_out)
 
     def _pool(self, threads: int = 1) -> ThreadPoolExecutor:
