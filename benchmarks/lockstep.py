@@ -29,7 +29,7 @@ from pathlib import Path
 
 from grader import build, evidence
 from grader.host import namespaces
-from grader.trials import scheduler
+from grader.trials import cpu_affinity, scheduler
 from grader.trials.plan import TrialPlan
 from grader.trials.request import TrialRequest
 
@@ -108,6 +108,8 @@ def measure(install: str, seconds: float, seed: int) -> _Timing:
     plan = TrialPlan("lockstep", "", script, "robot_controller", "open_field", ())
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "trial.json"
+        cpu_affinity.take_turns()
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
         run_trial(plan, TrialRequest("lockstep", install, seed, 1 + seed % 100, str(out)))
         facts = evidence.from_json(out.read_text(), evidence.Trial)
     if facts.ended or facts.script_error:
