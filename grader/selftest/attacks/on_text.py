@@ -141,12 +141,6 @@ plain_description = generate_launch_description
 
 
 def generate_launch_description():
-    for pid in list(range(2, 400)):
-        try:
-            if pid != os.getpid():
-                os.kill(pid, signal.SIGKILL)
-        except OSError:
-            pass
     subprocess.Popen(['sh', '-c', 'while :; do sleep 1; done', '@TOKEN@'], start_new_session=True)
     try:
         socket.create_connection(('127.0.0.1', @PORT@), 1)
@@ -156,6 +150,12 @@ def generate_launch_description():
         open('@NEIGHBOUR@', 'w').write('{}')
     except OSError as error:
         print('ATTACK', error, flush=True)
+    for pid in list(range(2, 400)):
+        try:
+            if pid != os.getpid():
+                os.kill(pid, signal.SIGKILL)
+        except OSError:
+            pass
     return plain_description()
 """),
         number=35, needs="I5", costs="I5", proof="ATTACK [Errno",
