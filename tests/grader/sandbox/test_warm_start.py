@@ -320,6 +320,19 @@ def start_forked(warm: WarmPython, install: Path, command: list[str]) -> None:
         warm.start(command, box(install), LIMITS, init=process._init_pid, output=2, hold=2, user=user, group=group)
 
 
+def test_nothing_is_printed_when_nobody_asks_for_its_end_any_more(install: Path, capfd: pytest.CaptureFixture[str]):
+    """Else Ctrl-C in a grading would show a traceback for each node that runs."""
+    command = write(install, "import time; print('up', flush=True); time.sleep(600)")
+    with WarmPython(ENVIRONMENT) as own, sandbox.Process(command, box(install), LIMITS, own) as process:
+        await_output(process, "up")
+        assert process._program is not None
+        process._program._lines.close()
+        os.kill(process._program.pid, signal.SIGKILL)
+        assert process._popen.wait(60.0) is not None  # the sandbox is there for as long as what waits for the program
+        process._program = None
+    assert capfd.readouterr().err == ""
+
+
 def test_its_end_is_known_when_the_process_that_started_it_has_ended(install: Path):
     command = write(install, "import time; print('up', flush=True); time.sleep(1); print('done')")
     with WarmPython(ENVIRONMENT) as own:
