@@ -48,7 +48,6 @@ class Checks:
     """A process that is ready to run checks. A context manager: it starts while the evidence is still collected."""
 
     def __init__(self, ids: Sequence[str]) -> None:
-        self._ids = ids
         self._scratch = tempfile.TemporaryDirectory()
         self._results = Path(self._scratch.name) / "results.json"
         # -I: no user site, no PYTHONPATH, nothing from the working folder; pytest loads no plugin but our conftest.

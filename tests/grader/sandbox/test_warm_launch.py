@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from helpers.programs import ABOUT_ITSELF, ENVIRONMENT, INSTALL, LIMITS, await_output, box, ended, write
+from helpers.programs import ABOUT_ITSELF, INSTALL, LIMITS, await_output, box, ended, write
 
 from grader import KIT, sandbox
 from grader.sandbox.warm_start import WarmPython
@@ -44,20 +44,6 @@ LAUNCH_FILE = """
         return LaunchDescription([{actions}])
 """
 NODE = f"ExecuteProcess(cmd=['{INSTALL}/lib/pkg/node', 'a', 'b c'], output='screen')"
-
-
-@pytest.fixture(scope="module")
-def warm() -> Iterator[WarmPython]:
-    with WarmPython(ENVIRONMENT) as process:
-        yield process
-
-
-@pytest.fixture
-def install(tmp_path: Path) -> Path:
-    folder = tmp_path / "install"
-    (folder / "lib" / "pkg").mkdir(parents=True)
-    tmp_path.chmod(0o755)
-    return folder
 
 
 @pytest.fixture

@@ -21,20 +21,6 @@ pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 Start = Callable[[str, str], sandbox.Process]
 
 
-@pytest.fixture(scope="module")
-def warm() -> Iterator[WarmPython]:
-    with WarmPython(ENVIRONMENT) as process:
-        yield process
-
-
-@pytest.fixture
-def install(tmp_path: Path) -> Path:
-    folder = tmp_path / "install"
-    (folder / "lib" / "pkg").mkdir(parents=True)
-    tmp_path.chmod(0o755)
-    return folder
-
-
 @pytest.fixture
 def start(install: Path, warm: WarmPython) -> Iterator[Start]:
     """Return what starts a program, "cold" or "warm"."""
