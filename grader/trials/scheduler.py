@@ -10,7 +10,6 @@ import queue
 import random
 import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
@@ -30,10 +29,10 @@ from grader.trials.request import (
     NODE_ENVIRONMENT,
     OBSERVER_ENDED,
     PATIENCE_S,
-    READY,
     TrialRequest,
     not_started,
 )
+from grader.trials.worker_start import Worker, Workers
 
 _KILLED = (-signal.SIGKILL, 128 + signal.SIGKILL)  # bubblewrap itself, or the worker in it
 _CRASHED = {
@@ -88,8 +87,12 @@ def run(
         (waiting if plan.real_time or plan.mostly_waits else computing).put(plan)
     count = workers or _worth_starting(len(plans))
     todo = [(computing, waiting)] * count + [(waiting,)] * (not waiting.empty())
-    with sandbox.WarmPython(NODE_ENVIRONMENT) if len(plans) >= fork_from else contextlib.nullcontext() as warm:
-        trials = _Trials(install, contract, folder, seed, package, progress, ros_name, best_effort, warm)
+    with contextlib.ExitStack() as stack:
+        channels = []
+        if len(plans) >= fork_from:
+            channels.append(stack.enter_context(sandbox.WarmPython(NODE_ENVIRONMENT)).channel)
+        start = stack.enter_context(Workers(_environment(contract, folder), folder, channels)).start
+        trials = _Trials(start, install, folder, seed, package, progress, ros_name, best_effort)
         threads = [_Worker(queues, trials) for queues in todo]
         for thread in threads:
             thread.start()
@@ -107,6 +110,13 @@ def _worth_starting(trials: int) -> int:
     return min(2 * cores, 4, max(cores, trials // 3))
 
 
+def _environment(contract: Path, folder: Path) -> dict[str, str]:
+    home = folder / "worker-home"
+    home.mkdir(parents=True, exist_ok=True)
+    inherited = {name: os.environ[name] for name in (LATE_VARIABLE, namespaces.UNSAFE_VARIABLE) if name in os.environ}
+    return observer_environment(contract, home=home) | inherited
+
+
 def observer_environment(contract: Path, *, home: Path) -> dict[str, str]:
     """Return the environment of a process that observes nodes, with the contract's interfaces first on its path."""
     return ros_env.environment(contract, home=home) | {"FASTRTPS_DEFAULT_PROFILES_FILE": str(_DISCOVERY)}
@@ -114,17 +124,16 @@ def observer_environment(contract: Path, *, home: Path) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class _Trials:
-    """What all trials of a run share; `found` collects their facts."""
+    """What all trials of a run share; `start` starts a worker, `found` collects their facts."""
 
+    start: Callable[[str], Worker]
     install: Path
-    contract: Path
     folder: Path
     seed: int
     package: Path | None
     progress: Callable[[str], None]
     ros_name: str = PACKAGE
     best_effort: bool = False
-    warm: sandbox.WarmPython | None = None
     cores: Cores = field(default_factory=Cores)
     found: dict[str, evidence.Trial] = field(default_factory=dict)
 
@@ -150,7 +159,7 @@ class _Worker(threading.Thread):
         super().__init__(daemon=True)
         self.problem: Exception | None = None
         self._todo, self._trials = todo, trials
-        self._process: subprocess.Popen[str] | None = None
+        self._process: Worker | None = None
         # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones. None twice in a
         # row: the participants of an ended trial stay on their domain's graph for a while.
         self._domain_ids = itertools.cycle(random.SystemRandom().sample(range(1, 101), 100))
@@ -173,7 +182,8 @@ class _Worker(threading.Thread):
         return None
 
     def _run_trial(self, plan: TrialPlan, *, has_crashed: bool = False) -> evidence.Trial:
-        process, trials = self._process or self._start(), self._trials
+        trials = self._trials
+        process = self._process = self._process or trials.start(self.name)
         out = trials.folder.resolve() / f"{plan.name}.json"
         out.unlink(missing_ok=True)
         one_core = trials.cores.one() if plan.takes_turns else contextlib.nullcontext()
@@ -201,34 +211,6 @@ class _Worker(threading.Thread):
             return not_started(plan, trials.seed, "", ended=OBSERVER_ENDED)
         return not_started(plan, trials.seed, f"the trial's worker ended (answer {answer!r}, status {status})")
 
-    def _start(self) -> subprocess.Popen[str]:
-        folder = self._trials.folder
-        home = folder / "worker-home"
-        home.mkdir(parents=True, exist_ok=True)
-        log_path = folder / f"worker-{self.name}.log"
-        inherited = {k: os.environ[k] for k in (LATE_VARIABLE, namespaces.UNSAFE_VARIABLE) if k in os.environ}
-        channels = [self._trials.warm.channel] if self._trials.warm else []
-        with log_path.open("w") as log:
-            self._process = subprocess.Popen(
-                namespaces.private_network([sys.executable, "-m", "grader.trials.worker", *map(str, channels)]),
-                pass_fds=channels,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                stderr=log,
-                env=observer_environment(self._trials.contract, home=home) | inherited,
-                cwd=folder,
-                text=True,
-            )
-        assert self._process.stdout is not None
-        if self._process.stdout.readline().strip() != READY:
-            log_tail = log_path.read_text().strip()[-2000:]
-            raise GraderError(
-                shortage.explain_output(log_tail)
-                or shortage.explain_disk(folder)
-                or f"The trial worker did not start:\n{log_tail}\nRun `grader doctor`."
-            )
-        return self._process
-
     def _stop(self) -> bool:
         """End the worker process, and return whether it ended without being killed by us."""
         process, self._process = self._process, None
@@ -248,7 +230,7 @@ class _Worker(threading.Thread):
         return True
 
 
-def _ask(process: subprocess.Popen[str], request: TrialRequest) -> tuple[str, bool]:
+def _ask(process: Worker, request: TrialRequest) -> tuple[str, bool]:
     """Return a worker's answer to a request ("" if it ended without one), and whether it was killed for its time."""
     assert process.stdin is not None
     assert process.stdout is not None

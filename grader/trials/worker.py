@@ -7,6 +7,7 @@ it can see nothing of this process.
 
 from __future__ import annotations
 
+import gc
 import json
 import math
 import os
@@ -19,15 +20,19 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, TextIO
 
+from rclpy.type_support import check_for_type_support
+
 from grader import build, evidence, sandbox
 from grader.errors import GraderError
-from grader.host import shortage
+from grader.host import namespaces, shortage
+from grader.sandbox import warm_imports
 from grader.trials import catalog, cpu_affinity, parameter_files, wire_layout
-from grader.trials.interfaces import TYPES_PACKAGE, SensorFusionData
+from grader.trials.interfaces import SERVICES, TYPES_PACKAGE, NavigateToPosition, SensorFusionData
 from grader.trials.observation import TrialOver, has_one_thread
 from grader.trials.plan import OWN_LAUNCH, TrialPlan
-from grader.trials.request import CANNOT, LATE_VARIABLE, NODE_ENVIRONMENT, READY, TrialRequest, not_started
+from grader.trials.request import CANNOT, LATE_VARIABLE, NODE_ENVIRONMENT, READY, SERVE, TrialRequest, not_started
 from grader.trials.stage import SOURCE, Stage
+from grader.trials.worker_start import serve_forks
 from sim import Simulator, World, load_world
 
 # The `ros2` command and our own launch files; each is mounted alone, so that nothing else of the kit is visible.
@@ -39,12 +44,29 @@ _LIMITS = sandbox.Limits(wall_seconds=300.0, resident_bytes=1536 * sandbox.MIB)
 
 
 def main() -> int:
-    """Run the trials that stdin asks for; the argument is the channel of a WarmPython to fork nodes from, if any."""
-    answers = _answers()
+    """Run the trials that stdin asks for, or fork workers that do; a second argument is the channel of a WarmPython."""
     plans = catalog.trials()
+    if sys.argv[1] == SERVE:
+        prepare()
+        serve_forks()
+        namespaces.enter_private_network()
+    return work(plans, sandbox.WarmPython(NODE_ENVIRONMENT, int(sys.argv[2])) if sys.argv[2:] else None)
+
+
+def prepare() -> None:
+    """Import and load what each trial needs."""
+    warm_imports.import_modules()
+    for type_ in (NavigateToPosition, SensorFusionData, *SERVICES.values()):
+        check_for_type_support(type_)
+    gc.collect()
+    gc.freeze()  # a fork that never touches these pages never copies them
+
+
+def work(plans: Mapping[str, TrialPlan], warm: sandbox.WarmPython | None) -> int:
+    """Run the trials that stdin asks for, with nodes forked from `warm`; return the exit status."""
+    answers = _answers()
     all_cores = os.sched_getaffinity(0)
     cpu_affinity.take_turns()
-    warm = sandbox.WarmPython(NODE_ENVIRONMENT, int(sys.argv[1])) if sys.argv[1:] else None
     print(READY, file=answers, flush=True)
     for line in sys.stdin:
         request = TrialRequest(**json.loads(line))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,10 +12,9 @@ import pytest
 
 from grader import KIT, build, evidence, pipeline
 from grader.errors import GraderError
-from grader.host import namespaces
-from grader.trials import catalog, scheduler
+from grader.trials import catalog, scheduler, worker_start
 from grader.trials.plan import TrialPlan
-from grader.trials.request import NO_NODE, OBSERVER_ENDED, PATIENCE_S, READY, not_started
+from grader.trials.request import NO_NODE, OBSERVER_ENDED, PATIENCE_S, not_started
 from grader.trials.source import integrity_flags
 
 PLAN = TrialPlan("any", "", lambda _stage: None)
@@ -25,8 +25,13 @@ def run_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str],
     """Run PLAN with a shell command as the worker, after it has read the request. Return the trial's facts."""
 
     def run(command: str, plan: TrialPlan = PLAN) -> evidence.Trial:
-        worker = ["sh", "-c", f"echo {READY}; read line; {command}"]
-        monkeypatch.setattr(namespaces, "private_network", lambda _command: worker)
+        shell = ["sh", "-c", f"read line; {command}"]
+        pipe = subprocess.PIPE
+        monkeypatch.setattr(
+            worker_start.Workers,
+            "start",
+            lambda _workers, _name: subprocess.Popen(shell, stdin=pipe, stdout=pipe, text=True, cwd=tmp_path),
+        )
         return scheduler.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)["any"]
 
     return run
@@ -76,7 +81,7 @@ def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(run_with
     """A package whose nodes never came up once took 262 s. Two trials tell; the others wait less, and still run."""
     absent = not_started(PLAN, 0, "", ended=f"{NO_NODE}x came up within 20 s; the graph shows no node at all")
     refusing = not_started(PLAN, 0, "", ended="the node ended before it came up, with exit status 1")
-    trials = scheduler._Trials(tmp_path, tmp_path, tmp_path, 0, None, lambda _name: None)
+    trials = scheduler._Trials(worker_start.Workers.start, tmp_path, tmp_path, 0, None, lambda _name: None)
     waited = []
     for found in (refusing, refusing, absent, absent):
         waited.append(trials.patience_s(PLAN))
