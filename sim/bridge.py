@@ -59,6 +59,7 @@ _BARRIER_CAP_S = 5.0  # of wall time, for a live node: long, so that a busy mach
 _BLOCKED_CAP_S = 0.1  # the same, after it has left one unanswered
 _DUE_CAP_S = 0.3  # for a message that is due
 _CATCH_UP_CAP_S = 0.5  # for messages that have already arrived
+_GENERATIONS = 3  # of our executor's queue: an action's message, the task that serves it, its future's callbacks
 _RESENT_AFTER_S = 0.05  # without an answer: the clock message is sent again, it may have been lost
 _SILENCES_ALLOWED = 3  # how often a run probes a node that answers too rarely
 _UNEVEN = (0.6, 1.4, 1.0)  # lengths of a probe's ticks: uneven, so that a 20 Hz wall-time loop falls out of step
@@ -392,10 +393,18 @@ class Bridge:
         self.heard += 1
 
     def _caught_up(self) -> Callable[[], bool]:
-        """Return a condition: whether everything that had arrived by now has been served."""
-        last = self._executor.create_task(lambda: None)  # queued after the arrived messages
-        assert last is not None
-        return last.done
+        """Return a condition: whether everything that had arrived by now has been served, down to its last callback."""
+        served = Future()
+
+        def queue_up(generations: int) -> None:
+            # Always behind everything that is queued by now: the next generation is what that has put there.
+            if generations:
+                self._executor.create_task(queue_up, generations - 1)
+            else:
+                served.set_result(None)
+
+        queue_up(_GENERATIONS)
+        return served.done
 
     def _listen(self, condition: Callable[[], bool], wall_seconds: float) -> bool:
         """Serve callbacks until `condition` holds; count the answers of an idle node as unprompted."""
