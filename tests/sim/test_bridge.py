@@ -70,6 +70,12 @@ bridge.on_command = lambda t, message: commands.append([round(t, 6), message.lin
 calls = []
 call = bridge._barrier_client.call_async
 bridge._barrier_client.call_async = lambda request: calls.append(bridge.time) or call(request)
+executor, serve, told = bridge._executor, bridge._serve, []
+if sys.argv[3] == "late":
+    # What is queued by a task that a message has queued, as an action's result is; and we come late to all of them.
+    tell = lambda came: executor.create_task(lambda: told.append([came, bridge.time]))
+    bridge.on_command = lambda t, message: executor.create_task(tell, bridge.time)
+    bridge._serve = lambda *arguments: time.sleep(0.03) or serve(*arguments)
 ready = bridge.await_node(lambda: False if sys.argv[2] == "blocked" else True)
 if sys.argv[3] == "kill":
     process.kill(); process.wait()
@@ -81,7 +87,7 @@ for _ in range(int(sys.argv[4])):
 said = [simulator.unrepeatable, Recorder(simulator).recording().unrepeatable]
 print(json.dumps({"ready": ready, "pace": bridge.pace, "commands": commands, "t": simulator.time,
                   "blocked": bridge.blocked, "x": simulator.pose.x, "calls": sum(t > 0 for t in calls), "said": said,
-                  "tick_s": statistics.median(seconds)}))
+                  "told": told, "tick_s": statistics.median(seconds)}))
 process.kill()
 bridge.close()
 """
@@ -109,6 +115,13 @@ def test_a_command_is_based_on_the_scan_of_its_own_tick(tmp_path: Path):
     found = run(tmp_path, "timer")
     counts = {t: n for t, _, n in found["commands"]}
     assert all(n == pytest.approx(10 * t, abs=1.01) for t, n in counts.items() if t > 0.15)
+
+
+def test_a_message_is_served_in_its_tick_down_to_the_last_callback(tmp_path: Path):
+    """Without it, an action's result counted for the next tick if it and the end of its tick arrived together."""
+    told = run(tmp_path, "timer", event="late")["told"]
+    assert len(told) > 15
+    assert [served for _, served in told] == [came for came, _ in told]
 
 
 def test_a_sensor_that_the_node_does_not_get_costs_no_time(tmp_path: Path):
