@@ -1,0 +1,88 @@
+"""Nodes of a few lines, and a run of a trial with one of them."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from grader import build
+from grader.contract.spec import PACKAGE
+from grader.evidence import Trial
+from grader.trials import catalog, scheduler
+
+NODE = """#!{python}
+import rclpy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from rclpy.action import ActionServer
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from rclpy.parameter_service import ParameterService
+from ros2_robot_controller.action import NavigateToPosition
+from ros2_robot_controller.msg import SensorFusionData
+from ros2_robot_controller.srv import GetRobotStatus, SetSpeed
+from sensor_msgs.msg import BatteryState, Imu, LaserScan
+from std_msgs.msg import Float32
+import time
+
+rclpy.init()
+node = Node("{node}", start_parameter_services={services})
+
+def late(create):
+    \"\"\"Do it so late after the start that the observer has begun, as if its discovery had taken so long.\"\"\"
+    def once():
+        timer.cancel()
+        create()
+    timer = node.create_timer(1.2, once, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+def answer(request, response):
+    response.success, response.message = True, "fine"
+    return response
+
+def go(handle):
+    handle.succeed()
+    return NavigateToPosition.Result(success=True)
+
+{body}
+rclpy.spin(node)
+"""
+COMMANDS = """
+commands = node.create_publisher(Twist, "cmd_vel", 10)
+node.create_subscription(LaserScan, "scan", lambda m: None, 10)
+node.create_timer(0.1, lambda: commands.publish(Twist()))
+"""
+ODOMETRY = 'node.create_subscription(Odometry, "odom", lambda m: None, 10)\n'
+
+Run = Callable[..., Trial]
+
+
+@pytest.fixture
+def run(contract: build.Built, tmp_path: Path) -> Run:
+    """Run a trial with a node whose code is given; its install tree has the contract's types and nothing else."""
+
+    def run(trial: str, body: str, *, services: bool = True, package: Path | None = None) -> Trial:
+        plan = catalog.trials()[trial]
+        install = tmp_path / "install"
+        shutil.copytree(contract.install, install, symlinks=True)
+        executable = install / "lib" / PACKAGE / plan.node
+        executable.parent.mkdir(parents=True, exist_ok=True)
+        text = NODE.format(python="/usr/bin/env python3", node=plan.node, services=services, body=body)
+        executable.write_text(text)
+        executable.chmod(0o755)
+        found = scheduler.run(
+            [plan],
+            install=install,
+            contract=contract.install,
+            folder=tmp_path / "trials",
+            seed=1,
+            workers=1,
+            package=package,
+        )[trial]
+        assert found.script_error == ""
+        assert found.ready, found.ended + (found.process.output_tail if found.process else "")
+        return found
+
+    return run
