@@ -245,7 +245,7 @@ class Bridge:
             before, began = self._signs(), _wall_s()
             self._advance(dt)
             # Do not wait for an answer that is due: one on wall time would arrive meanwhile and seem to be in step.
-            self._barrier()
+            self._barrier(_ROUNDS + further_rounds)
             self._watch(self._probe, before, began, dt)
         else:
             self._advance(dt)

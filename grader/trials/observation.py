@@ -33,6 +33,7 @@ from sim.sensors import BatteryReading, ImuReading, Reading, ScanReading
 from sim.simulator import Simulator
 
 ACTION = "navigate_to_position"
+_GOAL_ROUNDS = 2  # of the node's executor, after the timer that ends a goal: its task goes on, its future sends it
 _ENDING_ROUNDS = 8
 # Of each kind of message. An honest trial has a thousand at most; a node that floods us must not fill our memory.
 _MAX_KEPT = 20_000
@@ -219,7 +220,7 @@ class Observation:
             raise TrialOver(f"the trial took more than {self._work_limit_s:g} s of wall time")
         going = any(goal.running for goal in self.goals)
         before, heard = self._clock.seconds(), self._signs_of_life()
-        self.bridge.tick(further_rounds=int(going))
+        self.bridge.tick(further_rounds=_GOAL_ROUNDS if going else 0)
         # Only within ticks: in a notebook, minutes may pass between two of them.
         silent = self.bridge.can_ask and self._signs_of_life() == heard
         self._deaf_s = self._deaf_s + self._clock.seconds() - before if silent else 0.0
