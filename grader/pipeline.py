@@ -25,7 +25,7 @@ from grader.scoring.rubric import Rubric
 from grader.scoring.scorecard import CheckResult, score
 from grader.settings import Settings
 
-__all__ = ["EVIDENCE", "Settings", "grade", "judge"]
+__all__ = ["EVIDENCE", "Settings", "check_ids", "grade", "judge", "judged", "observe"]
 
 EVIDENCE = report.EVIDENCE
 
@@ -48,6 +48,38 @@ def grade(
         GraderError: this host cannot grade.
     """
     started = time.monotonic()
+    with _room(source, out, settings) as fresh, checks_run.Checks(check_ids(settings)) as checks:
+        try:
+            evidence.save(_collected(source, out, settings), fresh / EVIDENCE)
+        except SubmissionError as error:
+            _require_own(out, source, settings)
+            write(_refusal(source, error, settings, time.monotonic() - started), fresh)
+            if any(fresh.iterdir()):
+                (fresh / EVIDENCE).mkdir()  # takes the place of an earlier grading's
+            refused = error
+        else:
+            settings.progress("checking the evidence")
+            found = judged(fresh / EVIDENCE, settings, checks.run(fresh / EVIDENCE))
+            grading = replace(found, wall_seconds=time.monotonic() - started)
+            settings.progress("writing the report")
+            write(grading, fresh)
+            return grading
+    raise refused
+
+
+def observe(source: Path, out: Path, settings: Settings) -> None:
+    """Leave the evidence of the submission `source` in `out`, to be judged by another process.
+
+    Raises:
+        SubmissionError, UsageError, GraderError: as by `grade`.
+    """
+    with _room(source, out, settings) as fresh:
+        evidence.save(_collected(source, out, settings), fresh / EVIDENCE)
+
+
+@contextmanager
+def _room(source: Path, out: Path, settings: Settings) -> Iterator[Path]:
+    """Yield an empty folder whose entries will replace those in `out`, if this host can grade the source."""
     shortage.require_memory()
     sandbox.require()
     if said := submission_user.notice():
@@ -55,28 +87,13 @@ def grade(
     if not source.exists():
         raise SubmissionError(f"There is no file or folder {printable(str(source))}.", "Check the path.")
     try:
-        with _entries(out) as fresh, checks_run.Checks(_ids(settings)) as checks:
-            try:
-                evidence.save(_collected(source, out, settings), fresh / EVIDENCE)
-            except SubmissionError as error:
-                _require_own(out, source, settings)
-                write(_refusal(source, error, settings, time.monotonic() - started), fresh)
-                if any(fresh.iterdir()):
-                    (fresh / EVIDENCE).mkdir()  # takes the place of an earlier grading's
-                refused = error
-            else:
-                settings.progress("checking the evidence")
-                found = _judged(fresh / EVIDENCE, settings, checks.run(fresh / EVIDENCE))
-                grading = replace(found, wall_seconds=time.monotonic() - started)
-                settings.progress("writing the report")
-                write(grading, fresh)
-                return grading
+        with _entries(out) as fresh:
+            yield fresh
     except OSError as error:
         # A failed write does not say where.
         if shortage.explain(error) and (said := shortage.explain_disk(out) or shortage.explain_disk(tempdir.parent())):
             raise GraderError(said) from error
         raise
-    raise refused
 
 
 def judge(folder: Path, settings: Settings, earlier: Sequence[CheckResult] = ()) -> Grading:
@@ -85,15 +102,16 @@ def judge(folder: Path, settings: Settings, earlier: Sequence[CheckResult] = ())
     A check that has an `earlier` result is not run; its requirement should not be among those that the settings want.
     """
     known = {result.id for result in earlier}
-    return _judged(folder, settings, [*earlier, *checks_run.run(folder, [i for i in _ids(settings) if i not in known])])
+    to_run = [check for check in check_ids(settings) if check not in known]
+    return judged(folder, settings, [*earlier, *checks_run.run(folder, to_run)])
 
 
-def _ids(settings: Settings) -> list[str]:
+def check_ids(settings: Settings) -> list[str]:
     """Return the ids of the checks of the wanted requirements."""
     return [check.id for requirement in settings.wanted for check in requirement.checks]
 
 
-def _judged(folder: Path, settings: Settings, results: Sequence[CheckResult]) -> Grading:
+def judged(folder: Path, settings: Settings, results: Sequence[CheckResult]) -> Grading:
     """Score the results of the checks over the evidence in `folder`, and return the grading."""
     found = evidence.load(folder)
     judged = {result.id for result in results}

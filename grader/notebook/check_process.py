@@ -1,7 +1,7 @@
-"""Grade for `check` in a process of its own, so that interrupting the cell ends it at once and leaves nothing.
+"""Grade for `check`, in a process of its own, so that interrupting the cell ends it at once and leaves nothing.
 
 A grading waits in several threads, which a kernel cannot interrupt; see host/supervised.py. The process writes a line
-for each step, and the evidence into a folder, which the kernel judges.
+for each step, and the evidence into a folder, which is judged here.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from grader import KIT, pipeline
+from grader.checks import checks_run
 from grader.errors import GraderError, KitError, SubmissionError
 from grader.host import supervised
 from grader.scoring import rubric
@@ -38,8 +39,16 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
         "mutation_budget_s": settings.mutation_budget_s, "best_effort": settings.best_effort,
         "cache": str(settings.cache), "keep": settings.keep, "fresh": settings.fresh,
     }  # fmt: skip
+    with checks_run.Checks(pipeline.check_ids(settings)) as checks:
+        _observe(json.dumps(wanted), settings)
+        settings.progress("checking the evidence")
+        return pipeline.judged(out / pipeline.EVIDENCE, settings, checks.run(out / pipeline.EVIDENCE))
+
+
+def _observe(wanted: str, settings: Settings) -> None:
+    """Collect the evidence in a process of its own."""
     process = subprocess.Popen(
-        [sys.executable, "-P", "-m", __spec__.name, json.dumps(wanted)],
+        [sys.executable, "-P", "-m", __spec__.name, wanted],
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(KIT), os.environ.get("PYTHONPATH", "")])},
     )  # fmt: skip
@@ -60,7 +69,6 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
             raise GraderError(*json.loads(line.removeprefix(_FAILED)))
     if process.returncode:
         raise GraderError(f"The check ended with status {process.returncode}: {' '.join(said)[-_TAIL:]}")
-    return pipeline.judge(out / pipeline.EVIDENCE, settings)
 
 
 def _end(process: subprocess.Popen[str]) -> None:
@@ -74,7 +82,7 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 
 def main(wanted: dict[str, Any]) -> int:
-    """Grade, and say what is done."""
+    """Collect the evidence, and say what is done."""
     settings = Settings(
         rubric=rubric.load(rubric.RUBRIC), cache=Path(wanted["cache"]), requirements=tuple(wanted["requirements"]),
         mutation_budget_s=wanted["mutation_budget_s"], best_effort=wanted["best_effort"],
@@ -82,7 +90,7 @@ def main(wanted: dict[str, Any]) -> int:
         progress=lambda what: print(f"{_STEP}{what}", flush=True),
     )  # fmt: skip
     try:
-        pipeline.grade(Path(wanted["package"]), Path(wanted["out"]), settings)
+        pipeline.observe(Path(wanted["package"]), Path(wanted["out"]), settings)
     except KitError as error:
         kind = _REFUSED if isinstance(error, SubmissionError) else _FAILED
         print(f"{kind}{json.dumps([error.what, error.advice])}", flush=True)

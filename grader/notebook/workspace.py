@@ -18,9 +18,9 @@ from grader.host import ros_env
 PACKAGE = spec.PACKAGE
 VARIABLE = "ROS2_COURSE_WS"
 NOTEBOOK = "ROS2_COURSE_NOTEBOOK"
+"""The environment variable in which `begin` notes the current notebook ("05")."""
 FRESH = "ROS2_COURSE_FRESH"
 """If set, checks run everything anew, so that a stored notebook says the same whatever was run before."""
-"""The environment variable in which `begin` notes the current notebook ("05")."""
 
 
 @dataclass(frozen=True)

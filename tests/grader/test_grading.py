@@ -18,6 +18,7 @@ from submissions.reports import lost, words
 from submissions.table import judged_by_trial
 
 from grader import cli, pipeline
+from grader.checks import checks_run
 from grader.errors import SubmissionError
 from grader.settings import MUTATION_BUDGET_S
 
@@ -70,6 +71,17 @@ def test_a_second_grading_builds_nothing_and_says_the_same(whole: tuple[str, Pat
     one, two = (json.loads((folder / "report.json").read_text()) for folder in (whole[1], tmp_path))
     assert one["requirements"] == two["requirements"]
     assert json.loads((tmp_path / "evidence" / "build.json").read_text())["cached"] is True
+
+
+def test_evidence_that_another_process_will_judge_is_not_judged_before(
+    settings: pipeline.Settings, reference: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """As by `check`: the kernel judges what a process that can be interrupted has collected."""
+    quick = replace(settings, requirements=("I2",))
+    with monkeypatch.context() as patched:
+        patched.setattr(checks_run, "Checks", None)
+        pipeline.observe(reference, tmp_path / "out", quick)
+    assert pipeline.judge(tmp_path / "out" / pipeline.EVIDENCE, quick).scorecard.points == 2
 
 
 # Half a minute each.
