@@ -23,7 +23,6 @@ from grader.scoring import rubric
 
 _PARTS = {
     "whole": (), "F and I": ("F", "I"), "Q": ("Q",), "T1 and T2": ("T1", "T2"), "T3": ("T3",),
-    "F4": ("F4",), "F8": ("F8",), "I5": ("I5",),
 }  # fmt: skip
 _QUICK = ("I2",)
 

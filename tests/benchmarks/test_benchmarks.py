@@ -25,6 +25,7 @@ RUNS = [
         ["start and end", "start Python", "import rclpy", "compute", "A grading of the reference on F14"],
         marks=SLOW, id="sandbox_cost",
     ),
+    pytest.param("check", ["Q1"], id="check"),
     pytest.param("grading", ["I2"], marks=[pytest.mark.sandbox], id="grading"),
     pytest.param(
         "node_start", ["Python anew", "forked"], marks=[pytest.mark.ros, pytest.mark.sandbox], id="node_start"
