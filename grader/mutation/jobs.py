@@ -11,8 +11,9 @@ from queue import SimpleQueue
 
 from grader.mutation.selection import Selection
 from grader.mutation.source_text import Change, SourceText
+from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.module_results import ModuleReach
-from grader.student_tests.warm_worker import ModuleRequest, WarmWorker
+from grader.student_tests.warm_worker import WarmWorker
 from grader.student_tests.worker_report import ModuleRun
 
 _LONGEST = 60.0  # seconds for the tests of one module on one mutant

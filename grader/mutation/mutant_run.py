@@ -16,6 +16,7 @@ from grader.mutation.source_text import MODULE, Change, is_too_complex, parse
 from grader.mutation.verdicts import Verdicts
 from grader.settings import MUTATION_BUDGET_S
 from grader.student_tests import package_modules
+from grader.student_tests.kept_runs import KeptRuns
 from grader.student_tests.module_results import ModuleReach
 from grader.student_tests.padding import code_of, padding
 from grader.student_tests.warm_worker import start_workers
@@ -37,6 +38,7 @@ def mutate(
     count: int = MUTANTS,
     seconds: float = MUTATION_BUDGET_S,
     workers: int = WORKERS,
+    kept_runs: KeptRuns | None = None,
     progress: Callable[[str], None] = lambda _what: None,
 ) -> Mutation:
     """Return which mutants of a package its own tests notice.
@@ -49,6 +51,7 @@ def mutate(
         count: how many mutants to try.
         seconds: the time to spend, as wall time of a quiet machine with `workers` cores.
         workers: how many mutants are tried at once.
+        kept_runs: runs that need not be done again. They count as the seconds that they took.
         progress: called with a sentence after each round.
     """
     started = time.monotonic()
@@ -71,7 +74,8 @@ def mutate(
             verdicts.note_not_tried(change)
         until = started + max(_HARD_LIMIT * seconds, _HARD_LIMIT_AT_LEAST)
         size = min(workers, len(reached))
-        with start_workers(package, install, size, seconds=_HARD_LIMIT * seconds + 600.0) as warm:
+        life = _HARD_LIMIT * seconds + 600.0
+        with start_workers(package, install, size, seconds=life, kept_runs=kept_runs) as warm:
             quiet_seconds = _rounds(verdicts, chosen, JobPool(warm, tested, until), seconds, progress)
     else:
         for change in chosen:

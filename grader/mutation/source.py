@@ -5,7 +5,7 @@ from __future__ import annotations
 from grader.evidence import Mutation
 from grader.mutation.mutant_run import mutate
 from grader.source import Collected, Phase, Subject
-from grader.student_tests.source import mutants_key
+from grader.student_tests.source import keep_runs, mutants_key, runs_to_keep
 
 
 class Mutants:
@@ -21,10 +21,11 @@ class Mutants:
         if (kept := subject.kept.find(Mutation, *mutants_key(subject))) and ran is None:
             return Collected({"mutation": kept[0]}, kept={"mutants": kept[1]})
         settings.progress("mutating the package to see whether its own tests notice")
+        kept_runs = runs_to_keep(subject)
         found = mutate(
             subject.submission.package, subject.install, ran.reach, seed=settings.seed,
-            seconds=settings.mutation_budget_s, progress=settings.progress,
+            seconds=settings.mutation_budget_s, kept_runs=kept_runs, progress=settings.progress,
         )  # fmt: skip
         if not ran.flags:
             subject.kept.keep(found, *mutants_key(subject))
-        return Collected({"mutation": found})
+        return Collected({"mutation": found}, kept=keep_runs(kept_runs, "runs on mutants", flagged=bool(ran.flags)))

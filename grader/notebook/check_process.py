@@ -37,7 +37,7 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
     wanted = {
         "package": str(package), "out": str(out), "requirements": settings.requirements,
         "mutation_budget_s": settings.mutation_budget_s, "best_effort": settings.best_effort,
-        "cache": str(settings.cache), "keep": settings.keep, "fresh": settings.fresh,
+        "cache": str(settings.cache), "keep": settings.keep, "keep_runs": settings.keep_runs, "fresh": settings.fresh,
     }  # fmt: skip
     with checks_run.Checks(pipeline.check_ids(settings)) as checks:
         _observe(json.dumps(wanted), settings)
@@ -86,7 +86,7 @@ def main(wanted: dict[str, Any]) -> int:
     settings = Settings(
         rubric=rubric.load(rubric.RUBRIC), cache=Path(wanted["cache"]), requirements=tuple(wanted["requirements"]),
         mutation_budget_s=wanted["mutation_budget_s"], best_effort=wanted["best_effort"],
-        keep=wanted["keep"], fresh=wanted["fresh"],
+        keep=wanted["keep"], keep_runs=wanted["keep_runs"], fresh=wanted["fresh"],
         progress=lambda what: print(f"{_STEP}{what}", flush=True),
     )  # fmt: skip
     try:

@@ -85,7 +85,7 @@ def _requirement(whole: Rubric, name: str) -> Requirement:
 def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Progress, *, fresh: bool) -> Grading:
     settings = Settings(
         rubric=whole, cache=build.cache_folder(), requirements=tuple(requirement.id for requirement in wanted),
-        mutation_budget_s=MUTATION_BUDGET_S, best_effort=True, keep=True,
+        mutation_budget_s=MUTATION_BUDGET_S, best_effort=True, keep=True, keep_runs=True,
         fresh=fresh or FRESH in os.environ, progress=progress.say,
     )  # fmt: skip
     # Text alone is read in a second; a process of its own for it would take as long.

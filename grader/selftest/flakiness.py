@@ -21,6 +21,7 @@ from typing import Any
 
 from grader.errors import EXIT_USAGE, GraderError
 from grader.host import provenance
+from grader.scoring import rubric
 from grader.trials.request import LATE_VARIABLE
 
 _LATE_S = 1.5
@@ -183,6 +184,10 @@ def main(options: argparse.Namespace) -> int:
     if options.runs < 1:
         print("grader: --runs must be at least 1.", file=sys.stderr)
         return EXIT_USAGE
+    known = [requirement.id for requirement in rubric.load(rubric.RUBRIC).requirements]
+    if unknown := [name for name in options.only if name not in known]:
+        print(f"grader: there is no requirement {unknown[0]!r}. There are {', '.join(known)}.", file=sys.stderr)
+        return EXIT_USAGE
     log = options.log or Path("out", "flakiness", f"{options.submission.resolve().name}.jsonl")
     runs: list[GradingRun] = []
     try:
@@ -204,7 +209,6 @@ def main(options: argparse.Namespace) -> int:
 def _grade_once(submission: Path, out: Path, requirements: str) -> None:
     """Grade once, in this process."""
     from grader import build, pipeline, report
-    from grader.scoring import rubric
 
     settings = pipeline.Settings(
         rubric=rubric.load(rubric.RUBRIC),

@@ -38,6 +38,11 @@ def discover_tests(package: Path) -> list[TestModule]:
     return found
 
 
+def is_run(module: TestModule) -> bool:
+    """Return whether a module has tests that say something about the package, so that they are run."""
+    return bool(module.tests) and not module.stub
+
+
 def _describe(name: str, tree: ast.Module, helpers: set[str]) -> TestModule:
     tests = list(_tests(tree))
     silent = [test.name for test in tests if not _asserts(test, helpers)]

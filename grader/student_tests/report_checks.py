@@ -15,8 +15,9 @@ from pathlib import PurePosixPath
 from grader.evidence import TestModule
 from grader.student_tests import canary
 from grader.student_tests.canary import Probe, Reach
+from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.package_modules import PACKAGE
-from grader.student_tests.warm_worker import ModuleRequest, Team
+from grader.student_tests.warm_worker import Team
 from grader.student_tests.worker_report import ModuleRun
 
 Sources = Mapping[str, tuple[str, list[str]]]

@@ -16,11 +16,14 @@ from grader.sandbox import untrusted
 from grader.settings import MODULE_TIMEOUT_S
 from grader.student_tests import canary, package_modules
 from grader.student_tests.coverage import combine
+from grader.student_tests.discover import is_run
+from grader.student_tests.kept_runs import KeptRuns
+from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.module_results import ModuleReach, failures, flags, module_reach, with_results
 from grader.student_tests.package_modules import PACKAGE
 from grader.student_tests.padding import code_of, padding, padding_flags
 from grader.student_tests.report_checks import Measured, check_reports
-from grader.student_tests.warm_worker import LastingWorker, ModuleRequest, Team
+from grader.student_tests.warm_worker import LastingWorker, Team
 from grader.student_tests.worker_report import ModuleRun, TestResult
 
 WORKERS = 2
@@ -44,6 +47,7 @@ def run_suite(
     *,
     seconds: float = MODULE_TIMEOUT_S,
     seed: int = 0,
+    kept_runs: KeptRuns | None = None,
     progress: Callable[[str], None] = lambda _name: None,
 ) -> SuiteRun:
     """Return the modules with their results, and what they cover of the package.
@@ -54,9 +58,10 @@ def run_suite(
         modules: what `discover_tests` found; stubs are not run.
         seconds: wall time for each module.
         seed: decides the canaries.
+        kept_runs: runs that need not be done again.
         progress: called with the path of each module that has ended.
     """
-    wanted = [m for m in modules if m.tests and not m.stub][:_MODULES_AT_MOST]
+    wanted = [m for m in modules if is_run(m)][:_MODULES_AT_MOST]
     if not wanted:
         return SuiteRun(StudentTests(modules=list(modules), of_contract=code_of(package, install).of_contract))
     sources = package_modules.replaceable(package, install)
@@ -64,7 +69,8 @@ def run_suite(
     with contextlib.ExitStack() as stack:
         # Each module may be run again without the tests that hang, and three times more to check the reports.
         life = 60.0 + (_EXCLUDED_AT_MOST + 7) * seconds * len(wanted)
-        team = Team([LastingWorker(stack, package, install, seconds=life) for _ in range(min(WORKERS, len(wanted)))])
+        count = min(WORKERS, len(wanted))
+        team = Team([LastingWorker(stack, package, install, life, kept_runs) for _ in range(count)])
 
         def measure(module: TestModule) -> Measured:
             # One for each module, so that what is drawn does not depend on which module comes first.

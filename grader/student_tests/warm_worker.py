@@ -9,7 +9,7 @@ import contextlib
 import json
 import shutil
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -22,6 +22,8 @@ from grader.errors import GraderError
 from grader.host import ros_env, tempdir
 from grader.sandbox import untrusted
 from grader.sandbox.warm_start import IMPORTS
+from grader.student_tests.kept_runs import KeptRuns
+from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.package_modules import MODULES, PACKAGE, source_folders
 from grader.student_tests.worker_report import ModuleRun, read_run
 
@@ -41,25 +43,6 @@ _NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache", ".git", "*.
 
 
 @dataclass(frozen=True)
-class ModuleRequest:
-    """One run of pytest over one module. Paths in `files` are those in the sandbox; `beside` are further modules.
-
-    `select` names the tests to run, in this order; without it all run in the module's own order. Limits are seconds
-    of wall time: `limits` for single tests, `limit` for each other test and for collecting, `total` for the whole run.
-    """
-
-    module: str
-    files: Mapping[str, str] = field(default_factory=dict)
-    beside: Sequence[str] = ()
-    select: Sequence[str] = ()
-    first_failure: bool = False
-    coverage: bool = False
-    limits: Mapping[str, float] = field(default_factory=dict)
-    limit: float = 60.0
-    total: float = 90.0
-
-
-@dataclass(frozen=True)
 class WarmWorker:
     """A worker that waits for requests. Made by `start_workers`."""
 
@@ -70,6 +53,7 @@ class WarmWorker:
     count: list[int]
     threads: list[int] = field(default_factory=list)
     """The worker's threads, by their ids on the host."""
+    kept_runs: KeptRuns | None = None
 
     def run(self, request: ModuleRequest) -> ModuleRun:
         """Run one request and return what was reported.
@@ -77,6 +61,8 @@ class WarmWorker:
         Raises:
             GraderError: the worker did not start.
         """
+        if self.kept_runs and (kept := self.kept_runs.find(request)):
+            return kept
         number = self.count[0]
         self.count[0] += 1
         self._hand_in(number, request)
@@ -97,6 +83,8 @@ class WarmWorker:
         # Coverage writes some of its data as it goes, and a run that is cut off leaves them without its reach.
         if request.coverage and (self.out / f"{number}.reach").exists():
             ran = replace(ran, coverage_data=self._keep_coverage(number))
+        if self.kept_runs:
+            self.kept_runs.note(request, self.out, number, ran)
         for leftover in (*self.out.glob(f"{number}.*"), *self.out.glob("coverage*")):
             with contextlib.suppress(OSError):
                 leftover.unlink()
@@ -122,13 +110,8 @@ class WarmWorker:
         return any(_state(thread) in ("T", "t") for thread in self.threads)
 
     def _hand_in(self, number: int, request: ModuleRequest) -> None:
-        text = json.dumps({
-            "modules": [request.module, *request.beside], "files": dict(request.files), "order": list(request.select),
-            "first": request.first_failure, "coverage": request.coverage, "limits": dict(request.limits),
-            "limit": request.limit, "total": request.total,
-        })  # fmt: skip
         path = self.requests / f"{number}.json"
-        path.with_suffix(".part").write_text(text)
+        path.with_suffix(".part").write_text(request.to_json())
         path.with_suffix(".part").rename(path)
         taken = self.out / f"{number}.taken"
         deadline = time.monotonic() + _START_SECONDS
@@ -146,19 +129,23 @@ class WarmWorker:
 
 
 @contextlib.contextmanager
-def start_workers(package: Path, install: Path, count: int, *, seconds: float) -> Iterator[list[WarmWorker]]:
+def start_workers(
+    package: Path, install: Path, count: int, *, seconds: float, kept_runs: KeptRuns | None = None
+) -> Iterator[list[WarmWorker]]:
     """Start `count` workers for a package (its source folder and its install tree), each in a sandbox of its own."""
     with tempdir.folder("own-tests") as folder, contextlib.ExitStack() as stack:
-        yield [stack.enter_context(_start(package, install, folder / str(i), seconds)) for i in range(count)]
+        yield [stack.enter_context(_start(package, install, folder / str(i), seconds, kept_runs)) for i in range(count)]
 
 
 class LastingWorker:
     """A warm worker, and another in its place when a test has killed it: the tests after that one lose nothing."""
 
-    def __init__(self, stack: contextlib.ExitStack, package: Path, install: Path, *, seconds: float) -> None:
+    def __init__(
+        self, stack: contextlib.ExitStack, package: Path, install: Path, seconds: float, kept_runs: KeptRuns | None
+    ) -> None:
         self._stack = stack
         self._folder = stack.enter_context(tempdir.folder("own-tests"))
-        self._start = partial(_start, package, install, seconds=seconds)
+        self._start = partial(_start, package, install, seconds=seconds, kept_runs=kept_runs)
         self._count = 0
         self._worker = self._next()
 
@@ -217,7 +204,9 @@ class Team:
 
 
 @contextlib.contextmanager
-def _start(package: Path, install: Path, folder: Path, seconds: float) -> Iterator[WarmWorker]:
+def _start(
+    package: Path, install: Path, folder: Path, seconds: float, kept_runs: KeptRuns | None
+) -> Iterator[WarmWorker]:
     folder.mkdir()
     for name in ("requests", "out", "data"):
         (folder / name).mkdir()
@@ -250,7 +239,7 @@ def _start(package: Path, install: Path, folder: Path, seconds: float) -> Iterat
     )  # fmt: skip
     command = ["python3", "-s", "-P", "/ws/worker.py"]
     with sandbox.Process(command, box, sandbox.Limits(wall_seconds=seconds)) as process:
-        yield WarmWorker(package, process, folder / "requests", folder / "out", [0])
+        yield WarmWorker(package, process, folder / "requests", folder / "out", [0], kept_runs=kept_runs)
 
 
 def _state(thread: int) -> str:

@@ -15,6 +15,8 @@ from grader.student_tests import package_modules
 from grader.student_tests.source_users import users_of
 
 _REACH_CAP = 30_000_000  # bytes: a thousand tests that each reach a thousand lines
+REPORTS = dict.fromkeys(("done", "report", "log"), untrusted.MAX_BYTES) | {"reach": _REACH_CAP}
+"""The files that a worker writes for each run, by their suffixes, and how many bytes of each are read."""
 _TAIL = 2000
 _STARTS = re.compile(r"ros2|python[\d.]*|(ba|da)?sh|env|timeout|xvfb-run|stdbuf")
 

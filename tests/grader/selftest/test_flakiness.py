@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from grader import cli
-from grader.errors import GraderError
+from grader.errors import EXIT_USAGE, GraderError
 from grader.selftest import flakiness
 from grader.selftest.flakiness import GradingRun
 
@@ -68,6 +68,12 @@ def test_an_interrupted_series_prints_the_table_of_its_runs(monkeypatch: pytest.
     assert cli.main(["flakiness", str(tmp_path), "--runs", "30", "--log", str(tmp_path / "log")]) == 130
     assert "No requirement was flaky in 2 runs, 0 of them under stress." in capsys.readouterr().out
     assert len(flakiness.load(tmp_path / "log")) == 2
+
+
+def test_a_requirement_that_does_not_exist_is_wrong_usage(tmp_path: Path, capsys):
+    """`--only F` graded nothing thirty times, and said that nothing was flaky."""
+    assert cli.main(["flakiness", str(tmp_path), "--only", "F"]) == EXIT_USAGE
+    assert "there is no requirement 'F'. There are F1, F2" in capsys.readouterr().err
 
 
 OTHERS = {"submission": one(1, sha256="b"), "requirements": one(1, name="F2"), "kit": one(1, kit="l")}
