@@ -7,7 +7,6 @@ import re
 from pathlib import Path
 
 from grader.host.atomic import write_atomically
-from grader.report import figures, html
 from grader.report.data import write_json
 from grader.report.standing import DATA, Standing, fingerprint, standing
 from grader.scoring.grading import Grading, HandIn, Refusal
@@ -27,6 +26,8 @@ def write(
     `hand_in` is what a class knows of the submission. Without `pictures` nothing reveals the layout of held-out
     trials; with them, each trial in which points were lost gets an MCAP file beside its evidence, if that is there.
     """
+    from grader.report import html  # draws with numpy and the simulator: 0.2 s that a check need not wait for
+
     as_json, as_html = folder / DATA, folder / PAGE
     write_json(result, as_json, hand_in)
     bags = _write_bags(result, folder / EVIDENCE / "trials") if pictures and isinstance(result, Grading) else set()
@@ -36,6 +37,8 @@ def write(
 
 def _write_bags(grading: Grading, folder: Path) -> set[str]:
     """Write the MCAP files that are not there yet, and return the names of all trials that have one."""
+    from grader.report import figures
+
     for trial in figures.failed_trials(grading):
         path = folder / f"{trial.name}.mcap"
         # Only beside its evidence; and whatever a trial holds, the grade must be shown.
