@@ -24,6 +24,7 @@ from grader.sandbox.syscall_filter import open_filter
 from grader.sandbox.warm_start import CannotFork, Program, WarmPython
 
 _CLOCK_PERIOD_S = 1.0  # between two readings of how long a command has waited for a CPU
+_LAST_OUTPUT_S = 5.0  # for our own thread to read what has been written
 _MAX_STRETCH = 4  # wall time that a command may take on a busy machine, in multiples of its time limit
 
 
@@ -117,7 +118,12 @@ class Process:
 
     @property
     def output(self) -> str:
-        """Return the output so far, stdout and stderr together, with the middle cut out if it is too long."""
+        """Return the output so far, stdout and stderr together, with the middle cut out if it is too long.
+
+        It is whole once the exit status is known.
+        """
+        if self._popen.poll() is not None:
+            self._output.wait()
         return self._output.text()
 
     def exit_code(self) -> int | None:
@@ -252,9 +258,12 @@ class _Output:
             gap = f"\n[... {self._dropped} bytes left out ...]\n".encode() if self._dropped else b""
             return (self._head + gap + self._tail).decode("utf-8", "replace")
 
+    def wait(self) -> None:
+        """Wait for the last of it, when every process that could hold the pipe's other end is dead."""
+        self._thread.join(_LAST_OUTPUT_S)
+
     def close(self) -> None:
-        # Every process that could hold the pipe's other end is dead by now, so the reader reaches its end.
-        self._thread.join(5.0)
+        self.wait()
         if not self._thread.is_alive():
             self._stream.close()
 

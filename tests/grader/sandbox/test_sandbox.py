@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
@@ -11,8 +12,9 @@ import pytest
 from grader import sandbox
 from grader.errors import GraderError
 from grader.host import namespaces, ros_env, submission_user
-from grader.sandbox import MIB, Limits, Process, Sandbox, process
+from grader.sandbox import MIB, Limits, Process, Sandbox, WarmPython, process
 from grader.sandbox.cpu_clock import CpuClock
+from grader.trials.request import NODE_ENVIRONMENT
 
 pytestmark = pytest.mark.sandbox
 
@@ -247,6 +249,26 @@ def test_a_detached_child_does_not_outlive_its_parent(tmp_path: Path):
     assert python(f"import subprocess; subprocess.Popen({child}, start_new_session=True)", box).ok
     time.sleep(1.0)
     assert not (tmp_path / "late").exists()
+
+
+@pytest.mark.parametrize("forked", [False, True])
+def test_the_output_is_whole_once_the_exit_status_is_known(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, forked: bool
+):
+    """A node that ended at its start lost its traceback if the reading thread had not had its turn yet."""
+    read = process._Output._read
+    monkeypatch.setattr(process._Output, "_read", lambda output: time.sleep(0.5) or read(output))
+    script = tmp_path / "says.py"
+    script.write_text("#!/usr/bin/env python3\nprint('the last words')\n")
+    script.chmod(0o755)
+    tmp_path.chmod(0o755)
+    box = Sandbox(read_only={tmp_path: "/ws/in"}, environment=NODE_ENVIRONMENT, network=True)
+    with ExitStack() as stack:
+        warm = stack.enter_context(WarmPython(NODE_ENVIRONMENT)) if forked else None
+        said = stack.enter_context(Process(["/ws/in/says.py"], box, Limits(), warm))
+        assert wait_until(lambda: said.exit_code() is not None)
+        assert said.output == "the last words\n"
+        assert (said._program is not None) is forked
 
 
 def test_endless_output_is_cut_in_the_middle():
