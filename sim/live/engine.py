@@ -88,9 +88,10 @@ class Engine:
         self._pacer = Pacer(rate)
 
         self._lock = threading.RLock()  # the simulator
-        self._wake = threading.Condition()  # guards the four below
+        self._wake = threading.Condition()  # guards the five below
         self._inbox: list[Message] = []
         self._holders = 0
+        self._changed = False  # since the thread last looked: how long it meant to wait says nothing any more
         self._stopping = False
         self._thread: threading.Thread | None = None
         self._seen_view = threading.Event()
@@ -179,6 +180,7 @@ class Engine:
         finally:
             with self._wake:
                 self._holders -= 1
+                self._changed = True
                 self._wake.notify_all()
 
     def stop(self) -> None:
@@ -412,12 +414,13 @@ class Engine:
         wait: float | None = 0.0
         while True:
             with self._wake:
-                if not self._inbox and not self._stopping and not self._holders and wait != 0.0:
+                if not (self._inbox or self._stopping or self._holders or self._changed or wait == 0.0):
                     self._wake.wait(wait)
                 while self._holders and not self._stopping:
                     self._wake.wait()
                 if self._stopping:
                     return
+                self._changed = False
             wait = self.cycle(self._clock())
 
     def _apply(self, change: Callable[[], None]) -> None:

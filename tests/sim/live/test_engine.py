@@ -273,6 +273,24 @@ def test_a_run_without_a_browser_ignores_the_rate_and_equals_drive(live: Live) -
     assert not live.is_running
 
 
+def test_a_change_that_comes_as_the_thread_is_about_to_wait_is_not_missed(live: Live, monkeypatch: pytest.MonkeyPatch):
+    """`start` right after `run` once did nothing: the thread had just decided to wait for ever."""
+    cycle, started = live.cycle, threading.Event()
+
+    def ends_with_a_start(now: float) -> float | None:
+        wait = cycle(now)
+        if wait is None and not started.is_set():
+            started.set()
+            another = threading.Thread(target=live.start)
+            another.start()
+            another.join()
+        return wait
+
+    monkeypatch.setattr(live, "cycle", ends_with_a_start)
+    live.run(1.0)
+    wait_for(lambda: live.simulator.time > 1.1, 20.0)
+
+
 def test_after_a_fast_run_the_next_step_is_due_at_once(live: Live) -> None:
     live.set_rate(1.0)
     live.run(1000.0)
