@@ -105,9 +105,8 @@ def run(
 
 
 def _worth_starting(trials: int) -> int:
-    """Return how many workers to start: the start of one takes as much of a core as a short trial."""
-    cores = os.cpu_count() or 1
-    return min(2 * cores, 4, max(cores, trials // 3))
+    """Return how many workers to start for so many trials."""
+    return min(2 * (os.cpu_count() or 1), 4, trials)
 
 
 def _environment(contract: Path, folder: Path) -> dict[str, str]:

@@ -93,7 +93,7 @@ def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(run_with
     assert trials.patience_s(PLAN) == PATIENCE_S
 
 
-@pytest.mark.parametrize(("cores", "counts"), [(1, [1, 2, 2]), (2, [2, 2, 4]), (8, [4, 4, 4])])
+@pytest.mark.parametrize(("cores", "counts"), [(1, [1, 2, 2]), (2, [1, 4, 4]), (8, [1, 4, 4])])
 def test_more_workers_are_started_for_many_trials(monkeypatch: pytest.MonkeyPatch, cores: int, counts: list[int]):
     monkeypatch.setattr("os.cpu_count", lambda: cores)
     assert [scheduler._worth_starting(trials) for trials in (1, 6, 47)] == counts
