@@ -91,7 +91,7 @@ def run(
         channels = []
         if len(plans) >= fork_from:
             channels.append(stack.enter_context(sandbox.WarmPython(NODE_ENVIRONMENT)).channel)
-        start = stack.enter_context(Workers(_environment(contract, folder), folder, channels)).start
+        start = stack.enter_context(contextlib.closing(Workers(_environment(contract, folder), folder, channels))).start
         trials = _Trials(start, install, folder, seed, package, progress, ros_name, best_effort)
         threads = [_Worker(queues, trials) for queues in todo]
         for thread in threads:

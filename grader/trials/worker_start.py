@@ -14,7 +14,6 @@ import subprocess
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import IO, Protocol
 
 from grader.errors import GraderError
@@ -72,7 +71,7 @@ class ForkedWorker:
 
 
 class Workers:
-    """Starts workers, each in a network namespace of its own. A context manager: leaving it ends what they came from.
+    """Starts workers, each in a network namespace of its own. To be closed in the end (contextlib.closing).
 
     Args:
         environment: theirs.
@@ -87,16 +86,6 @@ class Workers:
         self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs, self._log.open("w") as log:
             self._popen = self._run([*_WORKER, SERVE], stdin=theirs.fileno(), stdout=subprocess.DEVNULL, log=log)
-
-    def __enter__(self) -> Workers:
-        """Return this."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """End the process of which workers are forks, and with it those that still run."""
-        self.close()
 
     def close(self) -> None:
         """End the process of which workers are forks, and with it those that still run."""

@@ -6,7 +6,7 @@ import os
 import signal
 import subprocess
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
@@ -29,7 +29,7 @@ def make(contract: build.Built, tmp_path: Path) -> Iterator[Callable[[str], Work
             tmp_path.joinpath("sitecustomize.py").write_text(code)
             environment = scheduler.observer_environment(contract.install, home=tmp_path)
             environment["PYTHONPATH"] = f"{tmp_path}:{KIT}:{environment['PYTHONPATH']}"
-            return stack.enter_context(Workers(environment, tmp_path))
+            return stack.enter_context(closing(Workers(environment, tmp_path)))
 
         yield make
 
