@@ -25,8 +25,8 @@ HOWS = ("cold", "warm")
 FORKED = "import sys; print('forked' if 'rclpy' in sys.modules else 'started')"
 WAITS_FOR_CTRL_C = """
     import time
-    print("up", flush=True)
     try:
+        print("up", flush=True)
         time.sleep(600)
     except KeyboardInterrupt:
         print("bye")

@@ -102,11 +102,10 @@ def test_it_ends_in_the_same_way_and_says_the_same(start: Start, text: str):
 def test_what_it_leaves_running_dies_with_it(start: Start):
     text = """
         import os, time
-        if os.fork() == 0:
-            os.setsid()
-            print("child", flush=True)
-            time.sleep(600)
         try:
+            if os.fork() == 0:
+                os.setsid()
+                print("child", flush=True)
             time.sleep(600)
         except KeyboardInterrupt:
             print("parent ends")
