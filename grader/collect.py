@@ -13,7 +13,7 @@ from grader.build import Built
 from grader.contract import spec
 from grader.conversions.source import Conversions
 from grader.evidence import Build, Evidence
-from grader.evidence.kept import Kept, forget_old
+from grader.evidence.kept import Kept, NotKept, forget_old
 from grader.host import namespaces, provenance
 from grader.intake.submission import Submission
 from grader.mutation.source import Mutants
@@ -34,9 +34,10 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
 
     Raises:
         GraderError: this host cannot build or run the submission.
+        NotKept: something would have to be collected, and the settings want only what is kept.
     """
     # The text is always read: it says why a package does not build, or why no node comes up.
-    kept = _kept(settings)
+    kept = kept_evidence(settings)
     wanted = [source for source in SOURCES if source.phase is Phase.TEXT or source.serves & settings.checked]
     found: dict[str, Collected] = {}
     with ThreadPoolExecutor(1) as pool:
@@ -56,14 +57,15 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
     return _merged(submission, built.facts if built is not None else Build.not_tried(), found)
 
 
-def _kept(settings: Settings) -> Kept:
+def kept_evidence(settings: Settings) -> Kept:
     """Return the evidence of earlier gradings with this kit, machine and seed."""
     if not settings.keep:
-        return Kept()
+        return Kept(only=settings.only_kept)
     folder = settings.cache / "evidence"
-    forget_old(folder)
+    if not settings.only_kept:
+        forget_old(folder)
     common = (provenance.kit_hash(), build.toolchain_id(), str(settings.seed), str(namespaces.sandbox_disabled()))
-    return Kept(folder, common, settings.fresh)
+    return Kept(folder, common, settings.fresh, settings.only_kept)
 
 
 def needs_build(requirements: frozenset[str]) -> bool:
@@ -83,6 +85,8 @@ def _build(submission: Submission, settings: Settings) -> tuple[Built, Built]:
     settings.progress("building the package")
     folders = [submission.package] + ([submission.interfaces] if submission.interfaces else [])
     main = submission.intake.package
+    if settings.only_kept and not build.is_built(folders, settings.cache):
+        raise NotKept
     built = build.build(folders, settings.cache, seconds=settings.build_seconds, main=main)
     if (types := built.facts.types_package) != spec.PACKAGE:
         settings.progress(f"building the contract's interfaces as {types}: once on this machine, about a minute")

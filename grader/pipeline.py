@@ -8,24 +8,25 @@ from __future__ import annotations
 import errno
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
 from grader import evidence, report, sandbox
 from grader.checks import checks_run
-from grader.collect import SOURCES, collect
+from grader.collect import SOURCES, collect, kept_evidence
 from grader.errors import GraderError, SubmissionError, UsageError
 from grader.evidence import Evidence, Flag
+from grader.evidence.kept import NotKept
 from grader.host import atomic, namespaces, provenance, shortage, submission_user, tempdir
 from grader.intake.submission import open_submission
 from grader.sanitize import printable
 from grader.scoring.grading import Grading, Refusal
 from grader.scoring.rubric import Rubric
-from grader.scoring.scorecard import CheckResult, score
+from grader.scoring.scorecard import CheckResult, Outcome, score
 from grader.settings import Settings
 
-__all__ = ["EVIDENCE", "Settings", "check_ids", "grade", "judge", "judged", "observe"]
+__all__ = ["EVIDENCE", "Settings", "check_ids", "checked", "grade", "judge", "observe", "unchanged"]
 
 EVIDENCE = report.EVIDENCE
 
@@ -59,7 +60,7 @@ def grade(
             refused = error
         else:
             settings.progress("checking the evidence")
-            found = judged(fresh / EVIDENCE, settings, checks.run(fresh / EVIDENCE))
+            found = checked(fresh / EVIDENCE, checks, settings)
             grading = replace(found, wall_seconds=time.monotonic() - started)
             settings.progress("writing the report")
             write(grading, fresh)
@@ -75,6 +76,35 @@ def observe(source: Path, out: Path, settings: Settings) -> None:
     """
     with _room(source, out, settings) as fresh:
         evidence.save(_collected(source, out, settings), fresh / EVIDENCE)
+
+
+def unchanged(source: Path, settings: Settings) -> Grading | None:
+    """Return the grading of a submission of which all evidence and results are kept, None for any other.
+
+    Nothing is run, so it takes some tenths of a second.
+
+    Raises:
+        SubmissionError, GraderError: as by `grade`.
+    """
+    only_kept = replace(settings, only_kept=True, progress=lambda _what: None)
+    with suppress(NotKept):
+        found = _collected(source, None, only_kept)
+        if kept := kept_evidence(only_kept).find(list[CheckResult], *_decides_results(found, settings)):
+            return judged(found, settings, kept[0])
+    return None
+
+
+def checked(folder: Path, checks: checks_run.Checks, settings: Settings) -> Grading:
+    """Run the checks over the evidence in `folder`, keep what they find, score it, and return the grading."""
+    results = checks.run(folder)
+    found = evidence.load(folder)
+    if settings.keep and not any(result.outcome is Outcome.ERROR for result in results):
+        kept_evidence(settings).keep(results, *_decides_results(found, settings))
+    return judged(found, settings, results)
+
+
+def _decides_results(found: Evidence, settings: Settings) -> tuple[str, ...]:
+    return "results", evidence.digest(found), *check_ids(settings)
 
 
 @contextmanager
@@ -103,7 +133,8 @@ def judge(folder: Path, settings: Settings, earlier: Sequence[CheckResult] = ())
     """
     known = {result.id for result in earlier}
     to_run = [check for check in check_ids(settings) if check not in known]
-    return judged(folder, settings, [*earlier, *checks_run.run(folder, to_run)])
+    results = [*earlier, *checks_run.run(folder, to_run)]
+    return judged(evidence.load(folder), settings, results)
 
 
 def check_ids(settings: Settings) -> list[str]:
@@ -111,9 +142,8 @@ def check_ids(settings: Settings) -> list[str]:
     return [check.id for requirement in settings.wanted for check in requirement.checks]
 
 
-def judged(folder: Path, settings: Settings, results: Sequence[CheckResult]) -> Grading:
-    """Score the results of the checks over the evidence in `folder`, and return the grading."""
-    found = evidence.load(folder)
+def judged(found: Evidence, settings: Settings, results: Sequence[CheckResult]) -> Grading:
+    """Score the results of the checks over the evidence, and return the grading."""
     judged = {result.id for result in results}
     scored = {r.id for r in settings.rubric.requirements if {check.id for check in r.checks} <= judged}
     return Grading(
@@ -170,14 +200,15 @@ def _refusal(source: Path, error: SubmissionError, settings: Settings, seconds: 
     )
 
 
-def _collected(source: Path, out: Path, settings: Settings) -> Evidence:
-    """Take the submission in, collect the evidence, and add what made it."""
+def _collected(source: Path, out: Path | None, settings: Settings) -> Evidence:
+    """Take the submission in, collect the evidence, and add what made it. It will go to `out`, if anywhere."""
     with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
         settings.progress(f"taking in {printable(source.resolve().name)}")
         submission = open_submission(
-            source, folder / "submission", package=settings.package_path, leave_out=_below(out, source)
+            source, folder / "submission", package=settings.package_path, leave_out=_below(out, source) if out else None
         )
-        _require_own(out, source, settings, submission.intake.sha256)
+        if out:
+            _require_own(out, source, settings, submission.intake.sha256)
         (folder / "work").mkdir()
         found = collect(submission, folder / "work", settings)
     made = {

@@ -31,6 +31,7 @@ class Settings:
         fork_from: from how many trials on nodes are forked from a process that has imported rclpy.
         keep: keep evidence for the next grading, and take what was kept where all that decides it is the same.
         keep_runs: keep each run of the package's own tests, too, for the next check in a notebook.
+        only_kept: collect nothing, and raise NotKept where something is not kept.
         fresh: collect everything anew, whatever is kept.
         overwrite: whether the reports may replace those of another submission.
         progress: called with a few words whenever something new begins.
@@ -48,6 +49,7 @@ class Settings:
     fork_from: int = FORK_FROM
     keep: bool = False
     keep_runs: bool = False
+    only_kept: bool = False
     fresh: bool = False
     overwrite: bool = True
     progress: Callable[[str], None] = lambda _what: None

@@ -1,7 +1,7 @@
 """Build packages with `colcon` in the sandbox, once for each content, and read what a build installed."""
 
 from grader.build.cache import cache_folder, checksum, content_key, toolchain_id
-from grader.build.colcon import INSTALL, Built, build, build_contract, contract_is_built
+from grader.build.colcon import INSTALL, Built, build, build_contract, contract_is_built, is_built
 from grader.build.install_tree import interface_text
 from grader.build.package_name import places as places_of_name
 
@@ -15,6 +15,7 @@ __all__ = [
     "content_key",
     "contract_is_built",
     "interface_text",
+    "is_built",
     "places_of_name",
     "toolchain_id",
 ]

@@ -81,7 +81,12 @@ def _copy_renamed(source: Path, target: Path) -> Path:
 
 def contract_is_built(cache: Path) -> bool:
     """Return whether `build_contract` will return at once."""
-    return build_cache.load(cache / "builds" / build_cache.build_key([CONTRACT])) is not None
+    return is_built([CONTRACT], cache)
+
+
+def is_built(packages: Sequence[Path], cache: Path) -> bool:
+    """Return whether `build` will return an earlier build's result."""
+    return build_cache.load(cache / "builds" / build_cache.build_key(packages)) is not None
 
 
 def build(

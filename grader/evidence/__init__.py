@@ -33,7 +33,7 @@ from grader.evidence.quality import (
     Table,
     TestReport,
 )
-from grader.evidence.store import from_json, load, save, to_json
+from grader.evidence.store import digest, from_json, load, save, to_json
 from grader.evidence.tests import EquivalentMutant, FileCoverage, Mutant, Mutation, StudentTests, TestModule, short_name
 from grader.evidence.trial import (
     Call,
@@ -88,6 +88,7 @@ __all__ = [
     "TestReport",
     "Touch",
     "Trial",
+    "digest",
     "from_json",
     "load",
     "save",

@@ -20,6 +20,10 @@ T = TypeVar("T")
 KEPT_DAYS = 7.0
 
 
+class NotKept(Exception):
+    """What is wanted is not kept and would have to be collected."""
+
+
 @dataclass(frozen=True)
 class Kept:
     """Facts in a folder, one file each, found again by a hash of everything that decides them.
@@ -28,26 +32,32 @@ class Kept:
         folder: where they are; None keeps nothing and finds nothing.
         common: what decides all of them, such as the kit's code and the seed.
         fresh: find nothing, so that everything is collected anew and then kept.
+        only: raise NotKept instead of finding nothing.
     """
 
     folder: Path | None = None
     common: tuple[str, ...] = ()
     fresh: bool = False
+    only: bool = False
 
     def find(self, kind: type[T], *decided_by: str) -> tuple[T, str] | None:
         """Return a fact and the local time at which it was collected, None if it is not there or damaged."""
-        if self.folder is None or self.fresh:
-            return None
-        path = self._path(decided_by)
-        try:
-            fact = from_json(gzip.decompress(path.read_bytes()).decode(), kind)
-            return fact, dt.datetime.fromtimestamp(path.stat().st_mtime).isoformat(" ", "minutes")
-        except (OSError, EOFError, ValueError):
-            return None
+        if self.folder is not None and not self.fresh:
+            path = self._path(decided_by)
+            with contextlib.suppress(OSError, EOFError, ValueError):
+                fact = from_json(gzip.decompress(path.read_bytes()).decode(), kind)
+                return fact, dt.datetime.fromtimestamp(path.stat().st_mtime).isoformat(" ", "minutes")
+        if self.only:
+            raise NotKept
+        return None
 
     def holds(self, *decided_by: str) -> bool:
         """Return whether `find` has something to look at."""
-        return self.folder is not None and not self.fresh and self._path(decided_by).is_file()
+        if self.folder is not None and not self.fresh and self._path(decided_by).is_file():
+            return True
+        if self.only:
+            raise NotKept
+        return False
 
     def keep(self, fact: object, *decided_by: str) -> None:
         """Keep a fact. Without space on the disk it is not kept, and nothing else happens."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -109,6 +111,12 @@ def save(evidence: Evidence, folder: Path) -> None:
         (folder / "quality.json").write_text(to_json(evidence.quality))
     for trial in evidence.trials.values():
         (folder / "trials" / f"{trial.name}.json").write_text(to_json(trial))
+
+
+def digest(evidence: Evidence) -> str:
+    """Return a hash of all facts, but not of whether and when an earlier grading has collected them."""
+    as_new = replace(evidence, kept={}, build=replace(evidence.build, cached=False))
+    return hashlib.sha256(to_json(as_new).encode()).hexdigest()
 
 
 def load(folder: Path) -> Evidence:

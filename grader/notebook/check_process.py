@@ -42,7 +42,7 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
     with checks_run.Checks(pipeline.check_ids(settings)) as checks:
         _observe(json.dumps(wanted), settings)
         settings.progress("checking the evidence")
-        return pipeline.judged(out / pipeline.EVIDENCE, settings, checks.run(out / pipeline.EVIDENCE))
+        return pipeline.checked(out / pipeline.EVIDENCE, checks, settings)
 
 
 def _observe(wanted: str, settings: Settings) -> None:

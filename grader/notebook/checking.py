@@ -91,7 +91,7 @@ def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Pr
     # Text alone is read in a second; a process of its own for it would take as long.
     grade = check_process.grade if needs_build(settings.checked) else pipeline.grade
     with _LOCK, tempfile.TemporaryDirectory(prefix="check-") as scratch:
-        return grade(package, Path(scratch) / "out", settings)
+        return pipeline.unchanged(package, settings) or grade(package, Path(scratch) / "out", settings)
 
 
 def _answer(

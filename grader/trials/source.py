@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 
 from grader.evidence import Flag, Trial
-from grader.evidence.kept import Kept
 from grader.source import Collected, Phase, Subject
 from grader.trials import catalog, scheduler
 from grader.trials.request import LATE_VARIABLE, OBSERVER_ENDED
@@ -30,7 +30,7 @@ class Trials:
         settings = subject.settings
         plans = catalog.serving(settings.checked)
         # LATE_VARIABLE makes trials differ from what they would be without it.
-        kept = subject.kept if LATE_VARIABLE not in os.environ else Kept()
+        kept = subject.kept if LATE_VARIABLE not in os.environ else replace(subject.kept, folder=None)
         program = (subject.program, "best effort" if settings.best_effort else "reliable")
         found = {name: each for name in plans if (each := kept.find(Trial, "trial", name, *program))}
         ran = scheduler.run(

@@ -11,13 +11,19 @@ from typing import Any
 import pytest
 
 from grader import KIT, evidence, pipeline
+from grader.checks import checks_run
+from grader.collect import SOURCES
 from grader.evidence import Flag, Mutation, StudentTests
-from grader.evidence.kept import Kept
+from grader.evidence.kept import Kept, NotKept
+from grader.host import provenance
 from grader.mutation import source as mutation_source
 from grader.report import console
 from grader.scoring.rubric import load
+from grader.scoring.scorecard import CheckResult, Outcome
 from grader.settings import Settings
+from grader.source import Source
 from grader.student_tests import source as tests_source
+from grader.trials.request import LATE_VARIABLE
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
 
@@ -44,6 +50,68 @@ def test_the_text_is_read_again_only_when_it_has_changed(package: Path, tmp_path
     assert not grade(replace(settings, seed=1)).unchanged
     (package / "README.md").write_text("changed")
     assert not grade().unchanged
+
+
+@pytest.mark.sandbox
+def test_of_an_unchanged_submission_the_verdict_is_kept_too(package: Path, tmp_path: Path, monkeypatch: Any):
+    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
+    assert pipeline.unchanged(package, settings) is None
+    first = pipeline.grade(package, tmp_path / "out", settings)
+    monkeypatch.setattr(checks_run, "Checks", None)
+    again = pipeline.unchanged(package, settings)
+    assert again is not None
+    assert again.scorecard == first.scorecard
+    assert again.evidence == replace(first.evidence, kept=again.evidence.kept)
+    assert again.unchanged.endswith("so not collected again: text.")
+    for other in ({"fresh": True}, {"keep": False}, {"seed": 1}, {"requirements": ("I2", "Q2")}):
+        assert pipeline.unchanged(package, replace(settings, **other)) is None
+    (package / "README.md").write_text("changed")
+    assert pipeline.unchanged(package, settings) is None
+
+
+@pytest.mark.sandbox
+def test_a_verdict_is_kept_for_its_own_evidence_and_checks(package: Path, tmp_path: Path, monkeypatch: Any):
+    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
+    pipeline.grade(package, tmp_path / "out", settings)
+    with monkeypatch.context() as patched:
+        patched.setattr(provenance, "kit_hash", lambda: "another kit")
+        assert pipeline.unchanged(package, settings) is None
+    with monkeypatch.context() as patched:
+        patched.setattr(provenance, "environment", lambda: {"python": "another"})
+        assert pipeline.unchanged(package, settings) is None
+    assert pipeline.unchanged(package, settings) is not None
+
+
+@pytest.mark.sandbox
+def test_a_check_that_broke_is_run_again(package: Path, tmp_path: Path, monkeypatch: Any):
+    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
+    broken = [CheckResult(check, Outcome.ERROR, 0.0) for check in pipeline.check_ids(settings)]
+    with monkeypatch.context() as patched:
+        patched.setattr(checks_run.Checks, "run", lambda *_: broken)
+        pipeline.grade(package, tmp_path / "out", settings)
+    assert pipeline.unchanged(package, settings) is None
+
+
+@pytest.mark.parametrize("source", SOURCES, ids=lambda source: source.name)
+@pytest.mark.parametrize("late", ["", "0.1"])
+def test_no_source_runs_anything_where_only_what_is_kept_is_wanted(
+    source: Source, late: str, subject: Any, monkeypatch: Any
+):
+    monkeypatch.setenv(LATE_VARIABLE, late) if late else None
+    for what in ("scheduler.run", "source.run_suite"):
+        monkeypatch.setattr(f"grader.{'trials' if 'scheduler' in what else 'student_tests'}.{what}", None)
+    subject.kept = Kept(subject.kept.folder, only=True)
+    subject.settings = replace(subject.settings, requirements=())
+    subject.contract = SimpleNamespace(install=subject.install)
+    with pytest.raises(NotKept):
+        source.collect(subject)
+
+
+def test_nothing_is_built_where_only_what_is_kept_is_wanted(package: Path, tmp_path: Path, monkeypatch: Any):
+    monkeypatch.setattr("grader.build.build", None)
+    monkeypatch.setattr("grader.build.build_contract", lambda *_: None)
+    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I1",), keep=True)
+    assert pipeline.unchanged(package, settings) is None
 
 
 STEADY = evidence.TestModule("test/test_a.py", stub=False, tests=1, asserting=1, subjects=[], passed=1)
