@@ -40,26 +40,7 @@ class Measured:
         return self.runs[0].reach
 
 
-def check_reports(
-    team: Team, measured: Sequence[Measured], sources: Sources, rng: random.Random, seconds: float
-) -> dict[str, list[str]]:
-    """Return for each module what came out wrong in the runs of known result."""
-    found = dict(zip((each.module.path for each in measured), team.map(lambda m: _sabotage(team, m, seconds), measured),
-                     strict=True))  # fmt: skip
-    probed = [(each, tests) for each in measured if (tests := canary.probed_tests(each.runs[0].tests, each.rng))]
-    probed = [(each, tests) for each, tests in probed if each.text is not None]
-    together = _fit_together(probed, sources)
-    if len(together) < 2 or not _probe_together(team, together, sources, rng, seconds):
-        together = []
-    alone = [(each, tests) for each, tests in probed if (each, tests) not in together]
-    for (each, _), problems in zip(
-        alone, team.map(lambda pair: _probe_alone(team, *pair, sources, seconds), alone), strict=True
-    ):
-        found[each.module.path] += problems
-    return found
-
-
-def _sabotage(team: Team, measured: Measured, seconds: float) -> list[str]:
+def sabotage(team: Team, measured: Measured, seconds: float) -> list[str]:
     """Return what is wrong with the reports on tests that were made to fail."""
     tests, module = measured.runs[0].tests, measured.module.path
     if measured.text is None:
@@ -75,6 +56,24 @@ def _sabotage(team: Team, measured: Measured, seconds: float) -> list[str]:
         again = team.run(request)  # once may be an accident
     problem = canary.judge_sabotage(again, names)
     return [problem] if problem else []
+
+
+def probe(
+    team: Team, measured: Sequence[Measured], sources: Sources, rng: random.Random, seconds: float
+) -> dict[str, list[str]]:
+    """Return for each module which probes contradict the reports on it."""
+    found: dict[str, list[str]] = {each.module.path: [] for each in measured}
+    probed = [(each, tests) for each in measured if (tests := canary.probed_tests(each.runs[0].tests, each.rng))]
+    probed = [(each, tests) for each, tests in probed if each.text is not None]
+    together = _fit_together(probed, sources)
+    if len(together) < 2 or not _probe_together(team, together, sources, rng, seconds):
+        together = []
+    alone = [(each, tests) for each, tests in probed if (each, tests) not in together]
+    for (each, _), problems in zip(
+        alone, team.map(lambda pair: _probe_alone(team, *pair, sources, seconds), alone), strict=True
+    ):
+        found[each.module.path] += problems
+    return found
 
 
 def _fit_together(probed: Sequence[tuple[Measured, list[str]]], sources: Sources) -> list[tuple[Measured, list[str]]]:

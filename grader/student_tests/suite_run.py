@@ -14,7 +14,7 @@ from pathlib import Path
 from grader.evidence import Flag, StudentTests, TestModule
 from grader.sandbox import untrusted
 from grader.settings import MODULE_TIMEOUT_S
-from grader.student_tests import canary, package_modules
+from grader.student_tests import canary, package_modules, report_checks
 from grader.student_tests.coverage import combine
 from grader.student_tests.discover import is_run
 from grader.student_tests.kept_runs import KeptRuns
@@ -22,7 +22,7 @@ from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.module_results import ModuleReach, failures, flags, module_reach, with_results
 from grader.student_tests.package_modules import PACKAGE
 from grader.student_tests.padding import code_of, padding, padding_flags
-from grader.student_tests.report_checks import Measured, check_reports
+from grader.student_tests.report_checks import Measured
 from grader.student_tests.warm_worker import LastingWorker, Team
 from grader.student_tests.worker_report import ModuleRun, TestResult
 
@@ -76,20 +76,24 @@ def run_suite(
             # One for each module, so that what is drawn does not depend on which module comes first.
             rng = random.Random(f"canaries {seed} {module.path}")
             measured = _measure_steadily(team, module, untrusted.read_python(package / module.path), rng, seconds)
+            measured.doubts.extend(report_checks.sabotage(team, measured, seconds))
             progress(module.path)
             return measured
 
-        measured = team.map(measure, wanted)
+        # The longest first, or the other workers wait for it at the end.
+        longest_first = sorted(wanted, key=lambda module: -module.tests)
+        by_path = {found.module.path: found for found in team.map(measure, longest_first)}
+        measured = [by_path[module.path] for module in wanted]
         runs = {found.module.path: found.runs for found in measured}
         every = [run for both in runs.values() for run in both]
         padded = padding(code, [run.reach for run in every])
-        checks = check_reports(team, measured, sources, random.Random(f"probes {seed}"), seconds)
+        contradicted = report_checks.probe(team, measured, sources, random.Random(f"probes {seed}"), seconds)
         covered, unexplained = combine(
             package, install, team.folder, every, {path: text for path, (text, _) in sources.items()}, code.unreached
         )
     doubts = [f"{found.module.path}: {doubt}" for found in measured for doubt in found.doubts]
     doubts += unexplained
-    doubts += [f"{module}: {doubt}" for module, doubted in checks.items() for doubt in doubted]
+    doubts += [f"{module}: {doubt}" for module, doubted in contradicted.items() for doubt in doubted]
     tests = StudentTests(
         modules=[with_results(m, code, *runs[m.path]) if m.path in runs else m for m in modules],
         coverage=covered,

@@ -39,7 +39,8 @@ class ScriptedWorker:
 def own_tests(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     """Return a function from scripted runs to the module's results and the number of runs left over."""
     monkeypatch.setattr(suite_run.canary, "judge_canary", lambda _ran, _canary: "")
-    monkeypatch.setattr(suite_run, "check_reports", lambda *_: {})
+    monkeypatch.setattr(suite_run.report_checks, "sabotage", lambda *_: [])
+    monkeypatch.setattr(suite_run.report_checks, "probe", lambda *_: {})
     monkeypatch.setattr(suite_run, "combine", lambda *_: ([], []))
 
     def results(*runs: ModuleRun) -> tuple[evidence.TestModule, int]:
