@@ -79,14 +79,14 @@ def needs_build(requirements: frozenset[str]) -> bool:
 
 def _build(submission: Submission, settings: Settings) -> tuple[Built, Built]:
     """Return the submission's build, and that of the contract's interfaces under the name that it has for them."""
+    folders = [submission.package] + ([submission.interfaces] if submission.interfaces else [])
+    if settings.only_kept and not (build.is_built(folders, settings.cache) and build.contract_is_built(settings.cache)):
+        raise NotKept
     if not build.contract_is_built(settings.cache):
         settings.progress("building the contract's interfaces: once on this machine, about a minute")
     contract = build.build_contract(settings.cache)
     settings.progress("building the package")
-    folders = [submission.package] + ([submission.interfaces] if submission.interfaces else [])
     main = submission.intake.package
-    if settings.only_kept and not build.is_built(folders, settings.cache):
-        raise NotKept
     built = build.build(folders, settings.cache, seconds=settings.build_seconds, main=main)
     if (types := built.facts.types_package) != spec.PACKAGE:
         settings.progress(f"building the contract's interfaces as {types}: once on this machine, about a minute")
