@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -72,3 +73,24 @@ def test_a_module_that_passes_is_not_run_again(own_tests):
     module, unused = own_tests(ran(test_steady="passed"), ran(test_steady="failed"))
     assert (module.passed, module.failed) == (1, 0)
     assert unused == 1
+
+
+def test_the_longest_module_begins_first_and_the_results_keep_their_order(
+    monkeypatch: pytest.MonkeyPatch, own_tests, tmp_path: Path
+):
+    modules = [
+        replace(MODULE, path=f"test/test_{name}.py", tests=tests) for name, tests in (("a", 1), ("b", 3), ("c", 2))
+    ]
+    begun: list[str] = []
+
+    class Recording(ScriptedWorker):
+        def run(self, request: ModuleRequest) -> ModuleRun:
+            begun.append(request.module)
+            return ran(test_it="passed")
+
+    monkeypatch.setattr(suite_run, "WORKERS", 1)
+    monkeypatch.setattr(suite_run, "LastingWorker", lambda *_, **__: Recording([]))
+    found = suite_run.run_suite(tmp_path, tmp_path, modules)
+    assert begun == ["test/test_b.py", "test/test_c.py", "test/test_a.py"]
+    assert [module.path for module in found.tests.modules] == [module.path for module in modules]
+    assert [reach.module for reach in found.reach] == [module.path for module in modules]
