@@ -358,6 +358,7 @@ def keep_out_of_executors() -> None:
         """Let coverage's tracer, which takes part again from the next call on, not miss that its caller returns."""
 
     def untraced(self: Any, *arguments: Any, **options: Any) -> Any:
+        __tracebackhide__ = True  # from the authors of tests, in what pytest shows of a failure
         tracer = tracer_of()
         if tracer is None:
             return wait(self, *arguments, **options)
