@@ -305,7 +305,7 @@ def test_an_interrupt_reaches_the_command_as_ctrl_c_does():
     waiting = "try:\n    print('up', flush=True)\n    time.sleep(1000)\n"
     code = f"import time\n{waiting}except KeyboardInterrupt:\n    print('bye')"
     with Process(["python3", "-c", code], PYTHON, Limits()) as process:
-        assert wait_until(lambda: "up" in process.output)
+        assert wait_until(lambda: "up\n" in process.output)
         process.interrupt()
         assert process.wait(10.0) == 0
     assert process.output == "up\nbye\n"

@@ -111,7 +111,7 @@ def test_a_node_is_the_launchs_own_child_and_leads_a_session(launch: Launch, how
 @pytest.mark.parametrize("how", HOWS)
 def test_ctrl_c_reaches_the_node(launch: Launch, how: str):
     process = launch(how, WAITS_FOR_CTRL_C)
-    await_output(process, "up")
+    await_output(process, "up\n")
     process.interrupt()
     code, output = ended(process)
     assert "[node-1] bye\n" in output
