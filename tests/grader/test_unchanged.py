@@ -97,9 +97,10 @@ def test_a_check_that_broke_is_run_again(package: Path, tmp_path: Path, monkeypa
 def test_no_source_runs_anything_where_only_what_is_kept_is_wanted(
     source: Source, late: str, subject: Any, monkeypatch: Any
 ):
-    monkeypatch.setenv(LATE_VARIABLE, late) if late else None
-    for what in ("scheduler.run", "source.run_suite"):
-        monkeypatch.setattr(f"grader.{'trials' if 'scheduler' in what else 'student_tests'}.{what}", None)
+    if late:  # then no trial is taken from what is kept
+        monkeypatch.setenv(LATE_VARIABLE, late)
+    for runs in ("trials.scheduler.run", "student_tests.source.run_suite", "mutation.source.mutate"):
+        monkeypatch.setattr(f"grader.{runs}", None)
     subject.kept = Kept(subject.kept.folder, only=True)
     subject.settings = replace(subject.settings, requirements=())
     subject.contract = SimpleNamespace(install=subject.install)
