@@ -89,6 +89,8 @@ def _build(submission: Submission, settings: Settings) -> tuple[Built, Built]:
     main = submission.intake.package
     built = build.build(folders, settings.cache, seconds=settings.build_seconds, main=main)
     if (types := built.facts.types_package) != spec.PACKAGE:
+        if settings.only_kept:  # the contract under that name may have to be built
+            raise NotKept
         settings.progress(f"building the contract's interfaces as {types}: once on this machine, about a minute")
         contract = build.build_contract(settings.cache, types)
     name = built.facts.package
