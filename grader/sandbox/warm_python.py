@@ -133,6 +133,7 @@ def give_up_rights(request: dict[str, Any]) -> None:
     for name, value in request["limits"].items():
         resource.setrlimit(getattr(resource, name), (value, value))
     os.sched_setaffinity(0, request["cores"])
+    os.sched_setscheduler(0, request["scheduling"], os.sched_param(0))
     for number in range(_CAPABILITIES):
         _libc.prctl(_DROP_FROM_BOUNDING_SET, number, 0, 0, 0)  # fails above the last one that this kernel has
     if (user := request["user"]) is not None:

@@ -184,6 +184,7 @@ class WarmPython:
             "limits": resource_limits(limits), "user": user, "groups": group.procs_files,
             "libraries": [str(library) for library in _own_libraries(box, inside=True)], "filter": PROGRAM_BYTES.hex(),
             "cores": sorted(os.sched_getaffinity(0)),
+            "scheduling": os.sched_getscheduler(0),
             "offers_forks": _FORKS_VARIABLE if tuple(command[: len(LAUNCH)]) == LAUNCH else "",
         }  # fmt: skip
         try:

@@ -194,6 +194,18 @@ def test_it_runs_on_the_cores_of_the_process_that_asks_for_it(start: Start):
     assert output.strip() == str({max(cores)})
 
 
+@pytest.mark.parametrize("how", ["cold", "warm"])
+def test_it_is_scheduled_as_the_process_that_asks_for_it(start: Start, how: str):
+    """The processes that fork it were started before a worker chose how its trials are scheduled."""
+    own = os.sched_getscheduler(0)
+    os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+    try:
+        _, output = ended(start(how, "import os; print(os.sched_getscheduler(0))"))
+    finally:
+        os.sched_setscheduler(0, own, os.sched_param(0))
+    assert output.strip() == str(os.SCHED_BATCH)
+
+
 @pytest.mark.skipif(cgroup.find_hierarchy() is None, reason="no cgroup can be made here")
 def test_its_processes_are_counted_with_those_of_its_sandbox(install: Path, warm: WarmPython):
     bomb = write(install, "import os\nwhile True:\n    os.fork()")
