@@ -43,14 +43,16 @@ _MAX_LISTED = 50
 def remove_byte_code(install: Path) -> list[Flag]:
     """Remove all byte code from an install tree; return a flag for each file that may hide other code.
 
-    Python itself writes byte code into `__pycache__`, beside the source from which it is made.
+    Python itself writes byte code into `__pycache__`, beside the source from which it is made, and no links.
     """
     flags = []
-    for path in sorted(regular_files(install)):
-        if path.suffix not in _BYTE_CODE:
-            continue
+    for path in sorted(path for path in install.rglob("*") if path.suffix in _BYTE_CODE):
         where = printable(str(path.relative_to(install)))
-        if path.parent.name != "__pycache__":
+        if path.is_symlink():
+            flags.append(Flag("byte code", "the build installed a link that Python loads as byte code", where=where))
+        elif not path.is_file():
+            continue
+        elif path.parent.name != "__pycache__":
             flags.append(Flag("byte code", "the build installed byte code in place of a module's text", where=where))
         elif int.from_bytes((untrusted.read_bytes(path) or b"")[4:8], "little") == _UNCHECKED_HASH:
             words = "the build installed byte code that Python does not compare with its source"

@@ -152,6 +152,19 @@ def test_no_byte_code_survives_a_build(tree: Path):
     assert module.read_text() == CODE
 
 
+@pytest.mark.parametrize("link", ["__pycache__/mod.cpython-311.pyc", "alone.pyc"])
+def test_byte_code_behind_a_link_is_removed_and_flagged(tree: Path, link: str):
+    """Python loads it whatever the linked file is called."""
+    hidden = tree / "install" / "share" / "p" / "table.bin"
+    hidden.write_bytes(b"byte code")
+    path = tree / "install" / SITE / link
+    path.parent.mkdir(exist_ok=True)
+    path.symlink_to(hidden)
+    (flag,) = installed_code.remove_byte_code(tree / "install")
+    assert (flag.kind, flag.where) == ("byte code", f"{SITE}/{link}")
+    assert not path.is_symlink()
+
+
 def test_byte_code_that_hides_other_code_is_flagged(tree: Path):
     module = tree / "install" / SITE / "mod.py"
     module.write_text(OTHER)
