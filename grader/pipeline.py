@@ -60,7 +60,7 @@ def grade(
             refused = error
         else:
             settings.progress("checking the evidence")
-            found = checked(fresh / EVIDENCE, checks, settings)
+            found = judged(evidence.load(fresh / EVIDENCE), settings, checks.run(fresh / EVIDENCE))
             grading = replace(found, wall_seconds=time.monotonic() - started)
             settings.progress("writing the report")
             write(grading, fresh)
@@ -95,7 +95,7 @@ def unchanged(source: Path, settings: Settings) -> Grading | None:
 
 
 def checked(folder: Path, checks: checks_run.Checks, settings: Settings) -> Grading:
-    """Run the checks over the evidence in `folder`, keep what they find, score it, and return the grading."""
+    """Run the checks over the evidence in `folder`, keep what they find for `unchanged`, and return the grading."""
     results = checks.run(folder)
     found = evidence.load(folder)
     if settings.keep and not any(result.outcome is Outcome.ERROR for result in results):

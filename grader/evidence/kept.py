@@ -80,8 +80,14 @@ class Kept:
 
 
 def forget_old(folder: Path, days: float = KEPT_DAYS) -> None:
-    """Remove what was kept longer ago than `days`."""
+    """Remove what was kept longer ago than `days`; look once a day, because there may be ten thousands of files."""
     before = time.time() - days * 86400
+    looked = folder / "looked.at"
+    with contextlib.suppress(OSError):
+        if looked.stat().st_mtime > time.time() - 86400:
+            return
+    with contextlib.suppress(OSError):
+        looked.touch()
     for path in folder.glob("*.*"):
         with contextlib.suppress(OSError):  # another grading has just removed it
             if path.stat().st_mtime < before:

@@ -52,11 +52,17 @@ def test_the_text_is_read_again_only_when_it_has_changed(package: Path, tmp_path
     assert not grade().unchanged
 
 
+def checked_in_a_notebook(package: Path, out: Path, settings: Settings) -> pipeline.Grading:
+    with checks_run.Checks(pipeline.check_ids(settings)) as checks:
+        pipeline.observe(package, out, settings)
+        return pipeline.checked(out / pipeline.EVIDENCE, checks, settings)
+
+
 @pytest.mark.sandbox
 def test_of_an_unchanged_submission_the_verdict_is_kept_too(package: Path, tmp_path: Path, monkeypatch: Any):
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
     assert pipeline.unchanged(package, settings) is None
-    first = pipeline.grade(package, tmp_path / "out", settings)
+    first = checked_in_a_notebook(package, tmp_path / "out", settings)
     monkeypatch.setattr(checks_run, "Checks", None)
     again = pipeline.unchanged(package, settings)
     assert again is not None
@@ -72,7 +78,7 @@ def test_of_an_unchanged_submission_the_verdict_is_kept_too(package: Path, tmp_p
 @pytest.mark.sandbox
 def test_a_verdict_is_kept_for_its_own_evidence_and_checks(package: Path, tmp_path: Path, monkeypatch: Any):
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
-    pipeline.grade(package, tmp_path / "out", settings)
+    checked_in_a_notebook(package, tmp_path / "out", settings)
     with monkeypatch.context() as patched:
         patched.setattr(provenance, "kit_hash", lambda: "another kit")
         assert pipeline.unchanged(package, settings) is None
@@ -88,7 +94,15 @@ def test_a_check_that_broke_is_run_again(package: Path, tmp_path: Path, monkeypa
     broken = [CheckResult(check, Outcome.ERROR, 0.0) for check in pipeline.check_ids(settings)]
     with monkeypatch.context() as patched:
         patched.setattr(checks_run.Checks, "run", lambda *_: broken)
-        pipeline.grade(package, tmp_path / "out", settings)
+        checked_in_a_notebook(package, tmp_path / "out", settings)
+    assert pipeline.unchanged(package, settings) is None
+
+
+@pytest.mark.sandbox
+def test_a_grading_keeps_no_verdict(package: Path, tmp_path: Path):
+    """None of a grading is taken from an earlier one."""
+    settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
+    pipeline.grade(package, tmp_path / "out", settings)
     assert pipeline.unchanged(package, settings) is None
 
 
