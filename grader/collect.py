@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -51,8 +51,6 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
         if built is not None and built.facts.ok:
             subject = Subject(submission, settings, folder, kept, built, contract)
             found |= _ask([source for source in wanted if source.phase is Phase.RUN], subject)
-            subject = replace(subject, earlier={name: collected.handover for name, collected in found.items()})
-            found |= _ask([source for source in wanted if source.phase is Phase.ALONE], subject)
         found |= texts.result()
     return _merged(submission, built.facts if built is not None else Build.not_tried(), found)
 
@@ -104,15 +102,20 @@ def _build(submission: Submission, settings: Settings) -> tuple[Built, Built]:
 
 
 def _ask(sources: Sequence[Source], subject: Subject) -> dict[str, Collected]:
-    """Return what the sources find, by their names. They collect at the same time."""
+    """Return what the sources find, by their names. They collect at the same time, each after those that it uses."""
     if not sources:
         return {}
+    answers: dict[str, Future[Collected]] = {}
+
+    def collect_from(source: Source) -> Collected:
+        own = subject.folder / source.name
+        own.mkdir()
+        earlier = {name: answers[name].result().handover for name in source.uses & answers.keys()}
+        return source.collect(replace(subject, folder=own, earlier=earlier))
+
     with ThreadPoolExecutor(len(sources)) as pool:
-        answers = {}
-        for source in sources:
-            own = subject.folder / source.name
-            own.mkdir()
-            answers[source.name] = pool.submit(source.collect, replace(subject, folder=own))
+        for source in sorted(sources, key=lambda source: bool(source.uses)):
+            answers[source.name] = pool.submit(collect_from, source)
         return {name: answer.result() for name, answer in answers.items()}
 
 

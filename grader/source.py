@@ -23,8 +23,7 @@ class Phase(Enum):
     """When a source collects, and beside what."""
 
     TEXT = "reads the package and runs nothing of it, so it needs no build and goes on beside one"
-    RUN = "needs the build; all sources of this phase collect at the same time"
-    ALONE = "needs the build and every core, and may use what the sources before it have found"
+    RUN = "needs the build; all sources of this phase collect at the same time, but for those that use others"
 
 
 @dataclass(frozen=True)
@@ -32,7 +31,7 @@ class Subject:
     """What a source collects evidence about, and how. `kept` has what was collected earlier.
 
     `folder` is an empty folder of the source's own. `built` and `contract` (the contract's own interfaces) are None in
-    the phase TEXT. `earlier` has what the sources of earlier phases handed over, by their names.
+    the phase TEXT. `earlier` has what the sources that this one `uses` handed over, by their names.
     """
 
     submission: Submission
@@ -71,7 +70,7 @@ class Subject:
 
 @dataclass(frozen=True)
 class Collected:
-    """What a source has found: fields of Evidence by name, flags, and what it hands over to later sources.
+    """What a source has found: fields of Evidence by name, flags, and what it hands over to sources that use it.
 
     `kept` says of what was collected earlier when that was.
     """
@@ -87,6 +86,8 @@ class Source(Protocol):
 
     name: str
     phase: Phase
+    uses: frozenset[str]
+    """The names of sources that must have collected before it begins. They use none themselves."""
 
     @property
     def serves(self) -> frozenset[str]:

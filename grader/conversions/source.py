@@ -12,6 +12,7 @@ class Conversions:
 
     name = "conversions"
     phase = Phase.RUN
+    uses: frozenset[str] = frozenset()
     serves = frozenset({"F14"})
 
     def collect(self, subject: Subject) -> Collected:

@@ -5,19 +5,20 @@ from __future__ import annotations
 from grader.evidence import Mutation
 from grader.mutation.mutant_run import mutate
 from grader.source import Collected, Phase, Subject
-from grader.student_tests.source import keep_runs, mutants_key, runs_to_keep
+from grader.student_tests.source import StudentTestRuns, keep_runs, mutants_key, runs_to_keep
 
 
 class Mutants:
-    """Mutates the package and runs its own tests on the mutants. Uses every core, so it comes last."""
+    """Mutates the package and runs its own tests on the mutants."""
 
     name = "mutation"
-    phase = Phase.ALONE
+    phase = Phase.RUN
+    uses = frozenset({StudentTestRuns.name})
     serves = frozenset({"T3"})
 
     def collect(self, subject: Subject) -> Collected:
         """Return which mutants were noticed."""
-        settings, ran = subject.settings, subject.earlier["student tests"]
+        settings, ran = subject.settings, subject.earlier[StudentTestRuns.name]
         if (kept := subject.kept.find(Mutation, *mutants_key(subject))) and ran is None:
             return Collected({"mutation": kept[0]}, kept={"mutants": kept[1]})
         settings.progress("mutating the package to see whether its own tests notice")

@@ -20,6 +20,7 @@ class PackageText:
 
     name = "quality"
     phase = Phase.TEXT
+    uses: frozenset[str] = frozenset()
     _without_linters = frozenset({"I2"})
     serves = frozenset({"Q1", "Q2", "Q3", "Q4", "Q5", "Q6"}) | _without_linters
 

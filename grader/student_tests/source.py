@@ -14,6 +14,7 @@ class StudentTestRuns:
 
     name = "student tests"
     phase = Phase.RUN
+    uses: frozenset[str] = frozenset()
     serves = frozenset({"T1", "T2", "T3"})
 
     def collect(self, subject: Subject) -> Collected:

@@ -18,6 +18,7 @@ class Trials:
 
     name = "trials"
     phase = Phase.RUN
+    uses: frozenset[str] = frozenset()
 
     @cached_property
     def serves(self) -> frozenset[str]:

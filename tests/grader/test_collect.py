@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,8 +22,11 @@ RUBRIC = load(KIT / "rubric.yaml")
 class Answers:
     """A source that notes when it was asked, and answers what it was made with."""
 
-    def __init__(self, name: str, phase: Phase, serves: str, collected: Collected, asked: list[str]) -> None:
+    def __init__(
+        self, name: str, phase: Phase, serves: str, collected: Collected, asked: list[str], uses: str = ""
+    ) -> None:
         self.name, self.phase, self.serves = name, phase, frozenset(serves.split())
+        self.uses = frozenset(uses.split())
         self._collected, self._asked = collected, asked
         self.subject: Subject | None = None
 
@@ -92,17 +96,39 @@ def test_facts_and_flags_are_merged_in_the_order_of_the_sources(monkeypatch, sub
     assert found.conversions == answers
 
 
-def test_what_a_source_hands_over_reaches_those_that_collect_alone(
-    monkeypatch, submission, settings, built, tmp_path: Path
-):
+def test_what_a_source_hands_over_reaches_those_that_use_it(monkeypatch, submission, settings, built, tmp_path: Path):
     asked: list[str] = []
     tests = Answers("tests", Phase.RUN, "T1 T3", Collected(handover="reach"), asked)
-    mutants = Answers("mutants", Phase.ALONE, "T3", Collected(), asked)
-    monkeypatch.setattr(collect, "SOURCES", (mutants, tests))
+    drive = Answers("drive", Phase.RUN, "F4 T3", Collected(handover="poses"), asked)
+    mutants = Answers("mutants", Phase.RUN, "T3", Collected(), asked, uses="tests")
+    monkeypatch.setattr(collect, "SOURCES", (mutants, drive, tests))
     collect.collect(submission, tmp_path, replace(settings, requirements=("T3",)))
-    assert asked == ["tests", "mutants"]
+    assert asked.index("tests") < asked.index("mutants")
     assert mutants.subject is not None
     assert mutants.subject.earlier == {"tests": "reach"}
+
+
+def test_a_source_waits_only_for_those_that_it_uses(monkeypatch, submission, settings, built, tmp_path: Path):
+    """Mutants are tried while trials go on."""
+    tried = threading.Event()
+
+    class Waits(Answers):
+        def collect(self, subject: Subject) -> Collected:
+            assert tried.wait(60.0)
+            return super().collect(subject)
+
+    class Tells(Answers):
+        def collect(self, subject: Subject) -> Collected:
+            tried.set()
+            return super().collect(subject)
+
+    asked: list[str] = []
+    drive = Waits("drive", Phase.RUN, "F4", Collected(), asked)
+    tests = Answers("tests", Phase.RUN, "T3", Collected(), asked)
+    mutants = Tells("mutants", Phase.RUN, "T3", Collected(), asked, uses="tests")
+    monkeypatch.setattr(collect, "SOURCES", (drive, tests, mutants))
+    collect.collect(submission, tmp_path, replace(settings, requirements=("F4", "T3")))
+    assert asked == ["tests", "mutants", "drive"]
 
 
 def test_nothing_is_run_of_a_package_that_does_not_build(monkeypatch, submission, settings, tmp_path: Path):
