@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from grader.evidence import Mutant, Mutation, short_name
+from grader.host import turns
 from grader.mutation.examination import examinations, judge
 from grader.mutation.jobs import Job, JobPool, JobResult, TestedPackage
 from grader.mutation.operators import mutants
@@ -75,7 +76,7 @@ def mutate(
         until = started + max(_HARD_LIMIT * seconds, _HARD_LIMIT_AT_LEAST)
         size = min(workers, len(reached))
         life = _HARD_LIMIT * seconds + 600.0
-        with start_workers(package, install, size, seconds=life, kept_runs=kept_runs) as warm:
+        with turns.first(size), start_workers(package, install, size, seconds=life, kept_runs=kept_runs) as warm:
             quiet_seconds = _rounds(verdicts, chosen, JobPool(warm, tested, until), seconds, progress)
     else:
         for change in chosen:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from grader.evidence import Flag, StudentTests, TestModule
+from grader.host import turns
 from grader.sandbox import untrusted
 from grader.settings import MODULE_TIMEOUT_S
 from grader.student_tests import canary, package_modules, report_checks
@@ -70,6 +71,7 @@ def run_suite(
         # Each module may be run again without the tests that hang, and three times more to check the reports.
         life = 60.0 + (_EXCLUDED_AT_MOST + 7) * seconds * len(wanted)
         count = min(WORKERS, len(wanted))
+        stack.enter_context(turns.first(count))
         team = Team([LastingWorker(stack, package, install, life, kept_runs) for _ in range(count)])
 
         def measure(module: TestModule) -> Measured:

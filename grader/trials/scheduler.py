@@ -18,7 +18,7 @@ from pathlib import Path
 from grader import evidence, sandbox
 from grader.contract.spec import PACKAGE
 from grader.errors import GraderError
-from grader.host import namespaces, ros_env, shortage
+from grader.host import namespaces, ros_env, shortage, turns
 from grader.settings import FORK_FROM
 from grader.trials.cpu_affinity import Cores
 from grader.trials.plan import TrialPlan
@@ -165,13 +165,21 @@ class _Worker(threading.Thread):
 
     def run(self) -> None:
         try:
-            while (plan := self._next()) is not None:
-                self._trials.found[plan.name] = self._run_trial(plan)
-                self._trials.progress(plan.name)
+            while self._run_next():
+                pass
         except Exception as error:  # re-raised by the caller, who joins this thread
             self.problem = error
         finally:
             self._stop()
+
+    def _run_next(self) -> bool:
+        """Run a trial, if there is one left, as soon as there is room for it."""
+        with turns.beside() if len(self._todo) > 1 else contextlib.nullcontext():
+            if (plan := self._next()) is None:
+                return False
+            self._trials.found[plan.name] = self._run_trial(plan)
+        self._trials.progress(plan.name)
+        return True
 
     def _next(self) -> TrialPlan | None:
         """Return the next trial from the first queue that has one, None if none has."""

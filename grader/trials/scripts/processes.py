@@ -109,14 +109,14 @@ def standing_clock_processor(stage: Stage) -> None:
     stage.run(1.0)
 
 
-@trial(serves=["I8"])
+@trial(serves=["I8"], mostly_waits=True)
 def interrupted_idle(stage: Stage) -> None:
     """Press Ctrl-C while the robot stands still."""
     stage.run(0.5)
     stage.interrupt()
 
 
-@trial(serves=["I8"])
+@trial(serves=["I8"], mostly_waits=True)
 def interrupted_driving(stage: Stage) -> None:
     """Press Ctrl-C while the robot is driving."""
     stage.run(0.3)
@@ -126,7 +126,7 @@ def interrupted_driving(stage: Stage) -> None:
     stage.interrupt()
 
 
-@trial(serves=["I8"])
+@trial(serves=["I8"], mostly_waits=True)
 def interrupted_navigating(stage: Stage) -> None:
     """Press Ctrl-C while the robot is driving to a goal."""
     stage.run(0.3)
@@ -136,7 +136,7 @@ def interrupted_navigating(stage: Stage) -> None:
     stage.interrupt()
 
 
-@trial(serves=["I8"], node="sensor_processor")
+@trial(serves=["I8"], node="sensor_processor", mostly_waits=True)
 def interrupted_processor(stage: Stage) -> None:
     """Press Ctrl-C while the sensor processor is publishing."""
     stage.run(0.5)
