@@ -35,6 +35,7 @@ from sim.simulator import Simulator
 ACTION = "navigate_to_position"
 _GOAL_ROUNDS = 2  # of the node's executor, after the timer that ends a goal: its task goes on, its future sends it
 _ENDING_ROUNDS = 8
+_ENDING_TICKS = 20  # for so long after it has stopped, a robot may have arrived; then it is blocked
 # Of each kind of message. An honest trial has a thousand at most; a node that floods us must not fill our memory.
 _MAX_KEPT = 20_000
 _CLOCK_CHECK_TICKS = 10
@@ -145,6 +146,7 @@ class Observation:
         self.has_one_thread = False
         """Whether the node is deaf when it answers no call, even if it publishes: it has one thread for both."""
         self._aborted = False
+        self._standing_ticks = 0
         self._sought: set[str] = set()
         self._affinity = AffinityTuner(process.pin_to, self._clock.seconds)
         node = self.bridge.node
@@ -228,7 +230,9 @@ class Observation:
             raise TrialOver(self._where_it_hangs())
         if self.bridge.pace == "lockstep":
             self._affinity.tick()
-        if going and self.commands and self.commands[-1].v == self.commands[-1].omega == 0.0:
+        stands = bool(self.commands) and self.commands[-1].v == self.commands[-1].omega == 0.0
+        self._standing_ticks = self._standing_ticks + 1 if going and stands else 0
+        if 0 < self._standing_ticks <= _ENDING_TICKS:
             # The robot may have arrived: from the timer that stops it to the result takes some rounds.
             self.bridge.settle(_ENDING_ROUNDS)
         self._sample()
