@@ -28,6 +28,7 @@ class TrialPlan:
         remappings: the node's remappings, old name -> new name.
         real_time: keep simulated time in step with wall time, for a script of the package's own.
         mostly_waits: it needs little of a core, so it runs beside the others (`scheduler`). It changes no verdict.
+        takes_long: it begins before the others, so that they do not wait for it in the end. It changes no verdict.
         launch: the launch file (the package's, or OWN_LAUNCH) to run instead of the node alone, with changed parameter
             files (parameter_files.py).
         awaits: the nodes that must be up before a trial with `launch` begins.
@@ -47,6 +48,7 @@ class TrialPlan:
     remappings: Mapping[str, str] = field(default_factory=dict)
     real_time: bool = False
     mostly_waits: bool = False
+    takes_long: bool = False
     launch: str = ""
     awaits: tuple[str, ...] = ()
     namespace: str = ""

@@ -11,6 +11,7 @@ import random
 import signal
 import subprocess
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -83,10 +84,10 @@ def run(
     """
     computing, waiting = Queue(), Queue()
     plans = list(plans)
-    for plan in plans:
+    for plan in _mixed(plans):
         (waiting if plan.real_time or plan.mostly_waits else computing).put(plan)
     count = workers or _worth_starting(len(plans))
-    todo = [(computing, waiting)] * count + [(waiting,)] * (not waiting.empty())
+    todo = [(computing, waiting)] * count + [(waiting,)] * min(2, waiting.qsize())
     with contextlib.ExitStack() as stack:
         channels = []
         if len(plans) >= fork_from:
@@ -102,6 +103,18 @@ def run(
     if problem:
         raise problem
     return trials.found
+
+
+def _mixed(plans: Sequence[TrialPlan]) -> list[TrialPlan]:
+    """Return the plans, the long ones first and the others of each file spread evenly: they wait at the same point."""
+    of_file = Counter(plan.script.__module__ for plan in plans)
+    seen = Counter[str]()
+    places = []
+    for plan in plans:
+        file = plan.script.__module__
+        places.append(-1.0 if plan.takes_long else seen[file] / of_file[file])
+        seen[file] += 1
+    return [plan for _, plan in sorted(zip(places, plans, strict=True), key=lambda pair: pair[0])]
 
 
 def _worth_starting(trials: int) -> int:

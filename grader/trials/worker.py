@@ -17,6 +17,7 @@ import time
 import traceback
 from collections.abc import Mapping
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -129,7 +130,7 @@ def run_trial(plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython |
         stage.patience_s = request.patience_s
         stage.package = request.ros_name
         stage.readers = _readers(install)
-        stage.has_one_thread = has_one_thread(Path(request.package)) if request.package else False
+        stage.has_one_thread = _has_one_thread(request.package) if request.package else False
         for name, remappings in plan.beside.items():
             stage.others[name] = stage.start(_node_command(request.ros_name, name, remappings))
         stage.choices.update(telltales)
@@ -145,6 +146,12 @@ def run_trial(plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython |
             script_error = traceback.format_exc()
         _save(request, stage.facts(ended, script_error))  # first: Fast DDS has been seen to crash on leaving
         stage.close()
+
+
+@cache
+def _has_one_thread(package: str) -> bool:
+    """Read the package once for all trials; it does not change during a grading."""
+    return has_one_thread(Path(package))
 
 
 def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, dict[str, float]]:

@@ -27,7 +27,7 @@ def _target(stage: Stage, bearing: float, distance: float) -> tuple[float, float
     return pose.x + distance * math.cos(angle), pose.y + distance * math.sin(angle)
 
 
-@trial(serves=["F3", "F7", "F8"])  # the first, since it takes longest: a goal without feedback runs in real time
+@trial(serves=["F3", "F7", "F8"], takes_long=True)  # a goal without feedback runs in real time
 def navigate_again(stage: Stage) -> None:
     """Send a goal where the robot is, one that is cancelled after service calls, and a third."""
     stage.run(0.5)
@@ -119,7 +119,7 @@ def cancel_blocked(stage: Stage) -> None:
     stage.run(1.5)
 
 
-@trial(serves=["F9", "F11"])
+@trial(serves=["F9", "F11"], takes_long=True)
 def blocked_goal(stage: Stage) -> None:
     """Block the way to a goal for a while."""
     stage.run(0.5)

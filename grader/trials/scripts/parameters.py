@@ -117,7 +117,7 @@ def other_settings(stage: Stage) -> None:
     stage.mark("end")
 
 
-@trial(serves=["F3", "F11"])
+@trial(serves=["F3", "F11"], takes_long=True)
 def changed_limits(stage: Stage) -> None:
     """Lower the running controller's limits at full speed; then drive backwards and to a goal."""
     stage.run(0.3)

@@ -49,7 +49,10 @@ def launch_both(stage: Stage) -> None:
     stage.list_launch_arguments()
 
 
-@trial(serves=["I5"], node="sensor_processor", launch="sensor_processor_launch.py", awaits=("sensor_processor",))
+@trial(
+    serves=["I5"], node="sensor_processor", launch="sensor_processor_launch.py", awaits=("sensor_processor",),
+    mostly_waits=True,
+)  # fmt: skip
 def launch_processor(stage: Stage) -> None:
     """Run sensor_processor_launch.py with changed parameter files."""
     _get_parameters(stage, ("sensor_processor",))

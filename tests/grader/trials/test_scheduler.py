@@ -77,6 +77,23 @@ def test_a_worker_that_crashes_after_the_trial_costs_nothing(run_with, observed:
     assert (found.ended, found.script_error) == ("as the worker saw it", "")
 
 
+def test_long_trials_begin_first_and_those_of_a_file_are_spread_evenly():
+    def of(file: str) -> Callable[[object], None]:
+        def script(_stage: object) -> None: ...
+
+        script.__module__ = file
+        return script
+
+    names = {"a": "speed", "b": "speed", "c": "speed", "d": "speed", "e": "goals", "f": "goals"}
+    plans = [TrialPlan(name, "", of(file), takes_long=name == "d") for name, file in names.items()]
+    assert "".join(plan.name for plan in scheduler._mixed(plans)) == "daebcf"
+
+
+def test_every_trial_is_in_the_mixture_once():
+    plans = list(catalog.trials().values())
+    assert sorted(plan.name for plan in scheduler._mixed(plans)) == sorted(plan.name for plan in plans)
+
+
 def test_a_node_that_never_comes_up_is_not_waited_for_in_full_each_time(run_with, tmp_path: Path):
     """A package whose nodes never came up once took 262 s. Two trials tell; the others wait less, and still run."""
     absent = not_started(PLAN, 0, "", ended=f"{NO_NODE}x came up within 20 s; the graph shows no node at all")
