@@ -46,7 +46,7 @@ def remove_byte_code(install: Path) -> list[Flag]:
     Python itself writes byte code into `__pycache__`, beside the source from which it is made, and no links.
     """
     flags = []
-    for path in sorted(path for path in install.rglob("*") if path.suffix in _BYTE_CODE):
+    for path in sorted(path for path in install.rglob("*") if path.suffix in _BYTE_CODE or path.name == "__pycache__"):
         where = printable(str(path.relative_to(install)))
         if path.is_symlink():
             flags.append(Flag("byte code", "the build installed a link that Python loads as byte code", where=where))

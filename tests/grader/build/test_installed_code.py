@@ -152,7 +152,7 @@ def test_no_byte_code_survives_a_build(tree: Path):
     assert module.read_text() == CODE
 
 
-@pytest.mark.parametrize("link", ["__pycache__/mod.cpython-311.pyc", "alone.pyc"])
+@pytest.mark.parametrize("link", ["__pycache__/mod.cpython-311.pyc", "alone.pyc", "__pycache__"])
 def test_byte_code_behind_a_link_is_removed_and_flagged(tree: Path, link: str):
     """Python loads it whatever the linked file is called."""
     hidden = tree / "install" / "share" / "p" / "table.bin"
