@@ -59,6 +59,7 @@ def measure_smallest(executor: str, seconds: float, seed: int) -> _Timing:
     from sim import Simulator, load_world
     from sim.bridge import CONTROLLER, TICK_S, Bridge
 
+    _share_a_core()
     domain_id, started = 1 + seed % 100, time.perf_counter()
     command = [sys.executable, "-m", "benchmarks.smallest_node", executor]
     with subprocess.Popen(command, env={**os.environ, "ROS_DOMAIN_ID": str(domain_id)}) as node:
@@ -108,13 +109,18 @@ def measure(install: str, seconds: float, seed: int) -> _Timing:
     plan = TrialPlan("lockstep", "", script, "robot_controller", "open_field", ())
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "trial.json"
-        cpu_affinity.take_turns()
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+        _share_a_core()
         run_trial(plan, TrialRequest("lockstep", install, seed, 1 + seed % 100, str(out)))
         facts = evidence.from_json(out.read_text(), evidence.Trial)
     if facts.ended or facts.script_error:
         sys.exit(facts.ended or facts.script_error)
     return timing
+
+
+def _share_a_core() -> None:
+    """Let this process and the nodes that it starts share one core and take turns, as in a trial."""
+    cpu_affinity.take_turns()
+    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
 def _cpu_s() -> float:
