@@ -67,7 +67,6 @@ def work(plans: Mapping[str, TrialPlan], warm: sandbox.WarmPython | None) -> int
     """Run the trials that stdin asks for, with nodes forked from `warm`; return the exit status."""
     answers = _answers()
     all_cores = os.sched_getaffinity(0)
-    cpu_affinity.take_turns()
     print(READY, file=answers, flush=True)
     for line in sys.stdin:
         request = TrialRequest(**json.loads(line))
@@ -123,6 +122,8 @@ def run_trial(plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython |
         return
     simulator = Simulator(_transformed_world(plan, request.seed), seed=request.seed)
     box, telltales = _sandbox(plan, request)
+    one_thread = bool(request.package) and _has_one_thread(request.package)
+    cpu_affinity.take_turns(one_thread or not request.package)
     with ExitStack() as others, sandbox.Process(_command(plan, request.ros_name), box, _LIMITS, warm) as process:
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
         stage = Stage(plan, request.seed, simulator, process, request.domain_id, reliable=not request.best_effort)
@@ -130,7 +131,7 @@ def run_trial(plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython |
         stage.patience_s = request.patience_s
         stage.package = request.ros_name
         stage.readers = _readers(install)
-        stage.has_one_thread = _has_one_thread(request.package) if request.package else False
+        stage.has_one_thread = one_thread
         for name, remappings in plan.beside.items():
             stage.others[name] = stage.start(_node_command(request.ros_name, name, remappings))
         stage.choices.update(telltales)

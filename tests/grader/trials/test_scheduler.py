@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -144,6 +146,23 @@ def test_observer_and_node_stay_on_the_core_that_they_share(
         assert (trial.choices["cores"], trial.choices["forked"]) == (1.0, float(fork_from == 0))
 
 
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.parametrize("fork_from", [0, 1000], ids=["forked", "started"])
+@pytest.mark.parametrize(("text", "policy"), [("", os.SCHED_BATCH), ("from threading import Thread\n", os.SCHED_OTHER)])
+def test_only_a_node_with_one_thread_is_not_interrupted(
+    text: str, policy: int, fork_from: int,
+    reference: Path, contract: build.Built, settings: pipeline.Settings, tmp_path: Path, monkeypatch: Any,
+):  # fmt: skip
+    """A MultiThreadedExecutor that no other thread may interrupt crawls. The package's text tells."""
+    patch_workers(TELLS_CORES, tmp_path, monkeypatch)
+    built = build.build([reference], settings.cache)
+    package = shutil.copytree(reference, tmp_path / "package")
+    (package / "ros2_robot_controller" / "other.py").write_text(text)
+    (trial,) = run_all([catalog.trials()["creeping"]], built, contract, tmp_path / "out", fork_from, package)
+    assert trial.choices["policy"] == policy
+
+
 TELLS_CORES = """
 import os
 from grader.trials.observation import Observation
@@ -151,6 +170,7 @@ from grader.trials.observation import Observation
 def facts(self, *how):
     threads = [0, *self.process.thread_times()]
     self.choices["forked"] = float(self.process._program is not None)
+    (self.choices["policy"],) = {float(os.sched_getscheduler(thread)) for thread in threads}
     self.choices["cores"] = float(len(set().union(*map(os.sched_getaffinity, threads))))
     return usual(self, *how)
 
@@ -207,11 +227,13 @@ def patch_workers(code: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def run_all(
-    plans: list[TrialPlan], built: build.Built, contract: build.Built, folder: Path, fork_from: int
-) -> list[evidence.Trial]:
+    plans: list[TrialPlan], built: build.Built, contract: build.Built, folder: Path, fork_from: int,
+    package: Path | None = None,
+) -> list[evidence.Trial]:  # fmt: skip
     """Run trials one after the other and return their facts."""
     folder.mkdir()
     found = scheduler.run(
-        plans, install=built.install, contract=contract.install, folder=folder, seed=1, workers=1, fork_from=fork_from
-    )
+        plans, install=built.install, contract=contract.install, folder=folder, seed=1, workers=1, fork_from=fork_from,
+        package=package,
+    )  # fmt: skip
     return [found[plan.name] for plan in plans]
