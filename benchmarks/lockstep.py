@@ -60,6 +60,7 @@ def measure_smallest(executor: str, seconds: float, seed: int) -> _Timing:
     from sim.bridge import CONTROLLER, TICK_S, Bridge
 
     _share_a_core()
+    cpu_affinity.take_turns(executor == "single")
     domain_id, started = 1 + seed % 100, time.perf_counter()
     command = [sys.executable, "-m", "benchmarks.smallest_node", executor]
     with subprocess.Popen(command, env={**os.environ, "ROS_DOMAIN_ID": str(domain_id)}) as node:
@@ -84,7 +85,7 @@ def measure_smallest(executor: str, seconds: float, seed: int) -> _Timing:
     return timing
 
 
-def measure(install: str, seconds: float, seed: int) -> _Timing:
+def measure(install: str, seconds: float, seed: int, package: str) -> _Timing:
     """Run one node for twice `seconds` of simulated time. Only in a trial worker's network and environment."""
     from grader.trials.stage import Stage
     from grader.trials.worker import run_trial  # needs the environment that `main` makes
@@ -110,7 +111,7 @@ def measure(install: str, seconds: float, seed: int) -> _Timing:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "trial.json"
         _share_a_core()
-        run_trial(plan, TrialRequest("lockstep", install, seed, 1 + seed % 100, str(out)))
+        run_trial(plan, TrialRequest("lockstep", install, seed, 1 + seed % 100, str(out), package))
         facts = evidence.from_json(out.read_text(), evidence.Trial)
     if facts.ended or facts.script_error:
         sys.exit(facts.ended or facts.script_error)
@@ -118,8 +119,7 @@ def measure(install: str, seconds: float, seed: int) -> _Timing:
 
 
 def _share_a_core() -> None:
-    """Let this process and the nodes that it starts share one core and take turns, as in a trial."""
-    cpu_affinity.take_turns()
+    """Let this process and the nodes that it starts share one core, as in a trial."""
     os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
 
 
@@ -148,9 +148,9 @@ def packages(folder: Path) -> Iterator[tuple[str, list[Path]]]:
         yield variant.name, sorted(path.parent for path in make(variant, folder).glob("*/package.xml"))
 
 
-def _run(what: str, contract: Path, seconds: float, seed: int, home: Path) -> _Timing:
+def _run(what: str, package: str, contract: Path, seconds: float, seed: int, home: Path) -> _Timing:
     """Measure an install tree, or the smallest node with an executor, in a separate process and network namespace."""
-    inside = [sys.executable, "-m", "benchmarks.lockstep", "--inside", what]
+    inside = [sys.executable, "-m", "benchmarks.lockstep", "--inside", what, "--package", package]
     done = subprocess.run(
         namespaces.private_network([*inside, "--seconds", str(seconds), "--seed", str(seed)]),
         env=scheduler.observer_environment(contract, home=home), cwd=_ROOT, capture_output=True, text=True, check=False,
@@ -171,13 +171,15 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="show in seconds that everything runs; a poor measurement")
     parser.add_argument("--seed", type=int, default=1, help=argparse.SUPPRESS)
     parser.add_argument("--inside", help=argparse.SUPPRESS)
+    parser.add_argument("--package", help=argparse.SUPPRESS)
     parser.add_argument(
         "packages", nargs="*", type=Path, help="package folders to measure (default: the reference and the variants)"
     )
     options = parser.parse_args()
     if options.inside:
         small = options.inside in SMALLEST
-        timing = (measure_smallest if small else measure)(options.inside, options.seconds, options.seed)
+        given = (options.inside, options.seconds, options.seed)
+        timing = measure_smallest(*given) if small else measure(*given, options.package)
         print(json.dumps(vars(timing)))
         return
     if options.quick:
@@ -194,12 +196,13 @@ def main() -> None:
 
         failed = False
 
-        def row(name: str, what: str, aim: str = "") -> None:
+        def row(name: str, what: str, aim: str = "", package: str = "") -> None:
             nonlocal failed
             seeds = range(1, 1 + options.repeat)
             try:
                 print(
-                    _row(name, aim, [_run(what, contract, options.seconds, seed, folder) for seed in seeds]), flush=True
+                    _row(name, aim, [_run(what, package, contract, options.seconds, seed, folder) for seed in seeds]),
+                    flush=True,
                 )
             except RuntimeError as error:
                 failed = True
@@ -211,7 +214,7 @@ def main() -> None:
             for name, paths in chosen:
                 built = build.build(paths, build.cache_folder())
                 if built.facts.ok:
-                    row(name, str(built.install))
+                    row(name, str(built.install), package=str(paths[0]))
                 else:
                     failed = True
                     print(f"{name}: does not build, or not within the time limit", file=sys.stderr)
