@@ -80,7 +80,7 @@ class Kept:
 
 
 def forget_old(folder: Path, days: float = KEPT_DAYS) -> None:
-    """Remove what was kept longer ago than `days`; look once a day, because there may be ten thousands of files."""
+    """Remove what was kept longer ago than `days`; look once a day, because there may be tens of thousands of files."""
     before = time.time() - days * 86400
     looked = folder / "looked.at"
     with contextlib.suppress(OSError):

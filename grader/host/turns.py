@@ -11,7 +11,8 @@ import os
 import threading
 from collections.abc import Iterator
 
-_PER_CORE = 2  # processes that are worth starting for each core, because each waits at times
+PER_CORE = 2
+"""How many processes are worth starting for each core, because each waits at times."""
 
 _changed = threading.Condition()
 _first = _beside = 0
@@ -36,7 +37,7 @@ def beside() -> Iterator[None]:
     """Compute in one process, once the cores have room for it beside what comes first: at least for one at a time."""
     global _beside
     with _changed:
-        _changed.wait_for(lambda: _beside < max(_PER_CORE * (os.cpu_count() or 1) - _first, 1))
+        _changed.wait_for(lambda: _beside < max(PER_CORE * (os.cpu_count() or 1) - _first, 1))
         _beside += 1
     try:
         yield

@@ -43,14 +43,14 @@ class Cores:
                 self._used[core] -= 1
 
 
-def take_turns(wanted: bool = True) -> None:
-    """Let this process, and what it starts from now on, go on when another thread on its core wakes up, or not.
+def take_turns(one_thread: bool) -> None:
+    """Let this process, and a node with `one_thread` that it starts, go on when another thread on their core wakes up.
 
-    Not for a node with several threads: its MultiThreadedExecutor asks what is ready again and again while the thread
-    that it has woken waits for the core. `check F1 F2 F4 F8` of such a node then takes minutes instead of 9 s.
+    A node with several threads is interrupted as usual: its MultiThreadedExecutor asks what is ready again and again
+    while the thread that it has woken waits for the core. `check F1 F2 F4 F8` of such a node took minutes, not 9 s.
     """
     with contextlib.suppress(OSError):  # the order of a tick's messages is a matter of speed only
-        os.sched_setscheduler(0, os.SCHED_BATCH if wanted else os.SCHED_OTHER, os.sched_param(0))
+        os.sched_setscheduler(0, os.SCHED_BATCH if one_thread else os.SCHED_OTHER, os.sched_param(0))
 
 
 class AffinityTuner:

@@ -44,6 +44,7 @@ _CRASHED = {
 _STOP_S = 5.0
 SHORT_PATIENCE_S = 5.0  # start and end of a trial take 0.7 to 1.0 s in all; excludes time spent waiting for a CPU
 _TRIAL_CAP_S = 900.0  # of wall time; the limits inside a trial exclude time spent waiting for a CPU
+_WAITERS = 2  # workers for trials that mostly wait
 _DISCOVERY = Path(__file__).parent / "discovery.xml"
 
 Queue = queue.SimpleQueue[TrialPlan]
@@ -87,14 +88,15 @@ def run(
     for plan in _mixed(plans):
         (waiting if plan.real_time or plan.mostly_waits else computing).put(plan)
     count = workers or _worth_starting(len(plans))
-    todo = [(computing, waiting)] * count + [(waiting,)] * min(2, waiting.qsize())
+    waiters = min(_WAITERS, waiting.qsize())
     with contextlib.ExitStack() as stack:
         channels = []
         if len(plans) >= fork_from:
             channels.append(stack.enter_context(sandbox.WarmPython(NODE_ENVIRONMENT)).channel)
         start = stack.enter_context(contextlib.closing(Workers(_environment(contract, folder), folder, channels))).start
         trials = _Trials(start, install, folder, seed, package, progress, ros_name, best_effort)
-        threads = [_Worker(queues, trials) for queues in todo]
+        threads = [_Worker((computing, waiting), trials, turns.beside) for _ in range(count)]
+        threads += [_Worker((waiting,), trials, contextlib.nullcontext) for _ in range(waiters)]
         for thread in threads:
             thread.start()
         for thread in threads:
@@ -119,7 +121,7 @@ def _mixed(plans: Sequence[TrialPlan]) -> list[TrialPlan]:
 
 def _worth_starting(trials: int) -> int:
     """Return how many workers to start for so many trials."""
-    return min(2 * (os.cpu_count() or 1), 4, trials)
+    return min(turns.PER_CORE * (os.cpu_count() or 1), 4, trials)
 
 
 def _environment(contract: Path, folder: Path) -> dict[str, str]:
@@ -165,12 +167,17 @@ class _Trials:
 
 
 class _Worker(threading.Thread):
-    """Feeds trials to one worker process until the queues are empty; starts a new process when that ends early."""
+    """Feeds trials to one worker process until the queues are empty; starts a new process when that ends early.
 
-    def __init__(self, todo: Sequence[Queue], trials: _Trials) -> None:
+    Each trial is run in a context that `room` makes, which may wait before it begins.
+    """
+
+    def __init__(
+        self, todo: Sequence[Queue], trials: _Trials, room: Callable[[], contextlib.AbstractContextManager[None]]
+    ) -> None:
         super().__init__(daemon=True)
         self.problem: Exception | None = None
-        self._todo, self._trials = todo, trials
+        self._todo, self._trials, self._room = todo, trials, room
         self._process: Worker | None = None
         # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones. None twice in a
         # row: the participants of an ended trial stay on their domain's graph for a while.
@@ -186,8 +193,8 @@ class _Worker(threading.Thread):
             self._stop()
 
     def _run_next(self) -> bool:
-        """Run a trial, if there is one left, as soon as there is room for it."""
-        with turns.beside() if len(self._todo) > 1 else contextlib.nullcontext():
+        """Run a trial as soon as there is room for it; return False if there is none left."""
+        with self._room():
             if (plan := self._next()) is None:
                 return False
             self._trials.found[plan.name] = self._run_trial(plan)

@@ -122,8 +122,8 @@ def run_trial(plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython |
         return
     simulator = Simulator(_transformed_world(plan, request.seed), seed=request.seed)
     box, telltales = _sandbox(plan, request)
-    one_thread = bool(request.package) and _has_one_thread(request.package)
-    cpu_affinity.take_turns(one_thread or not request.package)
+    one_thread = _has_one_thread(request.package)
+    cpu_affinity.take_turns(one_thread)
     with ExitStack() as others, sandbox.Process(_command(plan, request.ros_name), box, _LIMITS, warm) as process:
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
         stage = Stage(plan, request.seed, simulator, process, request.domain_id, reliable=not request.best_effort)
@@ -151,8 +151,8 @@ def run_trial(plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython |
 
 @cache
 def _has_one_thread(package: str) -> bool:
-    """Read the package once for all trials; it does not change during a grading."""
-    return has_one_thread(Path(package))
+    """Read the package, if it is there, once for all trials: it does not change during a grading."""
+    return bool(package) and has_one_thread(Path(package))
 
 
 def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, dict[str, float]]:
