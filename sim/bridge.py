@@ -64,6 +64,8 @@ _RESENT_AFTER_S = 0.05  # without an answer: the clock message is sent again, it
 _SILENCES_ALLOWED = 3  # how often a run probes a node that answers too rarely
 _UNEVEN = (0.6, 1.4, 1.0)  # lengths of a probe's ticks: uneven, so that a 20 Hz wall-time loop falls out of step
 _PROMPT_S = 0.01  # of wall time after a barrier: the tick did not cause messages that arrive later
+_LOOK_S = 0.05  # of waiting for the node, after which we look whether it lives
+_SENSOR_TYPES = frozenset({ScanReading, OdometryReading, ImuReading, BatteryReading})
 _wall_s = time.monotonic  # Bridge has a `time` of its own
 _QUIET_S = 0.5  # a node has come up when the graph has not changed for so long after its first answer
 _STABLE_S = 4.0  # the same for a node that does not answer: it may be busy in its constructor
@@ -288,12 +290,13 @@ class Bridge:
         return self._serve(condition, wall_seconds)
 
     def _serve(self, condition: Callable[[], bool], wall_seconds: float) -> bool:
-        deadline = time.monotonic() + wall_seconds
+        began = time.monotonic()
+        deadline, look = began + wall_seconds, began + _LOOK_S
         while not condition():
-            left = deadline - time.monotonic()
-            if left <= 0 or not self.alive():
+            now = time.monotonic()
+            if now >= deadline or (now >= look and not self.alive()):
                 return condition()
-            self._executor.spin_once(timeout_sec=min(left, 0.05))
+            self._executor.spin_once(timeout_sec=min(deadline - now, _LOOK_S))
         return True
 
     def settle(self, rounds: int = _ROUNDS) -> None:
@@ -327,7 +330,8 @@ class Bridge:
 
     def _advance(self, dt: float) -> None:
         self._tick += 1
-        readings = [reading for each in self.simulator.step(dt) if (reading := self._filtered(each))]
+        without = (_SENSOR_TYPES - self._sensors.keys()) | self.muted
+        readings = [reading for each in self.simulator.step(dt, without) if (reading := self._filtered(each))]
         if self._idle:
             self._listen(self._caught_up(), _CATCH_UP_CAP_S)
             self._idle = False
@@ -343,8 +347,7 @@ class Bridge:
         self._publish_clock()
 
     def _await_answer(self, rounds: int) -> None:
-        self._barrier(rounds)
-        if not self.alive():
+        if not self._barrier(rounds) and not self.alive():
             return
         self._repeatability.unanswered += self.blocked
         if not self._answers.due(self._tick) or self._listen(self._answered, _RESENT_AFTER_S):
@@ -357,23 +360,27 @@ class Bridge:
     def _answered(self) -> bool:
         return self._answers.last == self._tick
 
-    def _barrier(self, rounds: int = _ROUNDS) -> None:
-        """Return when the node has served `rounds` calls; it serves each after its subscriptions and timers."""
+    def _barrier(self, rounds: int = _ROUNDS) -> bool:
+        """Wait until the node has served `rounds` calls, each after its subscriptions and timers.
+
+        Return whether it has.
+        """
         self._idle = False
         if not self._barrier_client.service_is_ready():
             self._repeatability.without_services += self.alive()
             self._serve(lambda: False, 0.002)
-            return
+            return False
         calls = [self._barrier_client.call_async(GetParameterTypes.Request()) for _ in range(rounds)]
         if not self._serve(calls[-1].done, _BLOCKED_CAP_S if self.blocked else _BARRIER_CAP_S):
             for call in calls:
                 self._barrier_client.remove_pending_request(call)
             self.blocked = True
-            return
+            return False
         self.blocked = False
         self._count_served()
         self._serve(self._caught_up(), _CATCH_UP_CAP_S)
         self._idle = True
+        return True
 
     def _ask(self) -> None:
         """Call the node without waiting: its answer is a sign of life."""
@@ -445,8 +452,6 @@ class Bridge:
 
     def _filtered(self, reading: Reading) -> Reading | None:
         """Return the reading as the node gets it, None if it does not get it."""
-        if type(reading) not in self._sensors or type(reading) in self.muted:
-            return None
         passed = self.filter_scan(reading) if isinstance(reading, ScanReading) else reading
         if passed is not None:
             self.on_published(passed)

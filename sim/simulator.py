@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -115,16 +115,18 @@ class Simulator:
         self._free = 0.0  # metres that the hull can certainly move before it touches anything
         self._pressed: Nearest | None = None  # the surface that has stopped the hull
         self._schedule = [
-            _Due(p.imu.rate_hz, self.imu),
-            _Due(p.odometry.rate_hz, self.odometry),
-            _Due(self._lidar.rate_hz, self.scan),
-            _Due(p.battery.rate_hz, self.battery),
+            _Due(p.imu.rate_hz, ImuReading, self.imu),
+            _Due(p.odometry.rate_hz, OdometryReading, self.odometry),
+            _Due(self._lidar.rate_hz, ScanReading, self.scan),
+            _Due(p.battery.rate_hz, BatteryReading, self.battery),
         ]
         self._next_due = min(due.tick for due in self._schedule)
         self._note_contacts(0.0)
 
-    def step(self, dt: float) -> list[Reading]:
+    def step(self, dt: float, without: Collection[type[Reading]] = ()) -> list[Reading]:
         """Advance simulated time by dt seconds; return the readings that were due in (t, t + dt], in time order.
+
+        Readings of the types `without` are left out, and cost nothing.
 
         Raises:
             ValueError: dt is not a positive multiple of the substep of 5 ms.
@@ -136,7 +138,8 @@ class Simulator:
         for _ in range(substeps):
             self._substep()
             if self._tick >= self._next_due:
-                readings += [due.read() for due in self._schedule if due.falls_on(self._tick)]
+                due_now = [due for due in self._schedule if due.falls_on(self._tick)]
+                readings += [due.read() for due in due_now if due.kind not in without]
                 self._next_due = min(due.tick for due in self._schedule)
         return readings
 
@@ -485,8 +488,8 @@ class Simulator:
 class _Due:
     """When a sensor's readings are due: at the first substep at or after n / rate, for n = 1, 2, 3 ..."""
 
-    def __init__(self, rate_hz: float, read: Callable[[], Reading]) -> None:
-        self.read = read
+    def __init__(self, rate_hz: float, kind: type[Reading], read: Callable[[], Reading]) -> None:
+        self.kind, self.read = kind, read
         self._period = SUBSTEPS_PER_S / rate_hz
         self._count = 1
         self.tick = self._tick_of(1)

@@ -268,11 +268,11 @@ while not os.path.exists(sys.argv[2]) and time.monotonic() < deadline:
     time.sleep(0.01)
 before = len(heard)
 step = bridge.simulator.step
-def slow_step(dt):
+def slow_step(dt, without):
     begun = time.monotonic()
     while time.monotonic() < begun + 2 * dt:
         pass
-    return step(dt)
+    return step(dt, without)
 bridge.simulator.step = slow_step
 bridge.tick_by_wall()
 print(json.dumps({"before": before, "heard": heard}))

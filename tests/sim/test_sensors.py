@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sim import COURSE, TB4, Box, Circle, Pose, Simulator, Wall, World, load_world, room
-from sim.sensors import NoiseStream
+from sim.sensors import BatteryReading, ImuReading, NoiseStream, OdometryReading, ScanReading
 
 ROOM = World(obstacles=room((-3.0, -3.0), (3.0, 3.0)))
 
@@ -51,6 +51,14 @@ def test_reading_twice_gives_the_same_and_has_no_side_effects() -> None:
         quiet.step(0.05)
     assert curious.imu() == quiet.imu()
     assert curious.scan().ranges.tolist() == quiet.scan().ranges.tolist()
+
+
+def test_the_readings_left_out_of_a_step_change_no_others() -> None:
+    whole, partial = Simulator(ROOM), Simulator(ROOM)
+    for _ in range(20):
+        others = [reading for reading in whole.step(0.05) if isinstance(reading, OdometryReading | BatteryReading)]
+        assert partial.step(0.05, without={ImuReading, ScanReading}) == others
+    assert partial.scan().ranges.tolist() == whole.scan().ranges.tolist()
 
 
 def test_each_sensor_has_its_own_random_stream() -> None:
