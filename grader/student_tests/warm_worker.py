@@ -30,7 +30,7 @@ from grader.student_tests.worker_report import ModuleRun, read_run
 _Given = TypeVar("_Given")
 _Made = TypeVar("_Made")
 _DATA_CAP = 100_000_000  # bytes
-_POLL_S = 0.01
+_POLL_S = 0.005
 _LOOK_S = 0.2  # between two looks whether the worker has been stopped
 _START_SECONDS = 60.0
 # A run's limits leave out waiting for a core; by the clock it may take this many times as long.

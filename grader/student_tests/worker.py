@@ -28,7 +28,7 @@ from typing import Any
 PACKAGE = Path("/ws/package")
 REQUESTS = Path("/ws/requests")
 OUT = Path("/ws/out")
-POLL_S = 0.005
+POLL_S = 0.002
 LOOK_S = 0.05  # between two looks at a running test; the end of its process is seen at once
 RESTORE_CAP = 2_000_000  # bytes; longer files (maps, bags) are not restored before each run
 

@@ -152,6 +152,23 @@ HONEST = {
             texts = [path.read_text() for path in pathlib.Path("scripts").iterdir()]
             assert texts and robot_controller.stop_distance(0.5)
     """,
+    "fixtures": """
+        import pytest
+
+        NAMES = (
+            "cache capfd capfdbinary caplog capsys capsysbinary doctest_namespace monkeypatch own pytestconfig "
+            "record_property recwarn request subtests tmp_path tmp_path_factory tmpdir"
+        )
+
+        @pytest.fixture
+        def own(tmp_path):
+            return tmp_path.name
+
+        @pytest.mark.parametrize("name", NAMES.split())
+        def test_it(request, name):
+            assert request.getfixturevalue(name) is not None
+            assert robot_controller.stop_distance(0.5)
+    """,
     "empty_main": """
         import __main__
 
