@@ -136,10 +136,11 @@ def install_pinned() -> None:
     say(f"Installing {len(pins)} pinned packages")
     # Compiled here: a sandbox cannot write byte code, and without it every node would compile what it imports.
     # pip, too, takes the best match of all indexes; uv by itself takes the first index that knows the name.
-    with_uv = ["--compile-bytecode", "--index-strategy", "unsafe-best-match", "-r", "requirements.txt"]
+    pinned = ["--no-deps", "-r", "requirements.txt"]  # all there is: what `make lock` has left out is not wanted
+    with_uv = ["--compile-bytecode", "--index-strategy", "unsafe-best-match", *pinned]
     if logged([*PIP, "install", uv]) or logged([*UV, *with_uv], **index_settings()):
         say("  uv could not; pip takes its place, which takes a minute longer")
-        pip("the pinned packages", "install", "-r", "requirements.txt")
+        pip("the pinned packages", "install", *pinned)
 
 
 def index_settings() -> dict[str, str]:
