@@ -60,6 +60,13 @@ class Robot:
         self.bench.advance(seconds, self.sense)
         return [(round(c.linear.x, 6), round(c.angular.z, 6)) for c in self.commands[before:]]
 
+    def finish(self, goal):
+        """Drive until a goal is over, at most 10 s, and 0.5 s on; return the commands."""
+        commands = []
+        while not goal.result.done() and len(commands) < 100:
+            commands += self.drive(0.1)
+        return commands + self.drive(0.5)
+
     def sense(self):
         """Move for a tick of 0.05 s, then give the node its sensors."""
         command = self.commands[-1] if self.commands else Twist()
@@ -268,7 +275,7 @@ def test_it_does_not_drive_blind(robot):
 def test_it_drives_to_a_goal_and_stands_still_there(robot, target):
     robot.drive(0.2)
     goal = robot.send(*target)
-    commands = robot.drive(9.0)
+    commands = robot.finish(goal)
     status, success, final = robot.outcome(goal)
     assert (status, success) == (GoalStatus.STATUS_SUCCEEDED, True)
     assert math.dist((robot.x, robot.y), target) < 0.06
@@ -306,7 +313,7 @@ def test_a_goal_waits_while_odometry_is_missing(robot):
     robot.has_odometry = False
     assert robot.drive(0.7)[-1] == (0.0, 0.0)
     robot.has_odometry = True
-    robot.drive(8.0)
+    robot.finish(goal)
     assert robot.outcome(goal)[1]
 
 
@@ -363,7 +370,7 @@ def test_a_blocked_goal_waits_and_is_completed_when_the_way_is_free(robot):
     assert robot.status().status == 'OBSTACLE_DETECTED'
     assert not goal.result.done()
     robot.scan = scan_of()
-    robot.drive(6.0)
+    robot.finish(goal)
     assert robot.outcome(goal)[1]
 
 
@@ -399,7 +406,7 @@ def test_the_speed_in_force_is_zero_after_a_goal(robot):
     robot.drive(0.5)
     goal = robot.send(0.7, 0.0)
     robot.set_speed(0.5)
-    robot.drive(6.0)
+    robot.finish(goal)
     assert robot.outcome(goal)[1]
     assert robot.status().speed == 0.0
     assert set(robot.drive(0.5)) == {(0.0, 0.0)}
@@ -411,7 +418,7 @@ def test_a_new_goal_replaces_the_running_one(robot):
     robot.drive(0.5)
     second = robot.send(1.0, 0.0)
     assert robot.outcome(first)[:2] == (GoalStatus.STATUS_ABORTED, False)
-    robot.drive(6.0)
+    robot.finish(second)
     assert robot.outcome(second)[1]
     assert robot.x == pytest.approx(1.0, abs=0.06)
 
@@ -425,7 +432,7 @@ def test_a_goal_that_makes_no_sense_is_rejected(logged, robot):
 
 
 @pytest.mark.parametrize(('first', 'words'), [
-    (lambda robot, goal: robot.drive(5.0), 'turtlebot4: goal arrived'),
+    (lambda robot, goal: robot.finish(goal), 'turtlebot4: goal arrived'),
     (lambda robot, goal: (robot.bench.until(goal.handle.cancel_goal_async()), robot.drive(0.2)),
      'turtlebot4: goal canceled'),
     (lambda robot, goal: (robot.send(9.0, 9.0), robot.drive(0.1)), 'turtlebot4: goal replaced'),
