@@ -13,7 +13,7 @@ import sys
 import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from importlib import _bootstrap_external as importing
 from importlib.util import cache_from_source, source_hash
 from pathlib import Path
@@ -24,8 +24,6 @@ import _pytest.config
 import coverage
 import coverage.sqldata
 import pytest
-from _pytest._code import code as traceback_code
-from _pytest._code.source import Source, getstatementrange_ast
 from _pytest.assertion import rewrite
 from _pytest.config import Config, PytestPluginManager, default_plugins
 from _pytest.fixtures import FixtureFunctionDefinition, FixtureManager
@@ -37,7 +35,6 @@ CACHE = "/tmp/pytest-cache"  # emptied before each run; pytest writes there only
 REPORT_CAP = 1_000_000  # bytes
 TESTS_AT_MOST = 2000
 PROGRAMS_AT_MOST = 200
-TREES_AT_MOST = 50
 
 # Hooks that a conftest.py has good reasons to define. The others can rewrite reports, drop tests or swallow exceptions.
 ALLOWED_HOOKS = {
@@ -67,7 +64,6 @@ def prepare() -> Callable[[int, Request, Path], None]:
     look_only_at_fixtures(things)
     hook = runpy.run_path(str(Path(__file__).with_name("source_read_hook.py")))
     prepared = Prepared(_pytest.config.get_config(), set(map(id, things)), hook["watch"])
-    remember_trees()
     with contextlib.suppress(ImportError):
         importlib.import_module("readline")  # as pytest does at each start
     environment = dict(os.environ)
@@ -77,22 +73,6 @@ def prepare() -> Callable[[int, Request, Path], None]:
     os.environ.clear()
     os.environ.update(environment)  # without the variable by which programs that the tests start are measured
     return partial(run_module, prepared)
-
-
-def remember_trees() -> None:
-    """Let pytest parse a source once. For the lines of a traceback it would do so again at every failure."""
-    tree_of = lru_cache(TREES_AT_MOST)(lambda text: ast.parse(text, "source"))
-
-    def statement_range(
-        lineno: int, source: Source, assertion: bool = False, astnode: ast.AST | None = None
-    ) -> tuple[ast.AST, int, int]:
-        if astnode is None:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                astnode = tree_of(str(source))
-        return getstatementrange_ast(lineno, source, assertion, astnode)
-
-    traceback_code.getstatementrange_ast = statement_range  # type: ignore[attr-defined]
 
 
 def run_module(prepared: Prepared, number: int, request: Request, modules: Path) -> None:
@@ -153,8 +133,8 @@ def run_pytest(prepared: Prepared, recorder: Recorder, request: Request) -> int:
     PytestPluginManager.parse_hookimpl_opts = only_allowed  # type: ignore[method-assign, assignment] # in this fork only
     arguments = [
         "-c", os.devnull, f"--rootdir={PACKAGE}", "-o", f"cache_dir={CACHE}", "-q", "-o", "addopts=",
-        # Nobody reads the traceback of a run that is to end at the first failure.
-        *(["-x", "--tb=no"] if request["first"] else ["--tb=short"]), *request["modules"],
+        # What is reported of a failure is its message; to quote the source at each takes longer than most tests.
+        *(["-x"] if request["first"] else []), "--tb=no", *request["modules"],
     ]  # fmt: skip
     prepared.config.invocation_params = Config.InvocationParams(args=arguments, plugins=[recorder], dir=PACKAGE)
     _pytest.config.get_config = lambda *_arguments, **_options: prepared.config  # in this fork only
