@@ -67,7 +67,8 @@ lock: setup  ## Pin the versions of pyproject.toml's dependencies in requirement
 	@$(BIN)/uv pip compile pyproject.toml --extra dev --universal --python-version 3.11 $(UPGRADE) \
 	    --no-emit-package lark-parser --no-emit-index-url --no-emit-find-links --no-header --quiet --output-file requirements.txt
 	@sed -i -e '1i # What `make setup` installs: every package with its version, for CPython 3.11 to 3.14 on Linux.' \
-	    -e '1i # Written by `make lock` from pyproject.toml; do not edit. "via" names the packages that ask for one.' requirements.txt
+	    -e '1i # Written by `make lock` from pyproject.toml; do not edit. "via" names the packages that ask for one.' \
+	    -e '/^$$/,$$d' requirements.txt
 	@! grep -nE '://|^ *-(i|f|-index-url|-find-links)|@ ' requirements.txt
 
 clean:  ## Remove what the other commands made, except .venv

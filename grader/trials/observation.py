@@ -33,7 +33,9 @@ from sim.sensors import BatteryReading, ImuReading, Reading, ScanReading
 from sim.simulator import Simulator
 
 ACTION = "navigate_to_position"
-_GOAL_ROUNDS = 2  # of the node's executor, after the timer that ends a goal: its task goes on, its future sends it
+# Rounds of the node's executor after the timer that ends a goal: its task goes on, its future sends it. And one more: a
+# round that the clock reaches while it looks for what is ready may miss it, and yet serve the call that came after it.
+_GOAL_ROUNDS = 3
 _ENDING_ROUNDS = 8
 _ENDING_TICKS = 20  # for so long after it has stopped, a robot may have arrived; then it is blocked
 # Of each kind of message. An honest trial has a thousand at most; a node that floods us must not fill our memory.
