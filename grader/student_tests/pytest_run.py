@@ -188,8 +188,7 @@ def things_of_pytest() -> list[ModuleType | type]:
 
 def look_only_at_fixtures(things: Sequence[ModuleType | type]) -> None:
     """Let pytest find its own fixtures at once. At each start it looks at all names in its plugins, 25 ms in all."""
-    none = ModuleType("no fixtures")
-    fixtures_of = {id(thing): fixtures for thing in things if (fixtures := only_fixtures(thing, none)) is not None}
+    fixtures_of = {id(thing): fixtures for thing in things if (fixtures := only_fixtures(thing))}
     parse = FixtureManager.parsefactories
 
     def parse_fixtures(self: FixtureManager, *arguments: Any, **options: Any) -> None:
@@ -201,14 +200,14 @@ def look_only_at_fixtures(things: Sequence[ModuleType | type]) -> None:
     FixtureManager.parsefactories = parse_fixtures  # type: ignore[method-assign]
 
 
-def only_fixtures(thing: ModuleType | type, none: ModuleType) -> ModuleType | None:
-    """Return a module with the fixtures of a module of pytest's; `none` for a class without; None for one with some."""
+def only_fixtures(thing: ModuleType | type) -> ModuleType | None:
+    """Return a module with a thing's fixtures and nothing else; None for a class with some, which need its instance."""
     homes = thing.__mro__ if isinstance(thing, type) else (thing,)
     found = {
         name: value for home in homes for name, value in vars(home).items() if type(value) is FixtureFunctionDefinition
     }
-    if isinstance(thing, type) or not found:
-        return None if found else none
+    if found and isinstance(thing, type):
+        return None
     fixtures = ModuleType(thing.__name__)
     vars(fixtures).update(found)
     return fixtures

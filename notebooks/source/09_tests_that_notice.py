@@ -847,7 +847,9 @@ class Robot:
     def finish(self, goal):
         """Drive until a goal is over, at most 10 s, and 0.5 s on; return the commands."""
         commands = []
-        while not goal.result.done() and len(commands) < 100:
+        for _ in range(100):
+            if goal.result.done():
+                break
             commands += self.drive(0.1)
         return commands + self.drive(0.5)
 
