@@ -60,7 +60,8 @@ def grade(
             refused = error
         else:
             settings.progress("checking the evidence")
-            found = judged(evidence.load(fresh / EVIDENCE), settings, checks.run(fresh / EVIDENCE))
+            checks.begin(fresh / EVIDENCE)
+            found = judged(evidence.load(fresh / EVIDENCE), settings, checks.results())
             grading = replace(found, wall_seconds=time.monotonic() - started)
             settings.progress("writing the report")
             write(grading, fresh)
@@ -96,8 +97,9 @@ def unchanged(source: Path, settings: Settings) -> Grading | None:
 
 def checked(folder: Path, checks: checks_run.Checks, settings: Settings) -> Grading:
     """Run the checks over the evidence in `folder`, keep what they find for `unchanged`, and return the grading."""
-    results = checks.run(folder)
+    checks.begin(folder)
     found = evidence.load(folder)
+    results = checks.results()
     if settings.keep and not any(result.outcome is Outcome.ERROR for result in results):
         kept_evidence(settings).keep(results, *_decides_results(found, settings))
     return judged(found, settings, results)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import contextlib
 import json
 import os
 import subprocess
@@ -17,11 +18,9 @@ from grader.scoring.scorecard import CheckResult, Outcome
 
 _LIMIT_S = 300.0  # the checks take seconds
 _FOLDER = Path(__file__).parent
-# Loads pytest, waits for the folder of the evidence, and runs the checks unless there is to be none.
-_WAITS = (
-    "import pytest, sys; folder = sys.stdin.read(); "
-    "sys.exit(pytest.main([*sys.argv[1:], '--evidence', folder]) if folder else 0)"
-)
+# Loads pytest and the checks, waits for the folder of the evidence, and runs the checks unless there is to be none.
+# Of standard input pytest leaves nothing to the checks, so they get a descriptor of its own.
+_WAITS = "import os, pytest, sys; sys.exit(pytest.main([*sys.argv[1:], '--evidence-from', str(os.dup(0))]))"
 
 
 def known() -> list[str]:
@@ -41,7 +40,8 @@ def run(folder: Path, ids: Sequence[str]) -> list[CheckResult]:
         GraderError: the checks could not be run at all. A single check that breaks has the outcome error.
     """
     with Checks(ids) as checks:
-        return checks.run(folder)
+        checks.begin(folder)
+        return checks.results()
 
 
 class Checks:
@@ -76,8 +76,16 @@ class Checks:
             self._process.communicate()
         self._scratch.cleanup()
 
-    def run(self, folder: Path) -> list[CheckResult]:
-        """Return the results over the evidence in `folder`. Call it once.
+    def begin(self, folder: Path) -> None:
+        """Let the process run the checks over the evidence in `folder`. Call it once."""
+        if self._process is not None and self._process.stdin is not None:
+            with contextlib.suppress(BrokenPipeError):  # it has ended; what it said tells why
+                self._process.stdin.write(str(folder.resolve()))
+                self._process.stdin.close()
+            self._process.stdin = None
+
+    def results(self) -> list[CheckResult]:
+        """Wait for the checks, which have begun, and return their results.
 
         Raises:
             GraderError: the checks could not be run at all.
@@ -85,7 +93,7 @@ class Checks:
         if self._process is None:
             return []
         try:
-            said, _ = self._process.communicate(str(folder.resolve()), timeout=_LIMIT_S)
+            said, _ = self._process.communicate(timeout=_LIMIT_S)
         except subprocess.TimeoutExpired as error:
             raise GraderError(
                 f"The checks did not end within {_LIMIT_S:g} s; they usually take seconds. Grade again on a less busy "

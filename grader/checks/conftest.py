@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,15 +20,23 @@ _EVIDENCE = pytest.StashKey[evidence.Evidence]()
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options for the folder of the evidence and the file of the results."""
-    parser.addoption("--evidence", type=Path, required=True)
+    """Add the options for where to read the folder of the evidence, a file descriptor, and the file of the results."""
+    parser.addoption("--evidence-from", type=int, required=True)
     parser.addoption("--results", type=Path, required=True)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Read the evidence once."""
+    """Begin with no results."""
     config.stash[_RESULTS] = []
-    config.stash[_EVIDENCE] = evidence.load(config.getoption("--evidence"))
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Wait for the evidence, and read it once."""
+    with os.fdopen(session.config.getoption("--evidence-from"), encoding="utf-8") as waiting:
+        folder = waiting.read()
+    if not folder:
+        pytest.exit("there is no evidence", returncode=0)
+    session.config.stash[_EVIDENCE] = evidence.load(Path(folder))
 
 
 @pytest.fixture

@@ -93,7 +93,7 @@ def test_a_check_that_broke_is_run_again(package: Path, tmp_path: Path, monkeypa
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
     broken = [CheckResult(check, Outcome.ERROR, 0.0) for check in pipeline.check_ids(settings)]
     with monkeypatch.context() as patched:
-        patched.setattr(checks_run.Checks, "run", lambda *_: broken)
+        patched.setattr(checks_run.Checks, "results", lambda _: broken)
         checked_in_a_notebook(package, tmp_path / "out", settings)
     assert pipeline.unchanged(package, settings) is None
 
