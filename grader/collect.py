@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,8 @@ from grader.source import Collected, Phase, Source, Subject
 from grader.student_tests.source import StudentTestRuns
 from grader.trials.source import Trials
 
-SOURCES: tuple[Source, ...] = (Trials(), StudentTestRuns(), Conversions(), Mutants(), PackageText())
+_TRIALS = Trials()
+SOURCES: tuple[Source, ...] = (_TRIALS, StudentTestRuns(), Conversions(), Mutants(), PackageText())
 """Every source of evidence. Flags are kept in this order."""
 
 
@@ -40,16 +42,24 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
     kept = kept_evidence(settings)
     wanted = [source for source in SOURCES if source.phase is Phase.TEXT or source.serves & settings.checked]
     found: dict[str, Collected] = {}
-    with ThreadPoolExecutor(1) as pool:
+    with ThreadPoolExecutor(1) as pool, ExitStack() as stack:
         # Reading needs no build, so it goes on beside one and is done before the trials keep the cores busy.
         texts = pool.submit(
             _ask, [s for s in wanted if s.phase is Phase.TEXT], Subject(submission, settings, folder, kept)
         )
-        built = contract = None
+        built = None
         if needs_build(settings.checked):
-            built, contract = _build(submission, settings)
+            contract = _contract(submission, settings)
+            observers = None
+            if _TRIALS in wanted and not build.is_built(_folders(submission), settings.cache):
+                beside = folder / "observers"
+                beside.mkdir()
+                observers = stack.enter_context(_TRIALS.start_observers(settings, contract, beside))
+            built, own = _build(submission, contract, settings)
+            if own is not contract:
+                observers = None
         if built is not None and built.facts.ok:
-            subject = Subject(submission, settings, folder, kept, built, contract)
+            subject = Subject(submission, settings, folder, kept, built, own, observers=observers)
             found |= _ask([source for source in wanted if source.phase is Phase.RUN], subject)
         found |= texts.result()
     return _merged(submission, built.facts if built is not None else Build.not_tried(), found)
@@ -75,17 +85,25 @@ def needs_build(requirements: frozenset[str]) -> bool:
     return not requirements <= text - later
 
 
-def _build(submission: Submission, settings: Settings) -> tuple[Built, Built]:
-    """Return the submission's build, and that of the contract's interfaces under the name that it has for them."""
-    folders = [submission.package] + ([submission.interfaces] if submission.interfaces else [])
-    if settings.only_kept and not (build.is_built(folders, settings.cache) and build.contract_is_built(settings.cache)):
+def _folders(submission: Submission) -> list[Path]:
+    return [submission.package] + ([submission.interfaces] if submission.interfaces else [])
+
+
+def _contract(submission: Submission, settings: Settings) -> Built:
+    """Return the build of the contract's interfaces."""
+    is_built = build.contract_is_built(settings.cache)
+    if settings.only_kept and not (is_built and build.is_built(_folders(submission), settings.cache)):
         raise NotKept
-    if not build.contract_is_built(settings.cache):
+    if not is_built:
         settings.progress("building the contract's interfaces: once on this machine, about a minute")
-    contract = build.build_contract(settings.cache)
+    return build.build_contract(settings.cache)
+
+
+def _build(submission: Submission, contract: Built, settings: Settings) -> tuple[Built, Built]:
+    """Return the submission's build, and that of the contract's interfaces under the name that it has for them."""
     settings.progress("building the package")
     main = submission.intake.package
-    built = build.build(folders, settings.cache, seconds=settings.build_seconds, main=main)
+    built = build.build(_folders(submission), settings.cache, seconds=settings.build_seconds, main=main)
     if (types := built.facts.types_package) != spec.PACKAGE:
         if settings.only_kept:  # the contract under that name may have to be built
             raise NotKept

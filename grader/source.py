@@ -31,7 +31,8 @@ class Subject:
     """What a source collects evidence about, and how. `kept` has what was collected earlier.
 
     `folder` is an empty folder of the source's own. `built` and `contract` (the contract's own interfaces) are None in
-    the phase TEXT. `earlier` has what the sources that this one `uses` handed over, by their names.
+    the phase TEXT. `earlier` has what the sources that this one `uses` handed over, by their names. `observers` are
+    what the trials have started beside the build, None if they have not.
     """
 
     submission: Submission
@@ -41,6 +42,7 @@ class Subject:
     built: Built | None = None
     contract: Built | None = None
     earlier: Mapping[str, Any] = field(default_factory=dict)
+    observers: Any = None
 
     @property
     def ros_name(self) -> str:

@@ -1,7 +1,8 @@
 """Grade for `check`, in a process of its own, so that interrupting the cell ends it at once and leaves nothing.
 
 A grading waits in several threads, which a kernel cannot interrupt; see host/supervised.py. The process writes a line
-for each step, and the evidence into a folder, which is judged here.
+for each step, and the evidence into a folder, which is judged here. Its start takes half a second, so after a check it
+is started for the next one.
 """
 
 from __future__ import annotations
@@ -18,12 +19,16 @@ from grader import KIT, pipeline
 from grader.checks import checks_run
 from grader.errors import GraderError, KitError, SubmissionError
 from grader.host import supervised
+from grader.notebook.spare_process import SpareProcess
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.settings import Settings
+from grader.trials import catalog
 
 _STEP, _REFUSED, _FAILED = "step ", "refused ", "failed "
 _TAIL = 500  # characters of what a process that broke has printed
+_IDLE_S = 600.0
+_spare = SpareProcess(["-P", "-m", __spec__.name], KIT, _IDLE_S)
 
 
 def grade(package: Path, out: Path, settings: Settings) -> Grading:
@@ -42,19 +47,20 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
     with checks_run.Checks(pipeline.check_ids(settings)) as checks:
         _observe(json.dumps(wanted), settings)
         settings.progress("checking the evidence")
-        return pipeline.checked(out / pipeline.EVIDENCE, checks, settings)
+        grading = pipeline.checked(out / pipeline.EVIDENCE, checks, settings)
+    _spare.prepare()
+    return grading
 
 
 def _observe(wanted: str, settings: Settings) -> None:
     """Collect the evidence in a process of its own."""
-    process = subprocess.Popen(
-        [sys.executable, "-P", "-m", __spec__.name, wanted],
-        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(KIT), os.environ.get("PYTHONPATH", "")])},
-    )  # fmt: skip
+    process = _spare.take()
     said: list[str] = []
     try:
+        assert process.stdin is not None
         assert process.stdout is not None
+        with suppress(BrokenPipeError), process.stdin:  # it has ended; what it said tells why
+            process.stdin.write(wanted)
         for line in process.stdout:
             said.append(line.rstrip("\n"))
             if said[-1].startswith(_STEP):
@@ -81,6 +87,15 @@ def _end(process: subprocess.Popen[str]) -> None:
         process.stdout.close()
 
 
+def await_task() -> str:
+    """Return what is on standard input, and leave nothing of it to the programs that this process starts."""
+    task = sys.stdin.read()
+    null = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(null, sys.stdin.fileno())
+    os.close(null)
+    return task
+
+
 def main(wanted: dict[str, Any]) -> int:
     """Collect the evidence, and say what is done."""
     settings = Settings(
@@ -98,7 +113,10 @@ def main(wanted: dict[str, Any]) -> int:
 
 
 if __name__ == "__main__":
+    catalog.trials()  # imports numpy and the simulator, before it is asked for anything
+    if not (task := await_task()):  # the kernel that would have asked has ended
+        sys.exit()
     try:
-        sys.exit(supervised.run(lambda: main(json.loads(sys.argv[1]))))
+        sys.exit(supervised.run(lambda: main(json.loads(task))))
     except KeyboardInterrupt:
         sys.exit(130)

@@ -12,7 +12,7 @@ import signal
 import subprocess
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -62,6 +62,7 @@ def run(
     ros_name: str = PACKAGE,
     best_effort: bool = False,
     fork_from: int = FORK_FROM,
+    observers: Workers | None = None,
     progress: Callable[[str], None] = lambda _name: None,
 ) -> dict[str, evidence.Trial]:
     """Run the trials and return their facts by name.
@@ -78,6 +79,7 @@ def run(
         ros_name: the package's name.
         best_effort: whether the simulated sensors publish best effort.
         fork_from: from how many trials on nodes are forked from a process that has imported rclpy.
+        observers: what `start_observers` has yielded, if that was called before.
         progress: called with the name of each trial that has ended.
 
     Raises:
@@ -90,11 +92,9 @@ def run(
     count = workers or _worth_starting(len(plans))
     waiters = min(_WAITERS, waiting.qsize())
     with contextlib.ExitStack() as stack:
-        channels = []
-        if len(plans) >= fork_from:
-            channels.append(stack.enter_context(sandbox.WarmPython(NODE_ENVIRONMENT)).channel)
-        start = stack.enter_context(contextlib.closing(Workers(_environment(contract, folder), folder, channels))).start
-        trials = _Trials(start, install, folder, seed, package, progress, ros_name, best_effort)
+        if observers is None:
+            observers = stack.enter_context(start_observers(contract, folder, len(plans), fork_from))
+        trials = _Trials(observers.start, install, folder, seed, package, progress, ros_name, best_effort)
         threads = [_Worker((computing, waiting), trials, turns.beside) for _ in range(count)]
         threads += [_Worker((waiting,), trials, contextlib.nullcontext) for _ in range(waiters)]
         for thread in threads:
@@ -105,6 +105,19 @@ def run(
     if problem:
         raise problem
     return trials.found
+
+
+@contextlib.contextmanager
+def start_observers(contract: Path, folder: Path, trials: int, fork_from: int = FORK_FROM) -> Iterator[Workers]:
+    """Start what observers, and from `fork_from` trials on nodes, are forked from: half a second and more of a core.
+
+    That needs nothing of a submission, so it may go on beside its build. `contract` and `folder` are as in `run`.
+    """
+    with contextlib.ExitStack() as stack:
+        channels = []
+        if trials >= fork_from:
+            channels.append(stack.enter_context(sandbox.WarmPython(NODE_ENVIRONMENT)).channel)
+        yield stack.enter_context(contextlib.closing(Workers(_environment(contract, folder), folder, channels)))
 
 
 def _mixed(plans: Sequence[TrialPlan]) -> list[TrialPlan]:

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import cached_property
+from pathlib import Path
 
+from grader.build import Built
 from grader.evidence import Flag, Trial
+from grader.settings import Settings
 from grader.source import Collected, Phase, Subject
 from grader.trials import catalog, scheduler
 from grader.trials.request import LATE_VARIABLE, OBSERVER_ENDED
+from grader.trials.worker_start import Workers
 
 
 class Trials:
@@ -25,6 +30,11 @@ class Trials:
         """Return the requirements that any trial serves."""
         return frozenset(requirement for plan in catalog.trials().values() for requirement in plan.serves)
 
+    def start_observers(self, settings: Settings, contract: Built, folder: Path) -> AbstractContextManager[Workers]:
+        """Start what needs nothing of a submission, in an empty folder: `observers` of a Subject."""
+        trials = len(catalog.serving(settings.checked))
+        return scheduler.start_observers(contract.install, folder, trials, settings.fork_from)
+
     def collect(self, subject: Subject) -> Collected:
         """Return the trials' facts, by name."""
         assert subject.contract is not None
@@ -38,7 +48,7 @@ class Trials:
             [plan for name, plan in plans.items() if name not in found],
             install=subject.install, contract=subject.contract.install, folder=subject.folder,
             package=subject.submission.package, ros_name=subject.ros_name, seed=settings.seed,
-            best_effort=settings.best_effort, fork_from=settings.fork_from,
+            best_effort=settings.best_effort, fork_from=settings.fork_from, observers=subject.observers,
             progress=lambda name: settings.progress(f"trial {name}: {plans[name].sentence}"),
         )  # fmt: skip
         for name, trial in ran.items():
