@@ -27,7 +27,7 @@ class SpareProcess:
         self._path, self._idle_s = path, idle_s
         self._lock = threading.Lock()
         self._waiting: subprocess.Popen[str] | None = None
-        self._began_in: tuple[dict[str, str], str] = ({}, "")
+        self._began_in: tuple[dict[str, str], int, int] = ({}, 0, 0)
 
     def take(self) -> subprocess.Popen[str]:
         """Return a process that has begun in the present environment and folder: the one that waits, or a new one."""
@@ -40,12 +40,15 @@ class SpareProcess:
         return self._start()
 
     def prepare(self) -> None:
-        """Start the process that the next `take` returns, unless one waits."""
+        """Start the process that the next `take` returns, unless one waits or this machine has no room for it."""
         with self._lock:
             if self._waiting is not None:
                 return
-            self._began_in = _surroundings()
-            waiting = self._waiting = self._start()
+            try:
+                self._began_in, waiting = _surroundings(), self._start()
+            except OSError:
+                return
+            self._waiting = waiting
         timer = threading.Timer(self._idle_s, self._give_up, [waiting])
         timer.daemon = True
         timer.start()
@@ -65,8 +68,10 @@ class SpareProcess:
         )  # fmt: skip
 
 
-def _surroundings() -> tuple[dict[str, str], str]:
-    return dict(os.environ), os.getcwd()  # noqa: PTH109
+def _surroundings() -> tuple[dict[str, str], int, int]:
+    """Return the environment and the working folder: not its path, at which there may be another one by now."""
+    here = Path().stat()
+    return dict(os.environ), here.st_dev, here.st_ino
 
 
 def _end(process: subprocess.Popen[str]) -> None:

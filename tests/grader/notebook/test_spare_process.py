@@ -74,6 +74,19 @@ def test_in_another_folder_a_new_one_is_started(make, monkeypatch, tmp_path):
     answer(taken)
 
 
+def test_without_room_for_it_none_waits(make, monkeypatch):
+    spare = make()
+
+    def no_room(*_: object, **__: object) -> subprocess.Popen[str]:
+        raise BlockingIOError
+
+    with monkeypatch.context() as patched:
+        patched.setattr(subprocess, "Popen", no_room)
+        spare.prepare()
+    assert waiting_of(spare) is None
+    assert answer(spare.take()) == "task \n"
+
+
 def test_in_place_of_one_that_was_killed_a_new_one_is_started(make):
     spare = make()
     spare.prepare()
