@@ -23,7 +23,6 @@ from grader.notebook.spare_process import SpareProcess
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.settings import Settings
-from grader.trials import catalog
 
 _STEP, _REFUSED, _FAILED = "step ", "refused ", "failed "
 _TAIL = 500  # characters of what a process that broke has printed
@@ -113,7 +112,6 @@ def main(wanted: dict[str, Any]) -> int:
 
 
 if __name__ == "__main__":
-    catalog.trials()  # imports numpy and the simulator, before it is asked for anything
     if not (task := await_task()):  # the kernel that would have asked has ended
         sys.exit()
     try:

@@ -27,12 +27,15 @@ class SpareProcess:
         self._path, self._idle_s = path, idle_s
         self._lock = threading.Lock()
         self._waiting: subprocess.Popen[str] | None = None
+        self._timer: threading.Timer | None = None
         self._began_in: tuple[dict[str, str], int, int] = ({}, 0, 0)
 
     def take(self) -> subprocess.Popen[str]:
         """Return a process that has begun in the present environment and folder: the one that waits, or a new one."""
         with self._lock:
             found, self._waiting = self._waiting, None
+            if self._timer is not None:
+                self._timer.cancel()
         if found is not None:
             if found.poll() is None and self._began_in == _surroundings():
                 return found
@@ -49,9 +52,9 @@ class SpareProcess:
             except OSError:
                 return
             self._waiting = waiting
-        timer = threading.Timer(self._idle_s, self._give_up, [waiting])
-        timer.daemon = True
-        timer.start()
+            self._timer = threading.Timer(self._idle_s, self._give_up, [waiting])
+            self._timer.daemon = True
+            self._timer.start()
 
     def _give_up(self, waiting: subprocess.Popen[str]) -> None:
         with self._lock:
