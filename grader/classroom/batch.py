@@ -17,7 +17,7 @@ from typing import Protocol
 from grader import sandbox
 from grader.checks import checks_run
 from grader.classroom import cluster, discovery, hand_ins, overrides
-from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status, relative
+from grader.classroom.class_folder import CLASS, RUBRIC, ClassFacts, ClassFolder, Record, Status, relative
 from grader.classroom.discovery import Entry
 from grader.classroom.one_grading import Ending, Order, Runner
 from grader.classroom.roster import Person
@@ -105,7 +105,8 @@ def run(source: Path, out: Path, people: Sequence[Person], options: Options, sai
         sandbox.require()
     folder = ClassFolder(out)
     with folder.locked(), discovery.opened(source) as root:
-        found = discovery.find(root, people)
+        earlier = folder.facts().entries if (folder.path / CLASS).exists() else ()
+        found = discovery.find(root, people, earlier)
         text = options.rubric.read_text(encoding="utf-8")
         rubric_hash = hashlib.sha256(text.encode()).hexdigest()
         kit = provenance.kit_hash()

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import datetime as dt
 import hashlib
+import itertools
 import os
 import re
 import unicodedata
-from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from grader.classroom import commit_time, export_layouts
 from grader.classroom.export_layouts import Claim, HandIn
-from grader.classroom.roster import Person
+from grader.classroom.roster import IDENTITY, Person
 from grader.errors import GraderError
 from grader.host import tempdir
 from grader.intake.copy_plan import MB, SizeLimits
@@ -26,6 +26,8 @@ EXPORT_LIMITS = SizeLimits(total_bytes=15_000 * MB, file_bytes=2_000 * MB, files
 
 _SLUG = re.compile(r"[^a-z0-9]+")
 _SHORT = 60
+_APOSTROPHE = re.compile("['`\u2018\u2019\u02bc]")
+_BETWEEN_WORDS = re.compile(r"[\s,._-]+")
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ class Entry:
     Attributes:
         id: its name in the class folder and in overrides.yaml: lower case letters, digits and hyphens.
         label: how the export calls it.
+        number: the platform's own number for it or for who handed it in, "" if it gives none.
         path: the archive or folder.
         content: the SHA-256 of what was handed in, packed as it was.
         people: who handed it in, with all their team; empty if nobody of the roster fits.
@@ -51,6 +54,7 @@ class Entry:
     submitted: dt.datetime | None = None
     late: bool = False
     notes: tuple[str, ...] = ()
+    number: str = ""
 
 
 @dataclass(frozen=True)
@@ -81,8 +85,8 @@ def opened(source: Path) -> Iterator[Path]:
         raise GraderError(f"There is no {source}. Name the folder or the archive with the class's submissions.")
 
 
-def find(root: Path, roster: Sequence[Person] = ()) -> Found:
-    """Return the submissions in the folder `root`, each with its people.
+def find(root: Path, roster: Sequence[Person] = (), earlier: Sequence[Entry] = ()) -> Found:
+    """Return the submissions in the folder `root`, each with its people. Those of an `earlier` run keep their ids.
 
     Of several submissions of one team the latest counts, if the export gives the times; the others are left out
     with a note. Otherwise all of them are entries.
@@ -94,7 +98,7 @@ def find(root: Path, roster: Sequence[Person] = ()) -> Found:
     notes = list(export.notes)
     drafts = [_draft(hand_in, roster) for hand_in in export.hand_ins]
     drafts, left_out = _latest(drafts)
-    entries = _named(drafts)
+    entries = _named(drafts, earlier)
     for entry in entries:
         if roster and not entry.people:
             notes.append(f"{entry.label} fits nobody of the roster; it is graded as {entry.id}.")
@@ -104,7 +108,7 @@ def find(root: Path, roster: Sequence[Person] = ()) -> Found:
 
 
 def content_hash(path: Path) -> str:
-    """Return the SHA-256 of an archive's bytes, or of a folder's paths and bytes without its git history."""
+    """Return the SHA-256 of an archive's bytes, or of a folder's paths, bytes and `chmod +x`, without git history."""
     digest = hashlib.sha256()
     if path.is_dir():
         for folder, folders, names in os.walk(path):
@@ -115,6 +119,7 @@ def content_hash(path: Path) -> str:
                 if file.is_symlink():
                     digest.update(os.fsencode(file.readlink()))
                 elif file.is_file():
+                    digest.update(b"x" if file.stat().st_mode & 0o100 else b"-")
                     digest.update(hashlib.sha256(file.read_bytes()).digest())
     else:
         with path.open("rb") as stream:
@@ -144,6 +149,7 @@ def _draft(hand_in: HandIn, roster: Sequence[Person]) -> Entry:
         people=tuple(dict.fromkeys(people)),
         submitted=submitted,
         late=hand_in.late,
+        number=next((claim.value for claim in export_layouts.claims_of(hand_in) if claim.kind == "lms_id"), ""),
     )
 
 
@@ -169,23 +175,26 @@ def _fits(person: Person, kind: str, value: str) -> bool:
 
 
 def _words(text: str) -> list[str]:
-    return sorted(slug(text).split("-"))
+    """Return the words of a name in any script, sorted, since some write the last name first; no apostrophes."""
+    letters = _APOSTROPHE.sub("", unicodedata.normalize("NFC", text).casefold())
+    return sorted(filter(None, _BETWEEN_WORDS.split(letters)))
 
 
 def _claimed(claims: Iterable[Claim]) -> list[Person]:
-    """Return the person whom the claims describe, for a class without a roster."""
-    known = {claim.kind: claim.value for claim in reversed(list(claims)) if claim.kind not in ("any", "joined name")}
-    if "lms_id" in known:
-        known = {"lms_id": known["lms_id"], "name": known.get("name", "")}
-    return [Person(**known)] if known else []
+    """Return the person whom the claims describe, for a class without a roster; none for a name alone."""
+    known = {claim.kind: claim.value for claim in reversed(list(claims))}
+    kinds = ("lms_id",) if "lms_id" in known else IDENTITY  # beside its number, Moodle's "id" and "team" are guesses
+    identity = {kind: known[kind] for kind in kinds if kind in known}
+    name = known.get("name") or known.get("joined name", "")
+    return [Person(**identity, name=name)] if identity else []
 
 
 def _latest(drafts: list[Entry]) -> tuple[list[Entry], list[str]]:
     """Leave of each team's submissions only the latest, where the times tell; return them and what was left out."""
-    groups: dict[tuple[str, ...], list[Entry]] = {}
+    groups: dict[Hashable, list[Entry]] = {}
     for number, draft in enumerate(drafts):
         team = next((person.team for person in draft.people if person.team), "")
-        who = ("team", team) if team else tuple(person.key for person in draft.people) or ("alone", str(number))
+        who: Hashable = ("team", team) if team else tuple(person.key for person in draft.people) or number
         groups.setdefault(who, []).append(draft)
     kept, notes = [], []
     for several in groups.values():
@@ -203,14 +212,39 @@ def _latest(drafts: list[Entry]) -> tuple[list[Entry], list[str]]:
     return kept, notes
 
 
-def _named(drafts: Iterable[Entry]) -> tuple[Entry, ...]:
-    """Give each entry an id: its team's, its person's or its label's, in the order of the labels."""
-    entries = []
-    taken: Counter[str] = Counter()
-    for draft in sorted(drafts, key=lambda draft: (draft.label, draft.content)):
-        teams = {person.team for person in draft.people if person.team}
-        one = draft.people[0] if len(draft.people) == 1 else None
-        name = slug(next(iter(teams)) if len(teams) == 1 else (one.login or one.id or one.name) if one else draft.label)
-        taken[name] += 1
-        entries.append(replace(draft, id=name if taken[name] == 1 else f"{name}-{taken[name]}"))
-    return tuple(sorted(entries, key=lambda entry: entry.id))
+def _named(drafts: Sequence[Entry], earlier: Sequence[Entry]) -> tuple[Entry, ...]:
+    """Give each entry an id that no other has: its team's, its person's or its label's.
+
+    An entry of an `earlier` run keeps its id, so that results and decisions stay with it. Where several would have one
+    id, each of them has its mark appended: no order decides who is who.
+    """
+    kept = {(entry.label, _mark(entry)): entry.id for entry in earlier}
+    ids: list[str] = []
+    wanted = [_wanted(draft) for draft in drafts]
+    taken = {name for draft in drafts if (name := kept.get((draft.label, _mark(draft))))}
+    for draft, name in zip(drafts, wanted, strict=True):
+        marked = f"{name}-{_mark(draft)}"
+        choices = (
+            choice
+            for choice in itertools.chain([name], [marked], (f"{marked}-{number}" for number in itertools.count(2)))
+            if choice not in taken and wanted.count(choice) <= (choice == name)
+        )
+        before = kept.pop((draft.label, _mark(draft)), "")
+        ids.append(before or next(choices))
+        taken.add(ids[-1])
+    named = (replace(draft, id=name) for draft, name in zip(drafts, ids, strict=True))
+    return tuple(sorted(named, key=lambda entry: entry.id))
+
+
+def _wanted(draft: Entry) -> str:
+    teams = {person.team for person in draft.people if person.team}
+    one = draft.people[0] if len(draft.people) == 1 else None
+    return slug(next(iter(teams)) if len(teams) == 1 else (one.login or one.id or one.name) if one else draft.label)
+
+
+def _mark(entry: Entry) -> str:
+    """Return what tells a submission from others of one name: the platform's number, its label, or a hash."""
+    if entry.number or slug(entry.label) != _wanted(entry):
+        return slug(entry.number or entry.label)
+    said = (entry.label, *sorted(person.key for person in entry.people))
+    return hashlib.sha256(repr(said).encode()).hexdigest()[:6]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from enum import Enum
@@ -115,15 +115,20 @@ def read(folder: ClassFolder) -> Gradebook:
     whole = rubric.load(folder.path / RUBRIC)
     decisions = overrides.of_class(folder, facts, whole)
     rule = lateness.parse(facts.late_rule) if facts.late_rule else None
-    rows: dict[str, list[Row]] = {}
+    rows: dict[Hashable, list[Row]] = {}
     for entry in facts.entries:
         for person in entry.people or (Person(name=entry.label),):
-            row = _row(person, entry, folder, facts, whole, decisions, rule)
-            rows.setdefault(person.key, []).append(row)
+            # What fits nobody is one person's whatever its label: two of one name stay two.
+            who = person.key if entry.people else entry.id
+            rows.setdefault(who, []).append(_row(person, entry, folder, facts, whole, decisions, rule))
     for person in facts.missing:
         rows[person.key] = [_missing(person, decisions, whole)]
     best = (max(several, key=lambda row: (row.total is not None, row.total or 0)) for several in rows.values())
-    return Gradebook(whole, tuple(sorted(best, key=lambda row: row.person.key)), decisions, rule, facts.deadline)
+    return Gradebook(whole, tuple(sorted(best, key=_place)), decisions, rule, facts.deadline)
+
+
+def _place(row: Row) -> tuple[str, str]:
+    return row.person.key[1], row.submission
 
 
 def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:

@@ -27,13 +27,13 @@ def hand_in(entry: Entry, facts: ClassFacts, decided: Decisions) -> HandIn:
     on = decided.on(entry.id)
     submitted = on.submitted or entry.submitted
     extended = {
-        person.name or person.key: extension.until
+        person.label: extension.until
         for person in entry.people
         if (extension := decided.about(person).extension) is not None
     }
     deadline = [_time(facts.deadline), *(f"{_time(until)} for {name}" for name, until in extended.items())]
     return HandIn(
-        people=tuple(person.name or person.key for person in entry.people),
+        people=tuple(person.label for person in entry.people),
         team=next((person.team for person in entry.people if person.team), ""),
         name=entry.path.as_posix(),
         submitted=_time(submitted),

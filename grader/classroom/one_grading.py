@@ -149,7 +149,8 @@ def grade_packed(order: dict[str, object], archive: bytes, folder: bool) -> tupl
 def pack(folder: Path) -> bytes:
     """Return the files of a folder as a zip; links and special files are left out."""
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as packed:
+    # A zip has no times before 1980; a file from a reproducible build may be of 1970.
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1, strict_timestamps=False) as packed:
         for path in sorted(folder.rglob("*")):
             if path.is_file() and not path.is_symlink() and ".git" not in path.relative_to(folder).parts:
                 packed.write(path, path.relative_to(folder).as_posix())

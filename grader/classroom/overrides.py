@@ -27,7 +27,7 @@ import yaml
 
 from grader import yaml_reader
 from grader.classroom.class_folder import ClassFacts, ClassFolder
-from grader.classroom.roster import Person
+from grader.classroom.roster import IDENTITY, Person
 from grader.errors import GraderError
 from grader.scoring.rubric import Rubric
 from grader.yaml_reader import YamlReader
@@ -83,7 +83,7 @@ class Decisions:
     """All decisions, by submission id and by Person.key."""
 
     submissions: Mapping[str, SubmissionDecision] = field(default_factory=dict)
-    people: Mapping[str, PersonDecision] = field(default_factory=dict)
+    people: Mapping[tuple[str, str], PersonDecision] = field(default_factory=dict)
 
     def on(self, submission: str) -> SubmissionDecision:
         """Return the decisions on a submission."""
@@ -125,17 +125,16 @@ class _Reader(YamlReader):
         super().__init__(path)
         self._submissions = submissions
         self._rubric = rubric
-        self._keys: dict[str, str] = {}
+        self._named: dict[str, list[Person]] = {}
         for person in people:
-            for name in (person.id, person.login, person.email, person.name):
-                if name:
-                    self._keys.setdefault(name, person.key)
+            for name in {getattr(person, kind) for kind in (*IDENTITY, "name")} - {""}:
+                self._named.setdefault(name, []).append(person)
 
     def read(self, root: yaml.Node | None) -> Decisions:
         if root is None:
             return Decisions()
         submissions: dict[str, SubmissionDecision] = {}
-        about: dict[str, PersonDecision] = {}
+        about: dict[tuple[str, str], PersonDecision] = {}
         for key, node, value in self.mapping(root, ("submissions", "people")):
             del node
             for name, where, decided in self.mapping(value):
@@ -143,9 +142,16 @@ class _Reader(YamlReader):
                     self.require_known(name, where, self._submissions, "a submission of this class")
                     submissions[name] = self._submission(decided)
                 else:
-                    self.require_known(name, where, self._keys, "a person of this class")
-                    about[self._keys[name]] = self._person(decided)
+                    self.require_known(name, where, self._named, "a person of this class")
+                    about[self._one_person(name, where).key] = self._person(decided)
         return Decisions(submissions, about)
+
+    def _one_person(self, name: str, where: yaml.Node) -> Person:
+        people = self._named[name]
+        if len(people) > 1:
+            names = " or ".join(f"{value} ({kind})" for kind, value in (person.key for person in people))
+            self.fail(where, f"{name} is {len(people)} people of this class; write {names}")
+        return people[0]
 
     def _submission(self, node: yaml.Node) -> SubmissionDecision:
         points: list[PointsOverride] = []

@@ -99,7 +99,7 @@ def summarise(folder: ClassFolder, book: Gradebook) -> Overview:
     facts = folder.facts()
     teams: dict[str, list[Row]] = {}
     for row in book.rows:
-        teams.setdefault(row.submission or row.person.key, []).append(row)
+        teams.setdefault(row.submission, []).append(row)
     records = {entry.id: folder.current(entry, facts) for entry in facts.entries}
     reports = {name: folder.report(name) or {} if record else {} for name, record in records.items()}
     found = tuple(_line(rows, book, records.get(name)) for name, rows in sorted(teams.items()) if rows[0].submission)
@@ -117,7 +117,7 @@ def summarise(folder: ClassFolder, book: Gradebook) -> Overview:
         errors=tuple(record for record in known if record.status is Status.ERROR),
         slowest=tuple(sorted(known, key=lambda record: -record.seconds)[:_SLOWEST]),
         totals=totals,
-        missing=tuple(row.person.name or row.person.key for row in book.rows if row.state is State.MISSING),
+        missing=tuple(row.person.label for row in book.rows if row.state is State.MISSING),
     )
 
 
@@ -155,7 +155,7 @@ def _line(rows: Sequence[Row], book: Gradebook, record: Record | None) -> Line:
         (r.id, _share(points[r.id].points, points[r.id].max) if r.id in points else None)
         for r in book.rubric.requirements
     )
-    people = ", ".join(one_line(each.person.name or each.person.key) for each in rows)
+    people = ", ".join(one_line(each.person.label) for each in rows)
     reached = level(float(row.total), float(row.max)) if row.total is not None and row.max else ""
     remarks = "; ".join(dict.fromkeys(each.comment for each in rows if each.comment))
     return Line(row, people, remarks, criteria, cells, reached, record.seconds if record else 0.0, record is not None)

@@ -19,6 +19,8 @@ _ALIASES: Mapping[str, tuple[str, ...]] = {
     "team": ("group", "group name", "team name", "group_name"),
     "lms_id": ("identifier", "canvas id", "canvas user id", "participant"),
 }
+IDENTITY = ("id", "lms_id", "login", "email")
+"""The fields of a person that no two people share, the surest first."""
 _FIRST_NAMES, _LAST_NAMES = ("first name", "firstname", "given name"), ("last name", "surname", "lastname")
 
 
@@ -34,9 +36,15 @@ class Person:
     lms_id: str = ""
 
     @property
-    def key(self) -> str:
-        """Return what names the person in overrides and tables: the id, else the login, the e-mail or the name."""
-        return self.id or self.login or self.email or self.name
+    def key(self) -> tuple[str, str]:
+        """Return what tells the person from all others: a field and its value. A name only if nothing else is known."""
+        kind = next((kind for kind in IDENTITY if getattr(self, kind)), "name")
+        return kind, getattr(self, kind).casefold()
+
+    @property
+    def label(self) -> str:
+        """Return what the person is called in tables: the name, else what identifies them."""
+        return self.name or next((value for kind in IDENTITY if (value := getattr(self, kind))), "")
 
 
 def load(path: Path) -> tuple[Person, ...]:
@@ -63,12 +71,11 @@ def load(path: Path) -> tuple[Person, ...]:
         person = _person(row, columns)
         if person is None:
             continue
-        for kind in ("id", "email", "login"):
-            value = getattr(person, kind).casefold()
+        for kind, value in (person.key, *((kind, getattr(person, kind).casefold()) for kind in IDENTITY)):
             if value and (first := lines.setdefault((kind, value), rows.line_num)) != rows.line_num:
                 raise GraderError(
-                    f"{path}, line {rows.line_num}: the {kind} {value} is in line {first} too. "
-                    "Keep one line for each person."
+                    f"{path}, line {rows.line_num}: the {kind} {value} is in line {first} too. Keep one line for each "
+                    "person; an id, a login or an email tells people of one name apart."
                 )
         people.append(person)
     return tuple(people)

@@ -194,7 +194,7 @@ def write(folder: ClassFolder, alike: Alike) -> Path:
 
 
 def _label(entry: Entry) -> str:
-    people = ", ".join(one_line(person.name or person.key) for person in entry.people)
+    people = ", ".join(one_line(person.label) for person in entry.people)
     return f"{entry.id} ({people})" if people else entry.id
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterable, Sequence
 from decimal import Decimal
 from pathlib import Path
@@ -14,6 +15,8 @@ from grader.host.atomic import write_atomically
 
 # What a spreadsheet takes for the beginning of a formula (OWASP, "CSV Injection").
 _FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+
+_ENDS_A_CELL = re.compile('[",;\t\r\n]')
 
 Cell = str | int | Decimal | None
 
@@ -34,9 +37,12 @@ def write(path: Path, rows: Iterable[Sequence[Cell]]) -> None:
 
 def write_as_read(path: Path, rows: Iterable[Sequence[str]], separator: str) -> None:
     """Write the rows of a sheet that `read` returned; a cell that nobody filled in stays as the platform wrote it."""
-    stream = io.StringIO()
-    csv.writer(stream, delimiter=separator, lineterminator="\n").writerows(rows)
-    write_atomically(path, stream.getvalue())
+    write_atomically(path, "".join(separator.join(map(_quoted, row)) + "\n" for row in rows))
+
+
+def _quoted(cell: str) -> str:
+    """Return a cell in quotes where a spreadsheet of some country would end it: there cells end at a semicolon."""
+    return '"' + cell.replace('"', '""') + '"' if _ENDS_A_CELL.search(cell) else cell
 
 
 def read(path: Path) -> tuple[list[list[str]], str]:

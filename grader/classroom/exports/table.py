@@ -14,21 +14,24 @@ _PERSON = ("id", "name", "email", "login", "team")
 
 def write(book: Gradebook, path: Path, *, key: Path | None = None) -> None:
     """Write the gradebook; with `key` without names, which are in that second file then."""
-    names = {row.person.key: f"p{number:03}" for number, row in enumerate(book.rows, 1)}
-    cells.write(path, _lines(book, names if key else None))
+    cells.write(path, _lines(book, anonymous=key is not None))
     if key is not None:
-        people = ((names[row.person.key], row.submission, *_who(row)) for row in book.rows)
+        people = ((_alias(number), row.submission, *_who(row)) for number, row in enumerate(book.rows, 1))
         cells.write(key, [("anonymous", "submission", *_PERSON), *people])
 
 
-def _lines(book: Gradebook, names: dict[str, str] | None) -> Iterator[Sequence[Cell]]:
-    who = ("anonymous",) if names else (*_PERSON, "submission")
+def _alias(number: int) -> str:
+    return f"p{number:03}"
+
+
+def _lines(book: Gradebook, anonymous: bool) -> Iterator[Sequence[Cell]]:
+    who = ("anonymous",) if anonymous else (*_PERSON, "submission")
     ids = [requirement.id for requirement in book.rubric.requirements]
     yield (*who, "state", "submitted", "late", *ids, "reached", "deduction", "total", "max", "flags", "comment")
-    for row in book.rows:
+    for number, row in enumerate(book.rows, 1):
         points = {each.id: each.points for each in row.requirements}
         yield (
-            *((names[row.person.key],) if names else (*_who(row), row.submission)),
+            *((_alias(number),) if anonymous else (*_who(row), row.submission)),
             row.state.value,
             row.submitted.isoformat(timespec="seconds") if row.submitted else "",
             row.late_units,
@@ -38,7 +41,7 @@ def _lines(book: Gradebook, names: dict[str, str] | None) -> Iterator[Sequence[C
             row.total,
             row.max,
             row.flags,
-            "" if names else row.comment,
+            "" if anonymous else row.comment,
         )
 
 

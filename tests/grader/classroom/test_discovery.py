@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import datetime as dt
 import subprocess
+import tempfile
 import zipfile
+from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from grader.classroom import discovery
+from grader.classroom.discovery import Entry
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 
@@ -61,6 +66,79 @@ def test_without_a_roster_the_export_itself_says_who(tmp_path):
     assert (entry.id, entry.people) == ("jane-doe", (Person(name="Jane Doe", lms_id="12345"),))
 
 
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["doejane_1_8_a.zip", "ekbo_2_9_a.zip", "\u674e\u5c0f\u9f8d_3_9_a.zip"],
+        ["Jane Doe_1_assignsubmission_file_a.zip", "Jane Doe_2_assignsubmission_file_a.zip"],
+    ],
+    ids=["Canvas", "Moodle, two of one name"],
+)
+def test_without_a_roster_the_platforms_number_says_who_is_who(tmp_path, names):
+    for number, name in enumerate(names):
+        (tmp_path / name).write_text(str(number))
+    entries = discovery.find(tmp_path).entries
+    assert len({entry.id for entry in entries}) == len(names)
+    assert len({person.key for entry in entries for person in entry.people}) == len(names)
+    assert all(person.label for entry in entries for person in entry.people)
+
+
+@pytest.mark.parametrize(
+    "stranger",
+    [
+        "\u738b \u5c0f\u660e",
+        "\u0418\u0432\u0430\u043d \u0418\u0432\u0430\u043d\u043e\u0432",
+        "\u0645\u0631\u064a\u0645",
+    ],
+)
+def test_names_in_other_scripts_are_compared_letter_by_letter(tmp_path, stranger):
+    """A slug has no letter of them, so all of them were one name."""
+    (tmp_path / f"{stranger}.zip").touch()
+    (entry,) = discovery.find(tmp_path, [Person("s8", "\u674e \u5c0f\u9f8d")]).entries
+    assert entry.people == ()
+
+
+@pytest.mark.parametrize("name", ["OBrien Jane", "o'brien, jane", "Jane O\u2019Brien", "jane_obrien"])
+def test_an_apostrophe_or_a_comma_makes_nobody_a_stranger(tmp_path, name):
+    (tmp_path / f"{name}.zip").touch()
+    (entry,) = discovery.find(tmp_path, [JANE, obrien := Person("s8", "Jane O'Brien")]).entries
+    assert entry.people == (obrien,)
+
+
+LABELS = st.lists(
+    st.sampled_from(
+        ["Team", "team", "TEAM", "team-2", "team 2", "Team-2", "te am", "t\u00e9am", "\u738b", "\u674e", "_", "team-"]
+    ),
+    unique=True,
+    min_size=1,
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(labels=LABELS, later=LABELS)
+def test_no_two_submissions_share_an_id_and_none_loses_its_own(labels, later):
+    """`Team`, `team` and `team-2` had two ids; with one more folder in the next run, grades changed their owner."""
+
+    def entries(wanted: list[str], earlier: tuple[Entry, ...]) -> dict[str, Entry]:
+        with tempfile.TemporaryDirectory() as folder:
+            for label in wanted:
+                (Path(folder) / f"{label}.zip").write_text(label)
+            return {entry.label: entry for entry in discovery.find(Path(folder), earlier=earlier).entries}
+
+    before = entries(labels, ())
+    after = entries(sorted({*labels, *later}), tuple(before.values()))
+    assert len({entry.id.casefold() for entry in after.values()}) == len(after)
+    assert {label: after[label].id for label in before} == {label: entry.id for label, entry in before.items()}
+
+
+def test_a_program_that_may_now_be_started_is_other_content(tmp_path):
+    """`chmod +x` was the whole cure for a package, and it kept its old grade."""
+    (tmp_path / "demo.py").write_text("print()\n")
+    before = discovery.content_hash(tmp_path)
+    (tmp_path / "demo.py").chmod(0o755)
+    assert discovery.content_hash(tmp_path) != before
+
+
 def test_the_latest_of_a_team_counts_where_times_tell(tmp_path):
     (tmp_path / "submission_metadata.yml").write_text(
         "submission_1:\n  :submitters:\n  - :email: jane@uni.edu\n  :created_at: 2026-11-20 10:00:00 Z\n"
@@ -78,7 +156,7 @@ def test_the_latest_of_a_team_counts_where_times_tell(tmp_path):
 def test_without_times_all_of_a_team_are_graded(tmp_path):
     (tmp_path / "jdoe.zip").write_text("1")
     (tmp_path / "liwu.zip").write_text("2")
-    assert [entry.id for entry in discovery.find(tmp_path, [JANE, LI]).entries] == ["team07", "team07-2"]
+    assert [entry.id for entry in discovery.find(tmp_path, [JANE, LI]).entries] == ["team07-jdoe", "team07-liwu"]
 
 
 def test_the_same_bytes_from_two_members_are_one_submission(tmp_path):

@@ -18,13 +18,13 @@ DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)
 
 
 def row(book: Gradebook, key: str) -> Row:
-    (found,) = (row for row in book.rows if row.person.key == key)
+    (found,) = (row for row in book.rows if row.person.id == key)
     return found
 
 
 def test_a_team_is_expanded_to_its_members_and_nobody_is_missing(class_of_four):
     book = gradebook.read(class_of_four())
-    assert [(r.person.key, r.state, r.total) for r in book.rows] == [
+    assert [(r.person.id, r.state, r.total) for r in book.rows] == [
         ("s1", State.GRADED, Decimal("98.00")),
         ("s2", State.GRADED, Decimal("98.00")),
         ("s3", State.REFUSED, Decimal("0")),

@@ -50,6 +50,15 @@ def test_points_comments_times_extensions_and_excuses(tmp_path):
     assert found.on("team08").points == ()
 
 
+def test_a_name_that_two_people_have_decides_about_neither(tmp_path):
+    path = tmp_path / "overrides.yaml"
+    path.write_text("people:\n  Li Wu:\n    excused: {why: ill, by: Ada}\n")
+    with pytest.raises(
+        GraderError, match=r"line 2: Li Wu is 2 people of this class; write s2 \(id\) or 4711 \(lms_id\)"
+    ):
+        overrides.load(path, [], (*PEOPLE, Person(name="Li Wu", lms_id="4711")), RUBRIC)
+
+
 @pytest.mark.parametrize("text", ["", "submissions:\n", "submissions: {}\npeople:\n"])
 def test_an_empty_file_decides_nothing(tmp_path, text):
     assert load(tmp_path, text) == Decisions()

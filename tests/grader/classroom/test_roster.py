@@ -57,6 +57,11 @@ def test_somebody_listed_twice_is_refused_with_both_lines(tmp_path):
         people(tmp_path, "id,email\n1,jane@uni.edu\n2,li@uni.edu\n3,Jane@uni.edu\n")
 
 
+def test_two_of_one_name_that_nothing_tells_apart_are_refused(tmp_path):
+    with pytest.raises(GraderError, match=r"line 3: the name li wu is in line 2 too.* tells people of one name apart"):
+        people(tmp_path, "name,team\nLi Wu,a\nLi Wu,b\n")
+
+
 def test_a_roster_without_usable_columns_is_refused(tmp_path):
     with pytest.raises(GraderError, match="no column that names a person"):
         people(tmp_path, "color,size\nred,1\n")
