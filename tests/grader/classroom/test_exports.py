@@ -34,6 +34,16 @@ def test_a_cell_never_begins_like_a_formula(start):
     assert cells.neutral(f"{start}cmd|' /C calc'!A0").startswith("'")
 
 
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_no_cell_ends_at_another_countrys_separator(tmp_path, separator):
+    """A name `Ann;=1+2` was two cells where spreadsheets separate by semicolons, and the second a formula."""
+    row = ["Ann;=1+2", "a,b", "c\td", 'say "x"', "two\nlines", "plain"]
+    cells.write_as_read(tmp_path / "a.csv", [row], separator)
+    text = (tmp_path / "a.csv").read_text()
+    assert list(csv.reader(io.StringIO(text, newline=""), delimiter=separator)) == [row]
+    assert re.sub(r'"(?:[^"]|"")*"', "", text) == separator * 5 + "plain\n"
+
+
 def test_a_negative_number_stays_a_number():
     assert cells.neutral(Decimal("-1.50")) == "-1.50"
 
