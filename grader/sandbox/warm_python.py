@@ -46,6 +46,7 @@ _START_CODE, _END_CODE, _START_STACK, _START_DATA, _END_DATA, _START_BRK = 26, 2
 
 _libc = ctypes.CDLL(None, use_errno=True)
 _shown: list[mmap.mmap] = []  # what /proc shows lies in it for as long as the process lives
+_signals = ctypes.create_string_buffer(128)  # a sigset_t: which signals were blocked before a fork
 
 
 def serve() -> dict[str, Any]:
@@ -59,7 +60,7 @@ def serve() -> dict[str, Any]:
                 os._exit(0)
             if data == LOADED:
                 os.write(descriptors[0], loaded)
-            elif os.fork() == 0:
+            elif fork() == 0:
                 break
             for descriptor in descriptors:
                 os.close(descriptor)
@@ -74,6 +75,29 @@ def serve() -> dict[str, Any]:
     take_streams(output)
     kept = {name: request[name] for name in ("command", "cwd", "environment", "libraries")}
     return offer_forks(kept, request["offers_forks"]) if request["offers_forks"] else kept
+
+
+def fork() -> int:
+    """Fork, and return the child's pid, 0 in the child; in that, all signals are blocked until `restart_lttng`.
+
+    rclpy is linked to LTTng, which has started two threads; they sleep until a tracing daemon comes. A fork does not
+    have them, and yet LTTng cancels them when the program exits: a crash, if their memory is not mapped any more.
+    """
+    _call_lttng("ust_before_fork")
+    if (pid := os.fork()) != 0:
+        _call_lttng("ust_after_fork_parent")
+    return pid
+
+
+def restart_lttng() -> None:
+    """Start LTTng's threads in a process that descends from one that was forked by `fork`."""
+    _call_lttng("ust_after_fork_child")
+
+
+def _call_lttng(name: str) -> None:
+    """Call a function of lttng/ust-fork.h, if rclpy's libraries have been loaded and are linked to LTTng."""
+    with contextlib.suppress(OSError, AttributeError):
+        getattr(ctypes.CDLL("librcl.so", os.RTLD_NOLOAD), name)(_signals)
 
 
 def join_and_wait(request: dict[str, Any], status: int) -> None:
@@ -230,6 +254,7 @@ def become_program(request: dict[str, Any]) -> types.CodeType:
     os.chdir(request["cwd"])
     os.environ.clear()
     os.environ.update(request["environment"])
+    restart_lttng()
     sys.argv[:] = [script, *arguments]
     sys.orig_argv[:] = ["python3", script, *arguments]
     with contextlib.suppress(OSError):  # a kernel without CONFIG_CHECKPOINT_RESTORE
@@ -301,7 +326,6 @@ def _call(name: str, *arguments: Any) -> None:
 
 if __name__ == "__main__":
     runpy.run_path(sys.argv[1])["import_modules"]()
-    # rclpy's libraries have started two threads of LTTng's, which sleep until a tracing daemon comes. No fork has them.
     gc.collect()
     gc.freeze()  # a fork that never touches these pages never copies them
     exec(become_program(serve()), sys.modules["__main__"].__dict__)

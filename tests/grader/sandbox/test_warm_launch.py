@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from helpers.programs import ABOUT_ITSELF, INSTALL, LIMITS, await_output, box, ended, write
+from helpers.programs import ABOUT_ITSELF, ENDS_WITH_MANY_STACKS, INSTALL, LIMITS, await_output, box, ended, write
 
 from grader import KIT, sandbox
 from grader.sandbox.warm_start import WarmPython
@@ -94,6 +94,7 @@ def test_a_node_learns_the_same_of_itself(launch: Launch):
         "import ctypes, faulthandler; faulthandler.disable(); ctypes.string_at(0)",
         "import faulthandler, os; faulthandler.disable(); os.abort()",
         "import os; os._exit(255)",
+        ENDS_WITH_MANY_STACKS,
         "this is not Python",
     ],
 )

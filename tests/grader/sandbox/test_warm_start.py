@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from helpers.programs import ABOUT_ITSELF, ENVIRONMENT, LIMITS, await_output, box, ended, write
+from helpers.programs import ABOUT_ITSELF, ENDS_WITH_MANY_STACKS, ENVIRONMENT, LIMITS, await_output, box, ended, write
 
-from grader import sandbox
+from grader import KIT, sandbox
 from grader.host import cgroup, procfs, ros_env
+from grader.sandbox import warm_imports
 from grader.sandbox.warm_start import CannotFork, WarmPython
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
@@ -41,6 +43,39 @@ def test_a_program_learns_the_same_of_itself(start: Start):
     (cold_code, cold), (warm_code, forked) = ended(start("cold", ABOUT_ITSELF)), ended(start("warm", ABOUT_ITSELF))
     assert cold_code == warm_code == 0, forked
     assert json.loads(forked) == json.loads(cold)
+
+
+# Imports the modules that docs/trials.md lists, and imports and uses all that is loaded for nodes.
+LISTED = (KIT / "docs" / "trials.md").read_text().partition("what forks it needs itself: ")[2].partition("\n")[0]
+MODULES = f"""
+    import importlib, json, os, sys
+    before = sorted(sys.modules)
+    for name in {(*warm_imports.MODULES, *re.findall("`(.+?)`", LISTED))}:
+        importlib.import_module(name)
+    from rclpy.type_support import check_for_type_support
+    for package, names in {warm_imports.TYPES}.items():
+        for name in names:
+            check_for_type_support(getattr(sys.modules[package], name))
+    print(json.dumps([before, sorted(sys.modules), len(os.listdir("/proc/self/task"))]))
+"""
+# "Am I under test?", asked of sys.modules.
+OF_TESTS = {"unittest", "doctest", "pytest", "_pytest", "py", "pluggy", "coverage", "mock", "nose", "hypothesis"}
+
+
+def test_no_program_takes_itself_for_one_under_test(start: Start):
+    """unittest.mock was in a node's sys.modules in trials, and on no robot."""
+    before, _, _ = json.loads(ended(start("warm", MODULES))[1])
+    assert {name.split(".")[0] for name in before} & OF_TESTS == set()
+
+
+def test_a_node_has_the_modules_and_threads_of_one_that_was_started(start: Start):
+    (_, cold), (_, forked) = ended(start("cold", MODULES)), ended(start("warm", MODULES))
+    assert json.loads(forked)[1:] == json.loads(cold)[1:]
+
+
+def test_it_exits_as_well_when_many_threads_have_ended(start: Start):
+    """Demonstrations that had done all they should ended with -11, and lost a point of Q6."""
+    assert ended(start("warm", ENDS_WITH_MANY_STACKS)) == (0, "done\n")
 
 
 def test_it_has_no_rights(start: Start):
