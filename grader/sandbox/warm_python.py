@@ -270,21 +270,13 @@ def show_in_proc(words: list[str], environment: dict[str, str]) -> None:
 
 
 def load(libraries: list[str]) -> None:
-    """Load shared libraries, each after those that it needs.
+    """Load shared libraries, in this order.
 
     The loader has noted that their folder does not exist, outside of the sandbox. What is loaded it finds by name.
     """
-    left = libraries
-    while left:
-        failed = []
-        for library in left:
-            try:
-                ctypes.CDLL(library)
-            except OSError:
-                failed.append(library)
-        if len(failed) == len(left):
-            return
-        left = failed
+    for library in libraries:
+        with contextlib.suppress(OSError):
+            ctypes.CDLL(library)
 
 
 def without_our_frames(kind: type[BaseException], error: BaseException, trace: types.TracebackType | None) -> None:

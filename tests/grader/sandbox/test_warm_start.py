@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import subprocess
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -257,7 +258,10 @@ def no_change(_install: Path) -> None:
         ("#!/usr/bin/env python3", lambda install: module(install, "sitecustomize"), False),
         ("#!/usr/bin/env python3", lambda install: module(install, "own"), True),
         ("#!/usr/bin/env python3", lambda install: (install / "lib" / "librcl.so").touch(), False),
-        ("#!/usr/bin/env python3", lambda install: (install / "lib" / "libown.so").touch(), True),
+        ("#!/usr/bin/env python3", lambda install: libraries(install, "p"), True),
+        ("#!/usr/bin/env python3", lambda install: libraries(install, "p", "q"), False),
+        ("#!/usr/bin/env python3", lambda install: libraries(install, "std_msgs"), False),
+        ("#!/usr/bin/env python3", lambda install: (install / "lib" / "libown.so").touch(), False),
     ],
 )
 def test_only_what_would_find_the_same_modules_is_forked(
@@ -272,6 +276,22 @@ def module(install: Path, name: str) -> None:
     folder = install / ros_env.SITE_IN_PREFIX
     folder.mkdir(parents=True)
     (folder / f"{name}.py").touch()
+
+
+def libraries(install: Path, *packages: str) -> None:
+    for package in packages:
+        (install / "lib" / f"lib{package}__rosidl_generator_c.so").touch()
+        (install / "lib" / f"lib{package}__rosidl_typesupport_fastrtps_cpp.so").touch()
+
+
+@pytest.mark.parametrize("name", ["libown.so", "libp__rosidl_more_c.so", "libp__rosidl_typesupport_cpp.so"])
+def test_no_library_runs_that_the_program_does_not_load(install: Path, warm: WarmPython, name: str):
+    """A fork loaded all that were installed, and what is in a library nobody reads."""
+    text = '#include <stdio.h>\n__attribute__((constructor)) void run(void) { puts("ran"); fflush(stdout); }'
+    command = ["cc", "-shared", "-fPIC", "-x", "c", "-", "-o", str(install / "lib" / name)]
+    subprocess.run(command, input=text, text=True, check=True)
+    with sandbox.Process(write(install, "print('only this')"), box(install), LIMITS, warm) as process:
+        assert ended(process) == (0, "only this\n")
 
 
 def test_a_file_that_is_a_link_or_cannot_be_executed_is_started_as_before(install: Path, warm: WarmPython):
