@@ -109,6 +109,22 @@ def test_a_node_is_the_launchs_own_child_and_leads_a_session(launch: Launch, how
     assert "[node-1] True True\n" in said(launch(how, PARENT))
 
 
+def test_what_nodes_are_forked_from_is_closed_to_them(launch: Launch):
+    """Else a node could rewrite it, and so the nodes after it."""
+    text = """
+        import os
+        def opens(pid):
+            try:
+                return open(f"/proc/{pid}/mem", "r+b").close() is None
+            except OSError:
+                return False
+        pids = [int(name) for name in os.listdir("/proc") if name.isdigit()]
+        parents = {pid: int(open(f"/proc/{pid}/stat").read().rpartition(")")[2].split()[1]) for pid in pids}
+        print(opens(os.getpid()), opens(min(pid for pid in pids if parents[pid] == os.getppid())))
+    """
+    assert "[node-1] True False\n" in said(launch("warm", text))
+
+
 @pytest.mark.parametrize("how", HOWS)
 def test_ctrl_c_reaches_the_node(launch: Launch, how: str):
     process = launch(how, WAITS_FOR_CTRL_C)
