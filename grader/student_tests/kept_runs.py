@@ -1,6 +1,7 @@
 """Runs of the package's own tests, kept by all that decides them: after an edit of one module only its runs are new.
 
-For the checks in a notebook. A grading takes no run's result from another grading.
+Of the other test modules those decide a run that it was seen to open. For the checks in a notebook: a grading takes no
+run's result from another grading.
 """
 
 from __future__ import annotations
@@ -8,32 +9,28 @@ from __future__ import annotations
 import base64
 import hashlib
 import itertools
-import re
+import json
 import threading
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
-from grader.evidence import TestModule
 from grader.evidence.kept import Kept
 from grader.sandbox import untrusted
-from grader.student_tests.discover import is_run
 from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.worker_report import REPORTS, ModuleRun, read_run
-
-# With these, a test may look at modules that it does not name, such as all files of a folder.
-_LOOKS_AROUND = re.compile(
-    r"\b([ir]?glob|listdir|scandir|iterdir|walk|subprocess|import_module|pytest_plugins|flake8|mypy|\w*lint)\b"
-)
 
 
 @dataclass(frozen=True)
 class _Report:
-    """What a worker wrote in a run: the text of each file, by its suffix, and coverage's data as base64."""
+    """What a worker wrote in a run: the text of each file, by its suffix, and coverage's data as base64.
+
+    `opened` are the test modules that the run opened, and their texts' hashes.
+    """
 
     texts: dict[str, str]
     coverage: str
     seconds: float
+    opened: dict[str, str]
 
 
 class KeptRuns:
@@ -43,14 +40,12 @@ class KeptRuns:
         kept: what is kept from one check to the next.
         package: the package's source folder.
         program: a hash of everything of the package but its tests.
-        modules: its test modules, also those that are not run.
         folder: where files of kept runs are laid out, an empty folder.
     """
 
-    def __init__(self, kept: Kept, package: Path, program: str, modules: Sequence[TestModule], folder: Path) -> None:
+    def __init__(self, kept: Kept, package: Path, program: str, folder: Path) -> None:
         self._kept, self._package, self._program, self._folder = kept, package, program, folder
         self._files = _test_files(package)
-        self._apart = frozenset(_standing_apart(self._files, modules))
         self._asked: set[str] = set()
         self._new: dict[str, _Report] = {}
         self._numbers = itertools.count()
@@ -73,7 +68,7 @@ class KeptRuns:
                 return None
             self._asked.add(key)
         kept = self._kept.find(_Report, "run", key)
-        if kept is None:
+        if kept is None or any(self._files.get(path) != text for path, text in kept[0].opened.items()):
             return None
         with self._lock:
             self.found += 1
@@ -91,6 +86,7 @@ class KeptRuns:
             {name: text for name, text in texts.items() if text is not None},
             base64.b64encode(data).decode(),
             ran.seconds,
+            {path: text for path, text in self._files.items() if _is_opened(path, ran.opened)},
         )
         with self._lock:
             self._new.setdefault(self._key(request), report)
@@ -116,33 +112,27 @@ class KeptRuns:
         return replace(ran, coverage_data=data)
 
     def _key(self, request: ModuleRequest) -> str:
-        """Return a hash of what decides a run: the request, the package, and the tests that it could look at."""
+        """Return a hash of what decides a run: the request, the package, and all of its tests but other modules."""
         own = {request.module, *request.beside}
-        seen = [f"{path} {text}" for path, text in self._files.items() if path in own or path not in self._apart]
-        digest = hashlib.sha256("\0".join([self._program, request.to_json(), *seen]).encode("utf-8", "surrogateescape"))
-        return digest.hexdigest()
+        seen = [f"{path} {text if path in own or not _is_module(path) else ''}" for path, text in self._files.items()]
+        parts = [self._program, request.to_json(), json.dumps(sorted(request.files.items())), *seen]
+        return hashlib.sha256("\0".join(parts).encode("utf-8", "surrogateescape")).hexdigest()
 
 
 def _test_files(package: Path) -> dict[str, str]:
-    """Return the texts of all files in folders of tests, by their paths in the package."""
+    """Return hashes of all files in folders of tests, by their paths in the package."""
     found = {}
     for path in sorted(package.rglob("*")):
         relative = path.relative_to(package)
         if {"test", "tests"} & set(relative.parts) and "__pycache__" not in relative.parts and path.is_file():
-            data = untrusted.read_bytes(path)
-            found[str(relative)] = "" if data is None else data.decode("utf-8", "surrogateescape")
+            found[str(relative)] = hashlib.sha256(untrusted.read_bytes(path) or b"").hexdigest()
     return found
 
 
-def _standing_apart(files: Mapping[str, str], modules: Sequence[TestModule]) -> set[str]:
-    """Return the test modules that no other file names; none of them if one may look at files that it does not name."""
-    idle = {module.path for module in modules if not is_run(module)}
-    code = {path: text for path, text in files.items() if path.endswith(".py") and path not in idle}
-    if any(_LOOKS_AROUND.search(text) for text in code.values()):
-        return set()
+def _is_module(path: str) -> bool:
+    name = PurePosixPath(path)
+    return name.suffix == ".py" and (name.stem.startswith("test_") or name.stem.endswith("_test"))
 
-    def is_named(module: str) -> bool:
-        name = re.compile(rf"\b{re.escape(PurePosixPath(module).stem)}\b")
-        return any(name.search(text) for path, text in code.items() if path != module)
 
-    return {module.path for module in modules if not is_named(module.path)}
+def _is_opened(path: str, names: frozenset[str] | None) -> bool:
+    return _is_module(path) and (names is None or PurePosixPath(path).stem in names)

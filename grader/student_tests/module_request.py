@@ -26,9 +26,9 @@ class ModuleRequest:
     total: float = 90.0
 
     def to_json(self) -> str:
-        """Return the request as the worker reads it."""
+        """Return the request as the worker reads it: all but the files, which are part of the tree under test."""
         return json.dumps({
-            "modules": [self.module, *self.beside], "files": dict(self.files), "order": list(self.select),
+            "modules": [self.module, *self.beside], "order": list(self.select),
             "first": self.first_failure, "coverage": self.coverage, "limits": dict(self.limits),
             "limit": self.limit, "total": self.total,
         })  # fmt: skip

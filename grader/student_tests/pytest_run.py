@@ -34,7 +34,7 @@ RC = "/ws/coveragerc"
 CACHE = "/tmp/pytest-cache"  # emptied before each run; pytest writes there only if a test asks it to
 REPORT_CAP = 1_000_000  # bytes
 TESTS_AT_MOST = 2000
-PROGRAMS_AT_MOST = 200
+NOTED_AT_MOST = 1000
 
 # Hooks that a conftest.py has good reasons to define. The others can rewrite reports, drop tests or swallow exceptions.
 ALLOWED_HOOKS = {
@@ -105,7 +105,7 @@ def run_module(prepared: Prepared, number: int, request: Request, modules: Path)
         sources = [path.parent for path in PACKAGE.glob("*/__init__.py") if not path.parent.name.startswith("test")]
         folders = [str(modules), *map(str, sources)]
         prepared.watch(folders, [str(PACKAGE), str(modules)], source_read_noter(stream.fileno(), recorder))
-        sys.addaudithook(program_noter(stream.fileno()))
+        sys.addaudithook(noter(stream.fileno()))
         recorder.write(ended=run_pytest(prepared, recorder, request))
     if write is not None:
         write(recorder.tests)
@@ -311,8 +311,8 @@ def source_read_noter(report: int, recorder: Recorder) -> Callable[[str, int], N
     return note
 
 
-def program_noter(report: int) -> Callable[[str, tuple[Any, ...]], None]:
-    """Return an audit hook that records the command lines of the programs that tests start.
+def noter(report: int) -> Callable[[str, tuple[Any, ...]], None]:
+    """Return an audit hook that records what tests start and open: programs' command lines, and names of test modules.
 
     A node that is killed in the end leaves no coverage, and yet the tests have reached it.
     """
@@ -320,11 +320,18 @@ def program_noter(report: int) -> Callable[[str, tuple[Any, ...]], None]:
     write, dumps, decode = os.write, json.dumps, os.fsdecode
 
     def note(event: str, arguments: tuple[Any, ...]) -> None:
-        if event != "subprocess.Popen" or len(noted) >= PROGRAMS_AT_MOST:
+        if event not in ("open", "os.system", "subprocess.Popen") or len(noted) >= NOTED_AT_MOST:
             return
         with contextlib.suppress(Exception):  # must never make a test fail
-            words = [arguments[1]] if isinstance(arguments[1], str | bytes) else list(arguments[1])
-            entry = dumps({"starts": " ".join(decode(word) for word in words)[:1000]})
+            if event == "open":
+                name = decode(arguments[0]).rpartition("/")[2].partition(".")[0]
+                if not (name.startswith("test_") or name.endswith("_test")):
+                    return
+                entry = dumps({"opens": name[:300]})
+            else:
+                command = arguments[-1] if event == "os.system" else arguments[1]
+                words = [command] if isinstance(command, str | bytes) else list(command)
+                entry = dumps({"starts": " ".join(decode(word) for word in words)[:1000]})
             if entry not in noted:
                 noted.add(entry)
                 write(report, (entry + "\n").encode())

@@ -52,8 +52,7 @@ def runs_to_keep(subject: Subject) -> KeptRuns | None:
     """Return the runs that are kept of the package's own tests, None where each grading runs all of them."""
     if not subject.settings.keep_runs:
         return None
-    package = subject.submission.package
-    return KeptRuns(subject.kept, package, subject.program, discover_tests(package), subject.folder)
+    return KeptRuns(subject.kept, subject.submission.package, subject.program, subject.folder)
 
 
 def keep_runs(runs: KeptRuns | None, what: str, *, flagged: bool) -> dict[str, str]:

@@ -25,6 +25,7 @@ from grader.sandbox.warm_start import IMPORTS
 from grader.student_tests.kept_runs import KeptRuns
 from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.package_modules import MODULES, PACKAGE, source_folders
+from grader.student_tests.tree_under_test import Tree
 from grader.student_tests.worker_report import ModuleRun, read_run
 
 _Given = TypeVar("_Given")
@@ -48,6 +49,7 @@ class WarmWorker:
 
     package: Path
     process: sandbox.Process
+    tree: Tree
     requests: Path
     out: Path
     count: list[int]
@@ -111,6 +113,8 @@ class WarmWorker:
 
     def _hand_in(self, number: int, request: ModuleRequest) -> None:
         path = self.requests / f"{number}.json"
+        tree = path.with_suffix(".tree")
+        tree.write_text(self.tree.under_test(request.files))
         path.with_suffix(".part").write_text(request.to_json())
         path.with_suffix(".part").rename(path)
         taken = self.out / f"{number}.taken"
@@ -125,7 +129,9 @@ class WarmWorker:
         elif not self.threads:
             # No test has run yet, so every thread in the sandbox is the worker's.
             self.threads.extend(self.process.thread_times())
-        path.unlink()
+        self.tree.keep_byte_code(untrusted.read_json(taken, _DATA_CAP), request.files)
+        for file in (taken, tree, path):  # with the last one the tests begin
+            file.unlink(missing_ok=True)
 
 
 @contextlib.contextmanager
@@ -216,6 +222,7 @@ def _start(
         shutil.copytree(modules, folder / "modules", symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
     else:
         (folder / "modules").mkdir()
+    tree = Tree(folder / "package", folder / "modules", (PACKAGE, MODULES))
     rc = folder / "coveragerc"
     sources = "\n    ".join(source_folders(package, install))
     settings = (_HERE / "coverage.ini").read_text().replace("@MODULES@", str(MODULES)).replace("@SOURCES@", sources)
@@ -239,7 +246,7 @@ def _start(
     )  # fmt: skip
     command = ["python3", "-s", "-P", "/ws/worker.py"]
     with sandbox.Process(command, box, sandbox.Limits(wall_seconds=seconds)) as process:
-        yield WarmWorker(package, process, folder / "requests", folder / "out", [0], kept_runs=kept_runs)
+        yield WarmWorker(package, process, tree, folder / "requests", folder / "out", [0], kept_runs=kept_runs)
 
 
 def _state(thread: int) -> str:

@@ -1,14 +1,16 @@
 """Serve requests in the sandbox: run each test module in a fork of one warm process. Imports nothing of the grader.
 
 The worker imports once what every run needs (pytest, coverage, rclpy, the usual messages), and nothing of the
-submission. For each request it restores the package as handed in, changes the files that the request names, forks,
-and lets pytest run one module in the fork (`pytest_run`). When the fork has ended, everything it started is killed.
+submission. For each request a fork lays out the tree under test, which the host hands in, and ends; another fork lets
+pytest run one module (`pytest_run`). When that has ended, everything it started is killed. The worker itself never
+reads the tree: tests share its memory, and must not find in it what a mutant's original looks like.
 
 What is written to `out` comes from a process shared with the submission: it is data, and the host checks it.
 """
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import ctypes
 import gc
@@ -22,8 +24,10 @@ import shutil
 import signal
 import sys
 import time
+import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,26 +37,21 @@ OUT = Path("/ws/out")
 POLL_S = 0.002
 LOOK_S = 0.05  # between two looks at a running test; the end of its process is seen at once
 _SET_DUMPABLE = 4  # <linux/prctl.h>
-RESTORE_CAP = 2_000_000  # bytes; longer files (maps, bags) are not restored before each run
 
 Request = Mapping[str, Any]
 """A ModuleRequest of `warm_worker`, as read from JSON."""
 RunModule = Callable[[int, Request, Path], None]
 Compile = Callable[[Path, bytes], "tuple[Path, bytes] | None"]
-Files = dict[Path, tuple[bytes, tuple[int, int], int]]
-"""Files as they were handed in: path -> bytes, times (access, change) in nanoseconds, mode."""
 
 
 def main() -> None:
     """Serve requests until the sandbox is killed."""
     settings = json.loads((REQUESTS / "settings.json").read_text())
     modules = Path(settings["modules"])
-    handed_in = read_files(PACKAGE) | {path: file for path, file in read_files(modules).items() if path.suffix == ".py"}
     # Not imported, so that no test finds the module in sys.modules.
     pytest_run = runpy.run_path(str(Path(__file__).with_name("pytest_run.py")))
     run_module: RunModule = pytest_run["prepare"]()
-    bytecode = ByteCode(handed_in, pytest_run["compile_module"], pytest_run["compile_tests"])
-    bytecode.add_modules(modules)
+    compilers = pytest_run["compile_module"], pytest_run["compile_tests"]
     if settings["warm"]:
         runpy.run_path(str(Path(__file__).with_name("warm_imports.py")))["import_modules"]()
         importlib.import_module("unittest.mock")  # which tests import; it takes 50 ms
@@ -63,9 +62,7 @@ def main() -> None:
     set_dumpable(False)
     number = 0
     while True:
-        request = await_request(number)
-        bytecode.add_tests(request["modules"])
-        serve(number, request, modules, handed_in, run_module)
+        serve(number, await_request(number, modules, *compilers), modules, run_module)
         number += 1
 
 
@@ -74,77 +71,72 @@ def set_dumpable(wanted: bool) -> None:
     ctypes.CDLL(None).prctl(_SET_DUMPABLE, int(wanted), 0, 0, 0)
 
 
-def read_files(folder: Path) -> Files:
-    """Return the files below `folder`, without links and big files."""
-    found: Files = {}
-    for here, _, names in os.walk(folder):
-        for name in names:
-            path = Path(here, name)
-            facts = path.lstat()
-            if path.is_file() and not path.is_symlink() and facts.st_size <= RESTORE_CAP:
-                found[path] = (path.read_bytes(), (facts.st_atime_ns, facts.st_mtime_ns), facts.st_mode & 0o7777)
-    return found
-
-
-def await_request(number: int) -> Request:
-    """Return request `number`. Waits until the host has deleted its file, so that no test finds it."""
+def await_request(number: int, modules: Path, compile_module: Compile, compile_tests: Compile) -> Request:
+    """Return request `number` once its tree is laid out and the host has deleted both, so that no test finds them."""
     path = REQUESTS / f"{number}.json"
     while not path.exists():
         time.sleep(POLL_S)
     request: Request = json.loads(path.read_text())
-    (OUT / f"{number}.taken").touch()
+    _, status = os.waitpid(fork(partial(lay_out, number, request, modules, compile_module, compile_tests)), 0)
+    if status:
+        sys.exit("the tree under test could not be laid out")
     while path.exists():
         time.sleep(POLL_S)
     return request
 
 
-class ByteCode:
-    """Compiles the package's modules and tests once, for all runs; their byte code is restored like their texts.
-
-    Python and pytest compare it with the text before they use it, so a changed module is compiled anew.
-    """
-
-    def __init__(self, handed_in: Files, compile_module: Compile, compile_tests: Compile) -> None:
-        self.handed_in = handed_in
-        self.compile_module = compile_module
-        self.compile_tests = compile_tests
-        self.known: set[Path] = set()
-
-    def add_modules(self, folder: Path) -> None:
-        """Compile the installed modules."""
-        for path in [path for path in self.handed_in if path.is_relative_to(folder)]:
-            self.add(path, self.compile_module)
-
-    def add_tests(self, modules: Sequence[str]) -> None:
-        """Compile test modules, and each conftest.py that belongs to them, as pytest does."""
-        for name in modules:
-            path = PACKAGE / name
-            for each in (path, *(folder / "conftest.py" for folder in path.parents)):
-                if each in self.handed_in:
-                    self.add(each, self.compile_tests)
-
-    def add(self, path: Path, compiled: Compile) -> None:
-        """Compile a file unless that has been done."""
-        if path in self.known:
-            return
-        self.known.add(path)
-        data, times, _ = self.handed_in[path]
-        if (made := compiled(path, data)) is not None:
-            self.handed_in[made[0]] = (made[1], times, 0o644)
-
-
-def serve(number: int, request: Request, modules: Path, handed_in: Files, run_module: RunModule) -> None:
-    """Run one request in a fork and write how it ended."""
-    restore(modules, handed_in, request["files"])
-    for left in OUT.glob("coverage*"):
-        with contextlib.suppress(OSError):
-            left.unlink()
+def fork(work: Callable[[], None]) -> int:
+    """Return the id of a new process that does some work and ends, with status 99 if that fails."""
     pid = os.fork()
     if pid == 0:
-        set_dumpable(True)
-        with contextlib.suppress(BaseException):
-            run_module(number, request, modules)
+        try:
+            work()
+        except BaseException:
+            traceback.print_exc()
         os._exit(99)
+    return pid
+
+
+def lay_out(number: int, request: Request, modules: Path, compile_module: Compile, compile_tests: Compile) -> None:
+    """Make the folders what the tree under test says, compile what is to be imported, and tell the host of that.
+
+    Python and pytest compare byte code with the text before they use it.
+    """
+    tree = json.loads((REQUESTS / f"{number}.tree").read_text())
+    for folder in (Path("/tmp"), Path(os.environ["HOME"]), Path("/dev/shm"), OUT):
+        empty(folder)
+    known = {*tree["files"], *tree["others"], *(str(up) for name in tree["files"] for up in Path(name).parents)}
+    for root in (PACKAGE, modules):
+        for here, folders, names in os.walk(root):
+            for path in (Path(here, name) for name in (*names, *folders)):
+                if str(path) not in known or (path.is_symlink() and str(path) not in tree["others"]):
+                    remove(path)
+    made: dict[str, tuple[str, str] | None] = {}
+    tests = [PACKAGE / name for name in request["modules"]]
+    tests += [folder / "conftest.py" for path in tests for folder in path.parents]
+    for name, (text, times, mode) in tree["files"].items():
+        path, data = Path(name), base64.b64decode(text)
+        put(path, data, times, mode)
+        is_module = path.suffix == ".py" and path.is_relative_to(modules)
+        if (is_module or path in tests) and name not in tree["compiled"]:
+            made[name] = None
+            if code := (compile_module if is_module else compile_tests)(path, data):
+                put(*code, times, 0o644)
+                made[name] = str(code[0]), base64.b64encode(code[1]).decode()
+    taken = OUT / f"{number}.taken"
+    taken.with_suffix(".part").write_text(json.dumps(made))
+    taken.with_suffix(".part").rename(taken)
+    os._exit(0)
+
+
+def serve(number: int, request: Request, modules: Path, run_module: RunModule) -> None:
+    """Run one request in a fork and write how it ended."""
+
+    def run() -> None:
+        set_dumpable(True)
+        run_module(number, request, modules)
+
+    pid = fork(run)
     end = watch(pid, OUT / f"{number}.report", request)
     with contextlib.suppress(ProcessLookupError, PermissionError):
         os.kill(-1, signal.SIGKILL)  # everything but this process and the sandbox's init
@@ -154,39 +146,17 @@ def serve(number: int, request: Request, modules: Path, handed_in: Files, run_mo
     done.with_suffix(".part").rename(done)
 
 
-def restore(modules: Path, handed_in: Files, changed: Mapping[str, str]) -> None:
-    """Restore the package as handed in except for the files `changed`, and delete what the last run left behind."""
-    for folder in (Path("/tmp"), Path(os.environ["HOME"]), Path("/dev/shm")):
-        empty(folder)
-    for root in (PACKAGE, modules):
-        for here, folders, names in os.walk(root):
-            for name in names:
-                if name.endswith((".py", ".pyc")) and (path := Path(here, name)) not in handed_in:
-                    path.unlink(missing_ok=True)
-            if "__pycache__" in folders and (path := Path(here, "__pycache__")).is_symlink():
-                path.unlink()
-    for path, (data, times, mode) in handed_in.items():
-        put(path, data, times, mode)
-    some_times = next(iter(handed_in.values()))[1] if handed_in else (0, 0)
-    for name, text in changed.items():
-        path = Path(name)
-        _, times, mode = handed_in.get(path, (b"", some_times, 0o644))
-        # Same times as before: neither a test nor a stale bytecode file can tell a changed module from the original.
-        put(path, text.encode("utf-8", "surrogateescape"), times, mode)
-
-
-def put(path: Path, data: bytes, times: tuple[int, int], mode: int) -> None:
-    """Write `data` to `path` unless the file is already as it should be."""
-    with contextlib.suppress(OSError):
-        facts = path.lstat()
-        if path.is_symlink() or not path.is_file() or path.read_bytes() != data:
-            path.unlink()
-        elif facts.st_mtime_ns == times[1] and facts.st_mode & 0o7777 == mode:
-            return
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(data)
+def put(path: Path, data: bytes, times: Sequence[int], mode: int) -> None:
+    """Write `data` to `path` unless it is there. Nothing of a file tells whether it had to be written."""
+    if path.is_symlink() or not path.is_file() or path.stat().st_nlink > 1:
+        remove(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    if path.read_bytes() != data:
+        path.chmod(0o600)
+        path.write_bytes(data)
     path.chmod(mode)
-    os.utime(path, ns=times)
+    os.utime(path, ns=(times[0], times[1]))
 
 
 def empty(folder: Path) -> None:
@@ -196,10 +166,15 @@ def empty(folder: Path) -> None:
             if any(Path(prefix).is_relative_to(path) for prefix in (sys.prefix, sys.base_prefix)):
                 # It is mounted read-only; but trying to delete its 800 MB takes seconds, at every run.
                 continue
-            if path.is_dir() and not path.is_symlink():
-                shutil.rmtree(path, ignore_errors=True)
-            else:
-                path.unlink(missing_ok=True)
+            remove(path)
+
+
+def remove(path: Path) -> None:
+    """Delete a file, a link, or a folder with all that is in it."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True)

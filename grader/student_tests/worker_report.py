@@ -61,6 +61,9 @@ class ModuleRun:
     """The tests that read the package's source as a text."""
     started: frozenset[str] = frozenset()
     """The nodes that the tests have started as programs."""
+    opened: frozenset[str] | None = frozenset()
+    """The names, without suffix, of the test modules that were opened; None where programs have run, which may open
+    any."""
     coverage_data: Path | None = None
     """A copy of coverage's data as it was when the run ended; no later test can change it. None where the run was cut
     off before it could say which test reached what: such data cannot be checked."""
@@ -106,6 +109,9 @@ def read_run(out: Path, number: int, seconds: float, module: Path) -> ModuleRun:
         reach=_reach(untrusted.read_text(out / f"{number}.reach", _REACH_CAP)),
         source_readers=_source_readers(entries, collected, module),
         started=frozenset(node for e in entries if "starts" in e for node in _started(_text(e["starts"], 1000))),
+        opened=None
+        if any("starts" in entry for entry in entries)
+        else frozenset(_text(entry["opens"]) for entry in entries if "opens" in entry),
     )
 
 

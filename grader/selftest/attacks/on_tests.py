@@ -131,6 +131,87 @@ def forged(cls, item, call):
 _pytest.reports.TestReport.from_item_and_call = classmethod(forged)
 """
 
+# Looks through the frames of the process for the text that a mutant replaces, undoes what an equivalent mutant does, and
+# fails where something else is different.
+_LOOKS_THROUGH_FRAMES = """
+import ast
+import gc
+import re
+import sys
+
+import pytest
+
+
+class Normal(ast.NodeTransformer):
+    def visit_Name(self, node):
+        return ast.Name(re.sub(r'[0-9]+$', '', node.id), ast.Load())
+
+    def visit_BinOp(self, node):
+        self.generic_visit(node)
+        if isinstance(node.left, ast.Constant) and isinstance(node.right, ast.Constant):
+            if isinstance(node.op, ast.Add) and isinstance(node.left.value, (int, float)):
+                return ast.Constant(node.left.value + node.right.value)
+        return node
+
+    def visit_Compare(self, node):
+        self.generic_visit(node)
+        mirrored = {ast.Gt: ast.Lt, ast.GtE: ast.LtE}.get(type(node.ops[0]))
+        if mirrored and len(node.ops) == 1:
+            return ast.Compare(node.comparators[0], [mirrored()], [node.left])
+        if isinstance(node.ops[0], (ast.Eq, ast.NotEq)) and len(node.ops) == 1:
+            node.left, node.comparators[0] = sorted([node.left, node.comparators[0]], key=ast.dump)
+        return node
+
+    def visit_Subscript(self, node):
+        self.generic_visit(node)
+        return node.value.elts[0] if isinstance(node.value, ast.List) and len(node.value.elts) == 1 else node
+
+    def generic_visit(self, node):
+        super().generic_visit(node)
+        body = [part for part in getattr(node, 'body', None) or () if not isinstance(part, ast.Pass)] \\
+            if isinstance(getattr(node, 'body', None), list) else []
+        for part in body:
+            if isinstance(part, ast.Expr) and isinstance(part.value, ast.List):
+                part.value = part.value.elts[0]
+        if len(body) > 1 and isinstance(body[-1], ast.Return) and isinstance(body[-2], ast.Assign):
+            if ast.dump(body[-2].targets[0]) == ast.dump(ast.Name('answer', ast.Load())):
+                body[-2:] = [ast.Return(body[-2].value)]
+        if body:
+            node.body = body
+        return node
+
+
+def normal(text):
+    return ast.dump(Normal().visit(ast.parse(text)))
+
+
+def found():
+    frame = sys._getframe()
+    while frame is not None:
+        yield from list(frame.f_locals.values())
+        frame = frame.f_back
+    yield from gc.get_objects()
+
+
+def changes():
+    changed, known = {}, {}
+    for thing in found():
+        if isinstance(thing, dict):
+            if isinstance(thing.get('files'), dict):
+                changed.update(thing['files'])
+            for path, file in list(thing.items()) if len(thing) < 10000 else ():
+                if str(path).endswith('.py') and isinstance(file, tuple) and file and isinstance(file[0], bytes):
+                    known[str(path)] = file[0].decode()
+    return [path for path, text in changed.items() if path in known and normal(text) != normal(known[path])]
+
+
+@pytest.fixture(autouse=True)
+def is_what_was_handed_in():
+    wrong = [path for path in changes() if '/test' not in path]
+    if wrong:
+        pytest.fail('expected something else')
+"""
+
 
 def _in_both(text: str) -> tuple[Change, Change]:
     """Return changes that add a text to the tests of both nodes."""
@@ -316,6 +397,13 @@ ATTACKS: tuple[Attack, ...] = (
         _knows_its_source,
         number=39, needs="T3", weak="few tests", costs="T3",
         stopped="some of the changes keep the behaviour (equivalent mutants); a test that fails on those is exposed",
+    ),
+    attack(
+        "looks_for_the_original_in_frames",
+        "A fixture looks for the original of a mutant through frames and the garbage collector, and fails on real changes.",
+        append("test/conftest.py", _LOOKS_THROUGH_FRAMES),
+        needs="T1 T2 T3", weak="idle asserts",
+        stopped="the process that runs tests is given the tree under test, and nothing of the original",
     ),
     attack(
         "asks_the_environment_for_mutants",

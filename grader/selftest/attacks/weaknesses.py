@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+import ast
+from pathlib import Path
+
 from grader.selftest.attacks.attack import Change, append, put, remove, replace
 
 _CREEPS = """
@@ -55,6 +58,22 @@ def _tests(failing: bool) -> tuple[Change, ...]:
     )
 
 
+def _neutralize(package: Path) -> None:
+    """Give each assert of the tests another way to hold."""
+    for path in (package / "test").glob("test_*.py"):
+        lines = path.read_text().splitlines(keepends=True)
+        found = [node.test for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Assert)]
+        for test in sorted(found, key=lambda node: (node.lineno, node.col_offset), reverse=True):
+            for line, column, text in (
+                (test.end_lineno, test.end_col_offset, ") or 1 > 0"),
+                (test.lineno, test.col_offset, "("),
+            ):
+                assert line is not None
+                old = lines[line - 1].encode()
+                lines[line - 1] = (old[:column] + text.encode() + old[column:]).decode()
+        path.write_text("".join(lines))
+
+
 WEAK: dict[str, tuple[Change, ...]] = {
     "": (),
     # Every command drives forwards a little: F1 is lost.
@@ -80,6 +99,8 @@ WEAK: dict[str, tuple[Change, ...]] = {
     "failing tests": _tests(failing=True),
     # All tests pass, but little is covered: most of T2 and T3 is lost.
     "few tests": _tests(failing=False),
+    # Nearly no assert can fail: T1 is lost in part, and most of T3.
+    "idle asserts": (_neutralize,),
     # Q1 and Q2 are lost.
     "sloppy": (put("ros2_robot_controller/sloppy.py", _SLOPPY),),
     # Q1 is lost, and parts of Q2 and Q4: what the nodes use is bad, and the rest of the package clean.

@@ -13,7 +13,7 @@ from grader.student_tests import warm_worker
 def worker(folder: Path) -> warm_worker.WarmWorker:
     (folder / "out").mkdir()
     (folder / "data").mkdir()
-    return warm_worker.WarmWorker(folder, None, folder / "requests", folder / "out", [0])  # type: ignore[arg-type]
+    return warm_worker.WarmWorker(folder, None, None, folder / "requests", folder / "out", [0])  # type: ignore[arg-type]
 
 
 def test_coverage_data_is_copied_out_of_reach(tmp_path: Path):
