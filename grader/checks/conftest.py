@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import resource
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -15,7 +17,6 @@ from grader.checks.judge import Failed, Judge, NotReached
 from grader.scoring.scorecard import Outcome
 
 _JUDGE = pytest.StashKey[Judge]()
-_RESULTS = pytest.StashKey[list[dict[str, Any]]]()
 _EVIDENCE = pytest.StashKey[evidence.Evidence]()
 
 
@@ -23,11 +24,33 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options for where to read the folder of the evidence, a file descriptor, and the file of the results."""
     parser.addoption("--evidence-from", type=int, required=True)
     parser.addoption("--results", type=Path, required=True)
+    parser.addoption("--cpu-seconds", type=float, required=True)
+    parser.addoption("--memory", type=int, required=True)
+
+
+class TookTooLong(Exception):
+    """A check has used up its CPU time."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Begin with no results."""
-    config.stash[_RESULTS] = []
+    """Limit the memory; what exceeds it ends with MemoryError."""
+    _, hard = resource.getrlimit(resource.RLIMIT_AS)
+    wanted: int = config.getoption("--memory")
+    resource.setrlimit(resource.RLIMIT_AS, (wanted if hard == resource.RLIM_INFINITY else min(wanted, hard), hard))
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
+    """Limit a check's CPU time. A search for a regular expression looks for signals, too."""
+    seconds: float = item.config.getoption("--cpu-seconds")
+
+    def stop(*_: object) -> None:
+        raise TookTooLong(f"the check took more than {seconds:g} s of CPU time")
+
+    signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    yield
+    signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
@@ -37,6 +60,7 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     if not folder:
         pytest.exit("there is no evidence", returncode=0)
     session.config.stash[_EVIDENCE] = evidence.load(Path(folder))
+    session.config.getoption("--results").touch()  # from here on, what goes wrong is about a check
 
 
 @pytest.fixture
@@ -49,16 +73,12 @@ def judge(request: pytest.FixtureRequest) -> Judge:
 
 @pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
-    """Note a check's result. Any exception but Failed and NotReached is an error of the grader."""
+    """Write down a check's result. Any exception but Failed and NotReached is an error of the grader."""
     yield
     if call.when == "call" or (call.when == "setup" and call.excinfo is not None):
-        item.config.stash[_RESULTS].append(_result(item, call))
-
-
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Write the results."""
-    results: Path = session.config.getoption("--results")
-    results.write_text(json.dumps(session.config.stash[_RESULTS], indent=1))
+        results: Path = item.config.getoption("--results")
+        with results.open("a") as stream:  # at once: a check after this one may end the process
+            stream.write(f"{json.dumps(_result(item, call))}\n")
 
 
 def _result(item: pytest.Item, call: pytest.CallInfo[None]) -> dict[str, Any]:
