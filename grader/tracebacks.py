@@ -8,8 +8,12 @@ import re
 _FRAME = re.compile(r'^\s*File "([^"]+)", line (\d+),? in (\S+)', re.MULTILINE)
 _INSTALLED = re.compile(r"/install/lib/(?:python[^/]+/site-packages/)?(.+)")
 _DUMP = "most recent call first"
+BEGIN = "Traceback (most recent call last)"
+"""How a traceback begins."""
+# The second is rclpy's, of a callback that was under way when its node was destroyed.
 _IGNORED = re.compile(
-    r"^Exception ignored in:.*\n(?:Traceback \(most recent call last\):\n(?:[ \t]+.*\n)*(?:\S.*(?:\n|\Z)))?",
+    r"^Exception ignored in:.*\n(?:Traceback \(most recent call last\):\n(?:[ \t]+.*\n)*(?:\S.*(?:\n|\Z)))?"
+    r"|^The following exception was never retrieved: .*(?:\n|\Z)",
     re.MULTILINE,
 )
 
@@ -17,13 +21,15 @@ _IGNORED = re.compile(
 def last_words(output: str) -> str:
     """Return the last line of an output and, after a traceback, the place in the package that it leads to.
 
-    Return "" if the output is empty.
+    After a traceback, what garbage collection complains of does not count. Return "" if the output is empty.
     """
+    raised = without_ignored(output)
+    output = raised if BEGIN in raised else output
     lines = [line for line in output.splitlines() if line.strip()]
     if not lines:
         return ""
     said = lines[-1].strip()[:300]
-    traceback = output.rpartition("Traceback (most recent call last)")[2] if "Traceback (most" in output else ""
+    traceback = output.rpartition(BEGIN)[2] if BEGIN in output else ""
     places = _places(traceback)
     return f"{said} ({places[-1]})" if places and not said.startswith("[") else said
 
@@ -32,6 +38,12 @@ def hanging_place(output: str) -> str:
     """Return the place in the package at which a dump of all threads shows it, "driver.py:88, in `f`"; "" if none."""
     _, found, dump = output.partition(_DUMP)
     return next(iter(_places(dump)), "") if found else ""
+
+
+def dumped_files(output: str) -> list[str]:
+    """Return for each thread that a dump shows inside of Python code the file in which it was."""
+    frames = [_FRAME.search(dump) for dump in output.split(_DUMP)[1:]]
+    return [frame[1] for frame in frames if frame]
 
 
 def without_ignored(output: str) -> str:
