@@ -8,8 +8,12 @@ import re
 _FRAME = re.compile(r'^\s*File "([^"]+)", line (\d+),? in (\S+)', re.MULTILINE)
 _INSTALLED = re.compile(r"/install/lib/(?:python[^/]+/site-packages/)?(.+)")
 _DUMP = "most recent call first"
+BEGIN = "Traceback (most recent call last)"
+"""How a traceback begins."""
+# The second is rclpy's, of a callback that was under way when its node was destroyed.
 _IGNORED = re.compile(
-    r"^Exception ignored in:.*\n(?:Traceback \(most recent call last\):\n(?:[ \t]+.*\n)*(?:\S.*(?:\n|\Z)))?",
+    r"^Exception ignored in:.*\n(?:Traceback \(most recent call last\):\n(?:[ \t]+.*\n)*(?:\S.*(?:\n|\Z)))?"
+    r"|^The following exception was never retrieved: .*(?:\n|\Z)",
     re.MULTILINE,
 )
 
@@ -17,14 +21,15 @@ _IGNORED = re.compile(
 def last_words(output: str) -> str:
     """Return the last line of an output and, after a traceback, the place in the package that it leads to.
 
-    What Python's garbage collection complained of afterwards does not count. Return "" if the output is empty.
+    After a traceback, what garbage collection complains of does not count. Return "" if the output is empty.
     """
-    output = without_ignored(output) or output
+    raised = without_ignored(output)
+    output = raised if BEGIN in raised else output
     lines = [line for line in output.splitlines() if line.strip()]
     if not lines:
         return ""
     said = lines[-1].strip()[:300]
-    traceback = output.rpartition("Traceback (most recent call last)")[2] if "Traceback (most" in output else ""
+    traceback = output.rpartition(BEGIN)[2] if BEGIN in output else ""
     places = _places(traceback)
     return f"{said} ({places[-1]})" if places and not said.startswith("[") else said
 

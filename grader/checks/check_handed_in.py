@@ -13,7 +13,7 @@ _STATUS_TOPIC = "navigate_to_position/_action/status"
 _ENDED = {4, 5, 6}  # action_msgs/GoalStatus: succeeded, canceled, aborted
 _CRASHES = (-signal.SIGSEGV, -signal.SIGBUS, -signal.SIGABRT)
 # What Python prints of an exception, and C++ of a daemon thread that still spins when Python ends.
-_OWN_FAULTS = ("Traceback (most recent call last)", "terminate called without an active exception")
+_OWN_FAULTS = (tracebacks.BEGIN, "terminate called without an active exception")
 
 
 def test_demonstration_runs(judge: Judge) -> None:
@@ -84,11 +84,12 @@ def _died_in_the_libraries(trial: Trial, end: ProcessEnd) -> bool:
     A crash in rclpy shows in faulthandler's dump; one as the process exits leaves none. It is a wrong use if another
     thread still spins. A script that fakes all of this gets what it has earned before.
     """
-    inside = tracebacks.dumped_files(end.output_tail)
+    output = tracebacks.without_ignored(end.output_tail)
+    inside = tracebacks.dumped_files(output)
     return (
         end.exit_code in _CRASHES
         and set(_goals(trial).values()) <= _ENDED
-        and not any(words in end.output_tail for words in _OWN_FAULTS)
+        and not any(words in output for words in _OWN_FAULTS)
         and (not inside or (len(inside) == 1 and "/rclpy/" in inside[0]))
     )
 

@@ -13,8 +13,6 @@ _TRY_SOONER = "after Ctrl-C wait for nothing without a time limit: no sleep, no 
 _TRY_SHUTDOWN = "end with rclpy.try_shutdown(): after Ctrl-C rclpy is already shut down, and rclpy.shutdown() raises"
 _TRY_ZERO = "publish a zero before the context is shut down, and wait until it is sent"
 
-
-_TRACEBACK = "Traceback (most recent call last)"
 _TRY_COLLECTED = "call executor.shutdown() before rclpy shuts down"
 
 
@@ -25,7 +23,9 @@ def _is_a_race_in_rclpy(output: str) -> bool:
     (rclpy 7.1, seen once, in a node with a MultiThreadedExecutor).
     """
     ending = output.rstrip().rpartition("\n")[2]
-    return output.count(_TRACEBACK) == 1 and "in try_shutdown" in output and "rcl_shutdown already called" in ending
+    return (
+        output.count(tracebacks.BEGIN) == 1 and "in try_shutdown" in output and "rcl_shutdown already called" in ending
+    )
 
 
 def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
@@ -47,7 +47,7 @@ def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
             collected[trial.node] = complaint
             output = tracebacks.without_ignored(output)
         lines = output.splitlines()
-        if _TRACEBACK in output and not _is_a_race_in_rclpy(output):
+        if tracebacks.BEGIN in output and not _is_a_race_in_rclpy(output):
             uncaught = any(word in lines[-1] for word in ("KeyboardInterrupt", "ExternalShutdownException"))
             seen = f"a traceback after SIGINT, ending {lines[-1].strip()[:200]!r}"
             wrong.append((f"{when}: {seen}", _TRY_CATCH if uncaught else _TRY_SHUTDOWN))
