@@ -5,6 +5,10 @@ from grader.checks.judge import Judge, NotReached
 from grader.contract.spec import CONVERSIONS_MODULE, NODE_MODULES, NODES
 from grader.evidence import StudentTests, TestModule
 
+_STEADY = (
+    "a test must not depend on chance or on the machine's speed: wait for what it is about, and fix what is random"
+)
+
 
 def test_both_nodes_have_tests(judge: Judge) -> None:
     """Tests exist for both nodes."""
@@ -41,7 +45,10 @@ def test_every_test_asserts_something(judge: Judge) -> None:
     if asserting < tests:
         silent = [f"{m.path} {name}" for m in modules for name in m.silent]
         seen = f"{tests - asserting} of {tests} tests assert nothing: {some(silent, 3)}"
-        judge.share(asserting / tests, seen, "a test without an assert passes whatever the code does")
+        try_ = (
+            "a test passes whatever the code does without an assert, with one that always holds (`or True`), or where "
+        )
+        judge.share(asserting / tests, seen, try_ + "`except` takes up every failure")
 
 
 def test_own_tests_pass(judge: Judge) -> None:
@@ -56,6 +63,9 @@ def test_own_tests_pass(judge: Judge) -> None:
     # A module that never comes to the package's code shows nothing by passing; but one that cannot be imported fails.
     passed = sum(m.passed for m in modules if m.reaches)
     ran = passed + sum(m.failed + m.errors for m in modules)
+    unsteady = some([f"{m.path} {name}" for m in modules for name in m.unsteady], 3)
+    changing = f"these tests passed in one of two runs and failed in the other, so they do not count: {unsteady}"
+    judge.expect(bool(ran or not unsteady), changing, _STEADY)
     if not ran and any(m.passed for m in modules):
         raise NotReached(f"no test that passed runs code of the package: {_names(modules)}")
     judge.expect(ran > 0, "no test ran: all were skipped", "run pytest in a clean folder")
@@ -68,6 +78,8 @@ def test_own_tests_pass(judge: Judge) -> None:
             "only sometimes depends on the speed of the machine"
         )
         judge.share(passed / ran, seen, try_)
+    if unsteady:
+        judge.remark(changing, _STEADY)
     if sleeps := [habit for habit in judge.habits if habit.rule == "sleep-in-test"]:
         places = some([f"{place(habit)} {habit.text}" for habit in sleeps], 3)
         seen = f"these tests sleep, which costs no points, and time in every run: {places}"

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 class TestModule:
     """One test module of the package: facts from reading it, and results from running it in a process of its own.
 
-    `subjects` are the nodes whose code its tests run, `silent` the tests that assert nothing. `reaches` says whether
-    its tests run any code of the package, beyond importing it. `unsteady` tests failed and then
-    passed when the module was run again; they count as passed.
+    `subjects` are the nodes whose code its tests run, and assert something about; `silent` are the tests that assert
+    nothing, or cannot fail. `reaches` says whether its tests run any code of the package, beyond importing it.
+    `unsteady` tests passed in one of two runs and failed in the other; they count neither way.
     """
 
     path: str

@@ -105,10 +105,14 @@ def is_silent(ran: ModuleRun, names: Sequence[str]) -> bool:
 
 @dataclass(frozen=True)
 class Probe:
-    """Modules in which functions raise as soon as they are called, and the lines that became unreachable."""
+    """Modules in which functions raise as soon as they are called, and the lines that became unreachable.
+
+    `tests` are those that call such a function.
+    """
 
     texts: Mapping[str, str]
     unreachable: Mapping[str, frozenset[int]]
+    tests: frozenset[str]
 
 
 def probes(sources: Mapping[str, str], reach: Reach, rng: random.Random) -> list[Probe]:
@@ -120,7 +124,7 @@ def probes(sources: Mapping[str, str], reach: Reach, rng: random.Random) -> list
     """
     in_tests, on_import = functions_reached(sources, reach)
     half = {function for function in sorted(in_tests) if rng.random() < 0.5}
-    found = [_probe(sources, functions) for functions in (half, in_tests - half, on_import)]
+    found = [_probe(sources, functions, reach) for functions in (half, in_tests - half, on_import)]
     return [probe for probe in found if probe.texts]
 
 
@@ -130,26 +134,32 @@ def functions_reached(sources: Mapping[str, str], reach: Reach) -> tuple[set[Pla
     for path, text in sources.items():
         by_line = reach.get(path, {})
         for function in functions_from_the_end(text) if by_line else ():
-            first, last = body_lines(function)
-            if hits := [by_line[n] for n in range(first, last + 1) if n in by_line]:
+            if hits := _hits(function, by_line):
                 (on_import if any("" in tests for tests in hits) else in_tests).add(_place(path, function))
     return in_tests, on_import
+
+
+def _hits(function: Function, by_line: Mapping[int, frozenset[str]]) -> list[frozenset[str]]:
+    """Return the tests that reached each line of a function's body."""
+    first, last = body_lines(function)
+    return [by_line[line] for line in range(first, last + 1) if line in by_line]
 
 
 def _place(path: str, function: Function) -> Place:
     return path, function.lineno, function.name
 
 
-def _probe(sources: Mapping[str, str], functions: Set[Place]) -> Probe:
+def _probe(sources: Mapping[str, str], functions: Set[Place], reach: Reach) -> Probe:
     def is_probed(path: str, function: Function) -> bool:
         return _place(path, function) in functions
 
-    texts, unreachable = {}, {}
+    texts, unreachable, tests = {}, {}, frozenset[str]()
     for path, text in sources.items():
-        changed, dead = make_raise(text, partial(is_probed, path))
+        changed, dead, made = make_raise(text, partial(is_probed, path))
         if dead:
             texts[path], unreachable[path] = changed, frozenset(dead)
-    return Probe(texts, unreachable)
+            tests = tests.union(*(hit for function in made for hit in _hits(function, reach.get(path, {}))))
+    return Probe(texts, unreachable, tests - {""})
 
 
 def probed_tests(tests: Sequence[TestResult], rng: random.Random) -> list[str]:
@@ -159,6 +169,13 @@ def probed_tests(tests: Sequence[TestResult], rng: random.Random) -> list[str]:
         return names
     kept = {names[0], names[-1], *rng.sample(names[1:-1], _PROBED_TESTS - 2)}
     return [name for name in names if name in kept]
+
+
+def is_idle(ran: Sequence[tuple[Probe, ModuleRun]], tests: Sequence[str]) -> bool:
+    """Return whether every one of these tests passed on each probe in which a function raises that it calls."""
+    met = [(run, name) for probe, run in ran for name in tests if name in probe.tests & {*run.collected}]
+    passed = all(any((test.id, test.outcome) == (name, "passed") for test in run.tests) for run, name in met)
+    return passed and bool(met) and {name for _, name in met} == set(tests)
 
 
 def judge_probe(ran: ModuleRun, probe: Probe) -> str:

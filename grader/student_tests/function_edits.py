@@ -41,10 +41,14 @@ def fail_when_run(text: str, functions: Iterable[tuple[Function, str]]) -> str:
     return "".join(lines)
 
 
-def make_raise(text: str, wanted: Callable[[Function], bool]) -> tuple[str, set[int]]:
-    """Return a module in which the `wanted` functions raise as soon as they are called, and the lines that are dead."""
+def make_raise(text: str, wanted: Callable[[Function], bool]) -> tuple[str, set[int], list[Function]]:
+    """Return a module in which the `wanted` functions raise as soon as they are called, the dead lines, and those.
+
+    A function of a single line may be left as it is.
+    """
     lines = _split_lines(text)
     dead: set[int] = set()
+    made: list[Function] = []
     for function in functions_from_the_end(text):
         first, last = body_lines(function)
         if not wanted(function) or last == function.lineno:
@@ -54,7 +58,10 @@ def make_raise(text: str, wanted: Callable[[Function], bool]) -> tuple[str, set[
         elif last > first:
             _replace_body(lines, function, "raise RuntimeError('not reached')")
             dead |= set(range(first + 1, last + 1))
-    return "".join(lines), dead
+        else:
+            continue
+        made.append(function)
+    return "".join(lines), dead, made
 
 
 def _split_lines(text: str) -> list[str]:

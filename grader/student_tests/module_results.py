@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
 from grader.evidence import Flag, TestModule
@@ -27,47 +27,65 @@ class ModuleReach:
     """Tests that read the package's source: what they notice says nothing about what the package does."""
 
 
-def module_reach(module: TestModule, ran: ModuleRun) -> ModuleReach:
-    """Return what the tests of a module reach."""
-    passed = [test for test in ran.tests if test.outcome == "passed" and not test.xfail]
+def module_reach(module: TestModule, ran: ModuleRun, again: ModuleRun | None = None) -> ModuleReach:
+    """Return what the steady tests of a module reach."""
+    loose = unsteady(ran, again)
+    passed = [test for test in ran.tests if test.outcome == "passed" and not test.xfail and test.id not in loose]
     # No test took longer than all of them together, whatever the report says: time limits are derived from these.
     seconds = {test.id: min(test.seconds, ran.seconds) for test in passed}
     return ModuleReach(module.path, seconds, ran.reach, ran.shares_fixtures, ran.source_readers)
 
 
-def failures(ran: ModuleRun) -> list[TestResult]:
-    """Return the tests that failed or ended in an error."""
-    return [test for test in ran.tests if test.outcome in ("failed", "error")]
+def failures(ran: ModuleRun, but: Set[str] = frozenset()) -> list[TestResult]:
+    """Return the tests that failed or ended in an error, without some."""
+    return [test for test in ran.tests if test.outcome in ("failed", "error") and test.id not in but]
 
 
-def with_results(module: TestModule, code: Reachability, ran: ModuleRun, again: ModuleRun | None = None) -> TestModule:
-    """Return the module with what a run reported, and which of the package's nodes its tests reach.
+def unsteady(ran: ModuleRun, again: ModuleRun | None) -> set[str]:
+    """Return the tests that passed in one of two runs of the same code, and failed in the other."""
+    runs = [ran, again] if again is not None else []
+    passed = [{test.id for test in run.tests if test.outcome == "passed"} for run in runs]
+    failed = [{*(test.id for test in failures(run)), run.timed_out} for run in runs]
+    return {name for both in zip(passed, reversed(failed), strict=True) for name in both[0] & both[1]}
 
-    A test that was started or collected and has no result is an error. One that failed and passed when the module was
-    run `again` counts as passed.
+
+def with_results(module: TestModule, code: Reachability, runs: Sequence[ModuleRun], idle: bool = False) -> TestModule:
+    """Return the module with what its one or two runs reported, and which of the package's nodes its tests reach.
+
+    A test that was started or collected and has no result is an error. One that passed in one run and failed in the
+    other has neither passed nor failed. A node counts as tested by tests that assert something and are steady; where
+    all tests are `idle`, none asserts anything: they passed although the functions that they call raised.
     """
-    passed_again = {test.id for test in again.tests if test.outcome == "passed"} if again else set()
-    unsteady = [test for test in failures(ran) if test.id in passed_again]
-    failed = [test for test in failures(ran) if test.id not in passed_again]
-    counts = Counter(test.outcome for test in ran.tests)
-    counts.subtract(test.outcome for test in unsteady)
-    messages = [f"{_short(test.id)}: {' '.join(test.message.split())[:200]}" for test in failed]
+    ran, again = runs[0], runs[1] if len(runs) > 1 else None
+    loose = unsteady(ran, again)
+    counts = Counter(test.outcome for test in ran.tests if test.id not in loose)
+    messages = [f"{_short(test.id)}: {' '.join(test.message.split())[:200]}" for test in failures(ran, loose)]
     missing, reasons = _missing(module, ran)
-    called = _called(code, ran) | _called(code, again)
-    started = ran.started | (again.started if again is not None else set())
+    silent = {test.id for test in ran.tests if idle or _short(test.id).partition("[")[0] in module.silent}
+    started = frozenset[str]().union(*(run.started for run in runs))
+    called = _called(code, runs, but=frozenset())
+    tested = _called(code, runs, but=silent | loose) if {test.id for test in ran.tests} - silent - loose else set()
+    if idle:
+        names = list(dict.fromkeys(_short(name).partition("[")[0] for name in sorted(silent)))
+        module = replace(module, asserting=0, silent=names[:50])
     return replace(
-        module, passed=counts["passed"] + len(unsteady), failed=counts["failed"], errors=counts["error"] + missing,
+        module, passed=counts["passed"], failed=counts["failed"], errors=counts["error"] + missing,
         skipped=counts["skipped"], timed_out=bool(ran.timed_out), failures=[*messages, *reasons][:20],
-        unsteady=[_short(test.id) for test in unsteady][:20], output_tail=ran.output_tail,
-        subjects=[node for node, homes in code.homes.items() if homes & called or node in started],
+        unsteady=sorted(map(_short, loose))[:20], output_tail=ran.output_tail,
+        subjects=[node for node, homes in code.homes.items() if homes & tested or node in started],
         reaches=bool(called or started & code.homes.keys()),
     )  # fmt: skip
 
 
-def _called(code: Reachability, ran: ModuleRun | None) -> set[str]:
-    """Return the modules of the package in which a run has called a function: importing one does not test it."""
-    reach = ran.reach if ran is not None else {}
-    return {path for path, lines in reach.items() if lines.keys() & code.bodies.get(path, frozenset())}
+def _called(code: Reachability, runs: Iterable[ModuleRun], but: Set[str]) -> set[str]:
+    """Return the modules of which others than the tests `but` have called a function: importing does not test."""
+    return {
+        path
+        for ran in runs
+        for path, lines in ran.reach.items()
+        for line in lines.keys() & code.bodies.get(path, frozenset())
+        if lines[line] - but - ({""} if line in ran.imported.get(path, ()) else set())
+    }
 
 
 def _missing(module: TestModule, ran: ModuleRun) -> tuple[int, list[str]]:

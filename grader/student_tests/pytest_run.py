@@ -35,6 +35,8 @@ CACHE = "/tmp/pytest-cache"  # emptied before each run; pytest writes there only
 REPORT_CAP = 1_000_000  # bytes
 TESTS_AT_MOST = 2000
 NOTED_AT_MOST = 1000
+IMPORT = "import"
+"""Coverage's context while a module of the package is imported; a test's has "::" in it."""
 
 # Hooks that a conftest.py has good reasons to define. The others can rewrite reports, drop tests or swallow exceptions.
 ALLOWED_HOOKS = {
@@ -104,6 +106,7 @@ def run_module(prepared: Prepared, number: int, request: Request, modules: Path)
         recorder = Recorder(stream, request["order"], measure)
         sources = [path.parent for path in PACKAGE.glob("*/__init__.py") if not path.parent.name.startswith("test")]
         folders = [str(modules), *map(str, sources)]
+        count_imports(recorder, (*folders,))
         prepared.watch(folders, [str(PACKAGE), str(modules)], source_read_noter(stream.fileno(), recorder))
         sys.addaudithook(noter(stream.fileno()))
         recorder.write(ended=run_pytest(prepared, recorder, request))
@@ -223,7 +226,7 @@ class Recorder:
         self.tests: list[str] = []
         self.current = ""
         self.context = ""
-        """The test to which lines count at the moment, "" for none or for all of them."""
+        """The test to which lines count at the moment, "" for none or for all of them, or IMPORT."""
 
     def write(self, **entry: Any) -> None:
         """Write one line and flush it: whatever ends this process, the host knows what happened until then."""
@@ -288,7 +291,8 @@ class Recorder:
         """Count the lines that follow to the test `name`, "" for none."""
         self.context = name
         if self.measure is not None:
-            self.measure.switch_context(name)
+            with contextlib.suppress(coverage.CoverageException):  # a test has stopped it
+                self.measure.switch_context(name)
 
 
 def message_of(report: pytest.CollectReport | pytest.TestReport) -> str:
@@ -297,13 +301,29 @@ def message_of(report: pytest.CollectReport | pytest.TestReport) -> str:
     return str(crash.message if crash else report.longrepr).strip()
 
 
+def count_imports(recorder: Recorder, folders: tuple[str, ...]) -> None:
+    """Count what runs while a module of the package is imported to that, whoever imports it."""
+    execute = importing.SourceFileLoader.exec_module
+
+    def exec_module(self: importing.SourceFileLoader, module: ModuleType) -> None:
+        before = recorder.context
+        if self.path.startswith(folders):
+            recorder.count_to(IMPORT)
+        try:
+            execute(self, module)
+        finally:
+            recorder.count_to(before)
+
+    importing.SourceFileLoader.exec_module = exec_module  # type: ignore[method-assign, assignment] # in this fork only
+
+
 def source_read_noter(report: int, recorder: Recorder) -> Callable[[str, int], None]:
     """Return a function that records, once for each test and place, that the package's source is read there."""
     noted: set[tuple[str, str, int]] = set()
     write, dumps = os.write, json.dumps
 
     def note(path: str, line: int) -> None:
-        entry = (recorder.context, path.removeprefix(f"{PACKAGE}/"), line)
+        entry = (recorder.context if recorder.context != IMPORT else "", path.removeprefix(f"{PACKAGE}/"), line)
         if entry not in noted and len(noted) < TESTS_AT_MOST:
             noted.add(entry)
             write(report, (dumps({"reads": entry[0], "where": entry[1], "line": line}) + "\n").encode())
@@ -342,8 +362,9 @@ def noter(report: int) -> Callable[[str, tuple[Any, ...]], None]:
 def reach_writer(path: Path, measure: coverage.Coverage) -> Callable[[Sequence[str]], None]:
     """Return a function that stops measuring and writes which tests reached which line: {file: {line: [test numbers]}}.
 
-    The number -1 stands for "in no test": on import, or in a program that a test has started. The function is made
-    before any test runs, and binds all that it calls, so that no test can replace it.
+    The number -1 stands for "in no test": on import, or in a program that a test has started. Lines that ran only while
+    the package was imported are listed again. The function is made before any test runs, and binds all that it calls,
+    so that no test can replace it.
     """
     dumps, write_text = json.dumps, Path.write_text
     stop, save, get_data, fold = measure.stop, measure.save, measure.get_data, fold_in
@@ -353,15 +374,17 @@ def reach_writer(path: Path, measure: coverage.Coverage) -> Callable[[Sequence[s
         data = get_data()
         fold(data)
         save()
-        numbers = {name: number for number, name in enumerate(tests)} | {"": -1}
+        numbers = {name: number for number, name in enumerate(tests)} | {"": -1, IMPORT: -1}
+        contexts = {file: data.contexts_by_lineno(file) for file in sorted(data.measured_files())}
         reach = {
-            file: {
-                line: sorted({numbers[name] for name in contexts if name in numbers})
-                for line, contexts in sorted(data.contexts_by_lineno(file).items())
-            }
-            for file in sorted(data.measured_files())
+            file: {line: sorted({numbers[name] for name in names if name in numbers}) for line, names in lines.items()}
+            for file, lines in contexts.items()
         }
-        write_text(path, dumps({"tests": tests, "reach": reach}, separators=(",", ":")))
+        imported = {
+            file: [line for line, names in lines.items() if IMPORT in names and "" not in names]
+            for file, lines in contexts.items()
+        }
+        write_text(path, dumps({"tests": tests, "reach": reach, "imported": imported}, separators=(",", ":")))
 
     return write
 

@@ -39,6 +39,11 @@ class Measured:
         """Return which test reached which line in the first run."""
         return self.runs[0].reach
 
+    @property
+    def reaching(self) -> set[str]:
+        """Return the tests that run code of the package."""
+        return {name for lines in self.reach.values() for names in lines.values() for name in names}
+
 
 def sabotage(team: Team, measured: Measured, seconds: float) -> list[str]:
     """Return what is wrong with the reports on tests that were made to fail."""
@@ -60,20 +65,25 @@ def sabotage(team: Team, measured: Measured, seconds: float) -> list[str]:
 
 def probe(
     team: Team, measured: Sequence[Measured], sources: Sources, rng: random.Random, seconds: float
-) -> dict[str, list[str]]:
-    """Return for each module which probes contradict the reports on it."""
+) -> tuple[dict[str, list[str]], set[str]]:
+    """Return for each module which probes contradict the reports on it, and the modules whose tests cannot fail."""
     found: dict[str, list[str]] = {each.module.path: [] for each in measured}
     probed = [(each, tests) for each in measured if (tests := canary.probed_tests(each.runs[0].tests, each.rng))]
     probed = [(each, tests) for each, tests in probed if each.text is not None]
     together = _fit_together(probed, sources)
-    if len(together) < 2 or not _probe_together(team, together, sources, rng, seconds):
-        together = []
-    alone = [(each, tests) for each, tests in probed if (each, tests) not in together]
-    for (each, _), problems in zip(
+    shared = _probe_together(team, together, sources, rng, seconds) if len(together) > 1 else []
+    alone = [pair for pair in probed if not shared or pair not in together]
+    runs = {each.module.path: shared for each, _ in probed}
+    for (each, _), own in zip(
         alone, team.map(lambda pair: _probe_alone(team, *pair, sources, seconds), alone), strict=True
     ):
-        found[each.module.path] += problems
-    return found
+        found[each.module.path] += [problem for probe, ran in own if (problem := canary.judge_probe(ran, probe))]
+        runs[each.module.path] = own
+    return found, {
+        each.module.path
+        for each, tests in probed
+        if canary.is_idle(runs[each.module.path], [name for name in tests if name in each.reaching])
+    }
 
 
 def _fit_together(probed: Sequence[tuple[Measured, list[str]]], sources: Sources) -> list[tuple[Measured, list[str]]]:
@@ -95,8 +105,8 @@ def _fit_together(probed: Sequence[tuple[Measured, list[str]]], sources: Sources
 
 def _probe_together(
     team: Team, probed: Sequence[tuple[Measured, list[str]]], sources: Sources, rng: random.Random, seconds: float
-) -> bool:
-    """Return whether all modules, run at once, agree with the probes: only then nobody has to be probed alone."""
+) -> list[tuple[Probe, ModuleRun]]:
+    """Return how all modules ran at once on the probes; [] if they do not agree, so that each is probed alone."""
     reach: dict[str, dict[int, frozenset[str]]] = {}
     for each, _ in probed:
         for path, lines in each.reach.items():
@@ -107,23 +117,24 @@ def _probe_together(
     names = [name for _, tests in probed for name in tests]
     limits = {name: limit for each, _ in probed for name, limit in _limits(each).items()}
 
-    def agrees(probe: Probe) -> bool:
-        request = _request(first, probe, sources, names, limits, seconds, beside=others)
-        ran = team.run(request)
+    def agrees(probe: Probe, ran: ModuleRun) -> bool:
         # An import that raises keeps all tests from running; else every test must have run.
         complete = bool(ran.collection_error) or {test.id for test in ran.tests} >= set(names)
         return ran.finished and not ran.timed_out and complete and not canary.judge_probe(ran, probe)
 
-    return all(team.map(agrees, canary.probes(_texts(sources), reach, rng)))
+    made = canary.probes(_texts(sources), reach, rng)
+    requests = [_request(first, probe, sources, names, limits, seconds, beside=others) for probe in made]
+    runs = list(zip(made, team.map(team.run, requests), strict=True))
+    return runs if all(agrees(probe, ran) for probe, ran in runs) else []
 
 
-def _probe_alone(team: Team, measured: Measured, tests: list[str], sources: Sources, seconds: float) -> list[str]:
-    """Return which probes contradict the reports on a module."""
-    found = []
-    for probe in canary.probes(_texts(sources), measured.reach, measured.rng):
-        ran = team.run(_request(measured.module.path, probe, sources, tests, _limits(measured), seconds))
-        found.append(canary.judge_probe(ran, probe))
-    return [problem for problem in found if problem]
+def _probe_alone(
+    team: Team, measured: Measured, tests: list[str], sources: Sources, seconds: float
+) -> list[tuple[Probe, ModuleRun]]:
+    """Return how a module ran on each probe."""
+    made = canary.probes(_texts(sources), measured.reach, measured.rng)
+    requests = (_request(measured.module.path, probe, sources, tests, _limits(measured), seconds) for probe in made)
+    return [(probe, team.run(request)) for probe, request in zip(made, requests, strict=True)]
 
 
 def _request(

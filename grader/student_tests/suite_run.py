@@ -89,7 +89,7 @@ def run_suite(
         runs = {found.module.path: found.runs for found in measured}
         every = [run for both in runs.values() for run in both]
         padded = padding(code, [run.reach for run in every])
-        contradicted = report_checks.probe(team, measured, sources, random.Random(f"probes {seed}"), seconds)
+        contradicted, idle = report_checks.probe(team, measured, sources, random.Random(f"probes {seed}"), seconds)
         covered, unexplained = combine(
             package, install, team.folder, every, {path: text for path, (text, _) in sources.items()}, code.unreached
         )
@@ -97,7 +97,7 @@ def run_suite(
     doubts += unexplained
     doubts += [f"{module}: {doubt}" for module, doubted in contradicted.items() for doubt in doubted]
     tests = StudentTests(
-        modules=[with_results(m, code, *runs[m.path]) if m.path in runs else m for m in modules],
+        modules=[with_results(m, code, runs[m.path], m.path in idle) if m.path in runs else m for m in modules],
         coverage=covered,
         doubts=doubts,
         of_contract=code.of_contract,
@@ -105,18 +105,20 @@ def run_suite(
     )
     firsts = {path: both[0] for path, both in runs.items()}
     found = [*flags(doubts, firsts, code), *padding_flags(padded, [run.reach for run in every])]
-    return SuiteRun(tests, [module_reach(m, firsts[m.path]) for m in wanted], found)
+    return SuiteRun(tests, [module_reach(m, *runs[m.path]) for m in wanted], found)
 
 
 def _measure_steadily(team: Team, module: TestModule, text: str | None, rng: random.Random, seconds: float) -> Measured:
-    """Return the module's run, a second one if tests failed in the first, and the reasons to doubt them."""
+    """Return two runs of the module, which show what is steady, and the reasons to doubt them."""
     first, doubts = _measure(team, module, rng, seconds)
     runs = [first]
     if failures(first) and not first.timed_out:
-        # Nodes that do not discover each other in time are not the test author's mistake.
+        # Nodes that do not discover each other in time are not the test author's mistake: both runs count in T2.
         second, more = _measure(team, module, rng, seconds)
         runs.append(second)
         doubts += more
+    elif not first.timed_out:
+        runs.append(team.run(ModuleRequest(module.path, limit=seconds, total=seconds)))
     return Measured(module, text, runs, doubts, rng)
 
 

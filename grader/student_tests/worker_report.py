@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -57,6 +57,8 @@ class ModuleRun:
     output_tail: str
     reach: Mapping[str, Mapping[int, frozenset[str]]]
     """The tests that reached each line of each module; "" stands for importing and for shared fixtures."""
+    imported: Mapping[str, frozenset[int]] = field(default_factory=dict)
+    """The lines of each module that ran while the package was imported, and in nothing else but tests."""
     source_readers: frozenset[str] = frozenset()
     """The tests that read the package's source as a text."""
     started: frozenset[str] = frozenset()
@@ -90,6 +92,7 @@ def read_run(out: Path, number: int, seconds: float, module: Path) -> ModuleRun:
     """Return what the worker wrote to `out` for run `number` of a test module; it took `seconds` of wall time."""
     done = _json_object(untrusted.read_text(out / f"{number}.done") or "")
     entries = [_json_object(line) for line in (untrusted.read_text(out / f"{number}.report") or "").splitlines()]
+    reached = _json_object(untrusted.read_text(out / f"{number}.reach", _REACH_CAP) or "")
     collected = tuple(_texts(next((e["collected"] for e in entries if "collected" in e), [])))
     return ModuleRun(
         tests=tuple(_tests(entries)),
@@ -106,7 +109,8 @@ def read_run(out: Path, number: int, seconds: float, module: Path) -> ModuleRun:
             sorted({(_text(e["refused"], 80), _text(e.get("where"), 200)) for e in entries if "refused" in e})
         )[:20],
         output_tail=(untrusted.read_text(out / f"{number}.log") or "")[-_TAIL:].encode("utf-8", "replace").decode(),
-        reach=_reach(untrusted.read_text(out / f"{number}.reach", _REACH_CAP)),
+        reach=_reach(reached),
+        imported=_imported(reached),
         source_readers=_source_readers(entries, collected, module),
         started=frozenset(node for e in entries if "starts" in e for node in _started(_text(e["starts"], 1000))),
         opened=None
@@ -165,8 +169,16 @@ def _started(command: str) -> Iterator[str]:
             yield node
 
 
-def _reach(text: str | None) -> dict[str, dict[int, frozenset[str]]]:
-    data = _json_object(text or "")
+def _imported(data: dict[str, Any]) -> dict[str, frozenset[int]]:
+    files = data.get("imported")
+    found: dict[str, frozenset[int]] = {}
+    for name, lines in files.items() if isinstance(files, dict) else ():
+        if isinstance(lines, list) and (path := package_modules.relative(Path(name))) is not None:
+            found[path] = found.get(path, frozenset()).union(_int(line, 0) for line in lines)
+    return found
+
+
+def _reach(data: dict[str, Any]) -> dict[str, dict[int, frozenset[str]]]:
     tests = _texts(data.get("tests"))
     files = data.get("reach")
     found: dict[str, dict[int, frozenset[str]]] = {}

@@ -75,6 +75,15 @@ def test_tests_that_assert_nothing_are_named_and_their_passing_does_not_count():
     )
 
 
+def test_tests_that_are_not_steady_count_neither_way_and_are_named():
+    loose = module(passed=3, unsteady=["test_b"])
+    said = judged(checks.test_own_tests_pass, loose)
+    words = "these tests passed in one of two runs and failed in the other, so they do not count: test/test_a.py test_b"
+    assert (said.share, said.seen) == (1.0, words)
+    said = judged(checks.test_own_tests_pass, module(passed=0, unsteady=["test_b"]))
+    assert (said.share, said.seen) == (0.0, words)
+
+
 def test_tests_that_run_no_code_of_the_package_earn_nothing():
     """`front_dist = 1.2; assert front_dist > 0.5` is a test of nothing, however often it is written."""
     nothing = module(subjects=[], reaches=False)

@@ -160,7 +160,7 @@ def test_a_conftest_that_rewrites_reports_earns_neither_passing_nor_coverage(gra
             assert refused == sensor_processor.battery_percent(0.5, 100.0)
     """
     scores = grade(lambda package: only(package, {"test/conftest.py": tamper, "test/test_both.py": failing}))
-    assert points(scores) == {"T1": 2, "T2": 0, "T3": 0}, words(scores)
+    assert points(scores) == {"T1": 0, "T2": 0, "T3": 0}, words(scores)  # they pass whatever raises
     assert "a test of the grader's that must fail was reported as passed" in words(scores)
 
 

@@ -15,7 +15,7 @@ HERE = "/ws/package/ros2_robot_controller/a.py"
 @pytest.mark.parametrize("line", ["²", "1" * 5000, "-1", "1e3", "", " 1", "٣"])
 def test_a_line_that_is_not_a_number_is_left_out(line: str):
     text = json.dumps({"tests": ["t"], "reach": {HERE: {line: [0], "7": [0]}}})
-    assert worker_report._reach(text) == {"ros2_robot_controller/a.py": {7: frozenset({"t"})}}
+    assert worker_report._reach(json.loads(text)) == {"ros2_robot_controller/a.py": {7: frozenset({"t"})}}
 
 
 @pytest.mark.parametrize(
