@@ -39,6 +39,8 @@ class Tourist:
         self._goals = [(goal.x, goal.y) for goal in simulator.world.goals]
         self._endless = not self._goals
         self._way: list[Point] = []
+        self.is_blocked = False
+        """Whether it waits because something is in its way."""
 
     def __call__(self, seen: Seen) -> Twist:
         """Return the command for the current readings."""
@@ -53,13 +55,12 @@ class Tourist:
         bearing, distance = math.atan2(y, x), math.hypot(x, y)
         slow = 0.05 + distance if len(self._way) == 1 else self.CRUISE
         v = min(self.CRUISE, slow) * max(0.0, 1.0 - abs(bearing) / 0.8)
-        if v > 0.0 and ahead < min(self.STOP, distance + self.LANE):
-            v = 0.0  # the way is blocked
-        return Twist(v, max(-1.5, min(1.5, 2.5 * bearing)))
+        self.is_blocked = v > 0.0 and ahead < min(self.STOP, distance + self.LANE)
+        return Twist(0.0 if self.is_blocked else v, max(-1.5, min(1.5, 2.5 * bearing)))
 
     def go_to(self, x: float, y: float) -> None:
         """Drop all plans and go to a place (m, map frame)."""
-        self._goals, self._way, self._endless = [(x, y)], [], False
+        self._goals, self._way, self._endless, self.is_blocked = [(x, y)], [], False, False
 
     def has_arrived(self) -> bool:
         """Return whether all goals have been reached and the robot stands still."""

@@ -357,15 +357,16 @@ def _cgroups(machine: Machine) -> list[Diagnosis]:
         folders = ", ".join(sorted({str(folder) for folder in hierarchy.folders.values()}))
         return [_ok(name, f"version {hierarchy.version}, below {folders}")]
     instead = "resource limits are used instead"
+    grade = ".venv/bin/grader grade SUBMISSION --out out/NAME"
     if machine.exists("/sys/fs/cgroup/cgroup.controllers"):
-        fix = "systemd-run --user --scope -p Delegate=yes .venv/bin/grader grade SUBMISSION --out out/NAME"
+        fix = f"systemd-run --user --scope -p Delegate=yes {grade}"
         return [_warn(name, f"version 2, memory and pids are not delegated; {instead}", fix)]
     missing = [each for each in ("memory", "pids") if not machine.exists(f"/sys/fs/cgroup/{each}")]
     if len(missing) == 2:
         return [_warn(name, f"none; {instead}")]
     if missing:
         return [_warn(name, f"version 1, without the controller {missing[0]}; {instead}")]
-    return [_warn(name, f"version 1, not writable; {instead}", "sudo -E make grade")]
+    return [_warn(name, f"version 1, not writable; {instead}", f"sudo -E {grade}")]
 
 
 # -- memory and disk ----------------------------------------------------------------------------------------------

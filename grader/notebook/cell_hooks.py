@@ -11,7 +11,7 @@ from typing import Any
 
 from grader import KIT
 from grader.notebook import before_begin, pieces
-from grader.notebook.file_backups import FORCE, FileBackups
+from grader.notebook.file_backups import FORCE, FileBackups, target
 from grader.notebook.workspace import NOTEBOOK, PACKAGE, Workspace, prepare
 
 
@@ -34,13 +34,15 @@ class CellHooks:
         self._backups.after(result.info.raw_cell, os.environ.get(NOTEBOOK, ""))
 
     def unless_later(self, magic: Callable[[str, str], None], name: str) -> Callable[[str, str], None]:
-        """Return the cell magic `name` so that it leaves the files of later notebooks alone, and says so."""
+        """Return the cell magic `name` so that it makes the file's folder, and leaves files of later notebooks alone."""
 
         def write(line: str, cell: str) -> None:
-            said = self._backups.refusal(f"%%{name} {line}\n{cell}", os.environ.get(NOTEBOOK, ""))
-            if said:
-                print(said)
+            whole = f"%%{name} {line}\n{cell}"
+            if refusal := self._backups.refusal(whole, os.environ.get(NOTEBOOK, "")):
+                print(refusal)
             else:
+                if path := target(whole):
+                    path.parent.mkdir(parents=True, exist_ok=True)
                 magic(" ".join(word for word in line.split(" ") if word != FORCE), cell)
 
         return write

@@ -214,6 +214,8 @@ class Observation:
         """Leave the graph."""
         if self._service_proxy is not None:
             self._service_proxy.close()
+        if self.action is not None:
+            self.action.destroy()  # destroying a node destroys all that belongs to it but its action clients
         self.bridge.close()
 
     def _tick(self) -> None:

@@ -101,7 +101,7 @@ class Engine:
         self._left: float | None = None  # simulated seconds until `run` ends
         self._until: Callable[[], object] | None = None
         self._goal: list[float] | None = None
-        self._guided = False  # the built-in driver is on its way to `_goal`
+        self._progress: str | None = None  # last said of the built-in driver's way to `_goal`, None if it has none
         self._elapsed = self._speed = 0.0
         self._measured = (0.0, 0.0)
 
@@ -280,8 +280,7 @@ class Engine:
     def _reset(self) -> None:
         self.simulator.reset()
         self.error = None
-        self._goal = None
-        self._guided = False
+        self._goal = self._progress = None
         if self._loop is not None:
             if self._has_default_driver:
                 self._loop.driver = Tourist(self.simulator)
@@ -296,8 +295,8 @@ class Engine:
             self._audience.say(answer if isinstance(answer, str) else f"goal sent: ({x:.2f}, {y:.2f}) m")
         elif self._loop is not None and isinstance(self._loop.driver, Tourist):
             self._loop.driver.go_to(x, y)
-            self._guided = True
-            self._audience.say(f"driving to ({x:.2f}, {y:.2f}) m")
+            self._progress = ""
+            self._report_progress()
         else:
             self._goal = None
             self._audience.say("clicking the map does nothing here: give Live an on_goal function")
@@ -350,18 +349,23 @@ class Engine:
         self._call(self._step, self._period)
         self._feed.follow()
         self._elapsed += self._period
-        self._announce_arrival()
+        self._report_progress()
         if self._left is not None:
             self._left -= self._period
             if self._left < 1e-9 or (self._until is not None and self._call(self._until)):
                 self._end_run()
 
-    def _announce_arrival(self) -> None:
+    def _report_progress(self) -> None:
+        """Say how far the built-in driver has come with a clicked goal, when that changes."""
         driver = self._loop.driver if self._loop is not None else None
-        if self._guided and self._goal is not None and isinstance(driver, Tourist) and driver.has_arrived():
-            self._guided = False
+        if self._progress is None or self._goal is None or not isinstance(driver, Tourist):
+            return
+        going = "waiting before an obstacle, on the way to" if driver.is_blocked else "driving to"
+        words = "arrived at" if driver.has_arrived() else going
+        if words != self._progress:
+            self._progress = words
             x, y = self._goal
-            self._audience.say(f"arrived at ({x:.2f}, {y:.2f}) m")
+            self._audience.say(f"{words} ({x:.2f}, {y:.2f}) m")
 
     def _end_run(self) -> None:
         """Pause, and let `run` return."""

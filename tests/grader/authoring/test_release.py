@@ -188,6 +188,14 @@ def test_the_pages_of_the_kit_name_only_its_own_make_targets(kit: Path):
         assert named <= targets, page
 
 
+def test_the_code_of_the_kit_advises_only_its_own_make_targets(kit: Path):
+    """`grader doctor` told students to run `sudo -E make grade`, which only a checkout has."""
+    targets = set(re.findall(r"(?m)^([a-z-]+):", (kit / "Makefile").read_text()))
+    for path in (kit / "grader").rglob("*.py"):
+        named = set(re.findall(r"(?:[\"`]|&& |-E )make ([a-z-]+)[\"`]", path.read_text()))
+        assert named <= targets, path.name
+
+
 def test_the_pages_of_the_kit_name_only_verbs_of_its_own_grader(kit: Path):
     verbs = set(re.findall(r"(?m)^ {4}([a-z-]+)", in_kit(kit, "--help").stdout))
     for page, text in pages_of(kit).items():

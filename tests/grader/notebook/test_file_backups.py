@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from grader import KIT
+from grader.authoring import book, editions
 from grader.host.ros_env import PREFIX
 from grader.notebook import before_begin, checkpoints
 from grader.notebook.file_backups import FileBackups, target
@@ -195,6 +196,18 @@ def test_in_a_kernel_the_cell_says_so_and_writes_nothing(workspace: Workspace) -
     assert "setup.py was not replaced: notebook 08 has written it since" in said
     assert said.index("EIGHT") < said.index("FIVE")
     assert copies(workspace).popitem()[1] == "EIGHT\n"
+
+
+@pytest.mark.parametrize("name", ["01_anatomy", "02_interfaces", "08_settings_and_launch", "09_tests_that_notice"])
+def test_a_learner_who_starts_at_a_notebook_can_write_files_into_new_folders(name: str, workspace: Workspace) -> None:
+    """The first cell of 08 makes `config` and `launch`, `start_at` moves them away: %%writefile ended in a traceback."""
+    notebook = book.read_stored(editions.student_file(name))
+    first, *others = (cell.source for cell in notebook.cells if cell.cell_type == "code")
+    written = [cell for cell in others if cell.startswith("%%writefile")]
+    cells = [first, f"start_at({name[:2]!r})", *written]
+    said = in_a_kernel(f"for cell in {cells!r}:\n    s.run_cell(cell).raise_error()\n")
+    assert "laid out by the course" in said
+    assert said.count("\nWriting ") + said.count("\nOverwriting ") + said.count("\nAppending ") == len(written) > 0
 
 
 # -- before `begin` ----------------------------------------------------------------------------------------------------

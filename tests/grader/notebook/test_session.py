@@ -115,6 +115,7 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Facts:
     return play(
         root,
         """
+import gc, time
 from grader.notebook.workspace import PACKAGE
 run = run_node("robot_controller", "wall_ahead", seed=1)
 report(trouble=run.trouble, first=pid(run))
@@ -149,8 +150,13 @@ for _ in range(100):
     rclpy.spin_once(node, timeout_sec=0.05)
     if heard:
         break
-node.destroy_node()
-rclpy.shutdown()
+def sees_robot(wanted):
+    deadline = time.monotonic() + 60.0
+    while wanted != ("simulated_robot" in node.get_node_names()) and time.monotonic() < deadline:
+        rclpy.spin_once(node, timeout_sec=0.05)
+    return "simulated_robot" in node.get_node_names()
+report(beside=sees_robot(True))
+gc.disable()  # what a closed run leaves is gone at once, not when the garbage is collected
 from ros2_robot_controller.utils.conversions import clamp
 from ros2_robot_controller.srv import SetSpeed
 report(heard=len(heard), clamped=clamp(5.0, 0.0, 1.0), own=sys.modules[f"{PACKAGE}.utils"].__file__,
@@ -160,6 +166,12 @@ ended = run.interrupt()
 report(ended=[ended.seconds, ended.exit_code, ended.last_command.linear.x], over=repr(run), output=run.output,
      after=run.set_speed(0.1).message)
 run.close()
+with run_node():
+    pass
+report(left=sees_robot(False))
+gc.enable()
+node.destroy_node()
+rclpy.shutdown()
 
 with run_node("sensor_processor", parameters={"fusion_frequency": 10.0}) as sensors:
     sensors.drive(2.0)
@@ -173,7 +185,6 @@ live = other.live(rate=float("inf"))
 live.run(0.5)
 report(live=other.t, view=repr(live))
 live.stop()
-import gc
 abandoned = other._process
 del other, live, run
 gc.collect()
@@ -249,6 +260,12 @@ def test_ctrl_c_ends_the_node_with_a_zero_command(driven: Facts) -> None:
     assert driven["over"] == "Run(robot_controller in 'wall_ahead': closed)"
     assert "turtlebot4 is ready" in driven["output"]
     assert driven["after"] == "no node offers set_speed"
+
+
+def test_a_closed_run_leaves_no_robot_on_the_graph(driven: Facts) -> None:
+    """Three performances of a demonstration were three ghosts, and a warning that they share a name."""
+    assert driven["beside"]
+    assert not driven["left"]
 
 
 def test_the_sensor_processor_runs_with_parameters(driven: Facts) -> None:

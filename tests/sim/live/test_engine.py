@@ -178,6 +178,19 @@ def test_the_built_in_driver_goes_to_the_clicked_place() -> None:
     assert d.browser.last["note"][1] == "arrived at (1.00, 1.00) m"
 
 
+def test_before_a_shut_gate_the_view_says_that_the_robot_waits_and_not_that_it_drives() -> None:
+    d = Desk(Live(Simulator(load_world("gate"), noise=False), rate=10.0))
+    d.browser.order("goal", x=3.0, y=0.0)
+    d.go(2.0)
+    assert d.browser.last["note"][1] == "waiting before an obstacle, on the way to (3.00, 0.00) m"
+    with d.live.hold() as simulator:
+        simulator.trigger("open gate")
+    d.go(0.2)
+    assert d.browser.last["note"][1] == "driving to (3.00, 0.00) m"
+    d.go(2.0)
+    assert d.browser.last["note"][1] == "arrived at (3.00, 0.00) m"
+
+
 def test_a_click_that_does_nothing_says_how_to_change_that() -> None:
     d = desk()
     d.browser.order("goal", x=1.0, y=1.0)

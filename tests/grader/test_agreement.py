@@ -1,0 +1,109 @@
+"""A check and a grading of the same thing agree: what a requirement says does not depend on what else is asked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+from helpers import judging, recordings
+from submissions.edits import EDITS, apply
+from variants import VARIANTS, make
+
+from grader import collect, pipeline
+from grader.evidence import Evidence
+from grader.intake.submission import open_submission
+from grader.scoring.scorecard import CheckResult
+from grader.settings import Settings
+from grader.source import Collected, Phase, Source, Subject
+from grader.trials import catalog
+
+REFERENCE = "reference"
+BAD = (
+    "calls_itself_ament_python", "copies_a_block", "does_not_compile", "forgets_an_executable", "leaves_the_types_out",
+    "renames_the_package", "sets_the_parameters_in_the_launch_file", "sleeps_in_a_callback",
+    "tests_its_conversions_only",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A source that finds what another one has found before; of the trials, those that serve what is asked."""
+
+    source: Source
+    evidence: Evidence
+
+    @property
+    def name(self) -> str:
+        return self.source.name
+
+    @property
+    def phase(self) -> Phase:
+        return self.source.phase
+
+    @property
+    def uses(self) -> frozenset[str]:
+        return self.source.uses
+
+    @property
+    def serves(self) -> frozenset[str]:
+        return self.source.serves
+
+    def collect(self, subject: Subject) -> Collected:
+        wanted = catalog.serving(subject.settings.checked)
+        trials = {name: trial for name, trial in self.evidence.trials.items() if name in wanted}
+        facts = {"trials": trials, "tests": self.evidence.tests, "conversions": self.evidence.conversions}
+        facts |= {"mutation": self.evidence.mutation}
+        field = {"student tests": "tests"}.get(self.name, self.name)
+        return Collected({field: facts[field]})
+
+
+@pytest.mark.parametrize("name", [REFERENCE, *BAD])
+def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
+    name: str, settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """With the package's text as it is read for one requirement and for all, and recorded runs of its nodes."""
+    reference, own = recordings.load(REFERENCE), recordings.load(name)
+    whole = replace(  # of a known-bad submission only what differs is recorded
+        own, trials=reference.trials | own.trials, tests=own.tests or reference.tests,
+        conversions=own.conversions or reference.conversions, mutation=own.mutation or reference.mutation,
+    )  # fmt: skip
+    sources = [source if source.phase is Phase.TEXT else Recorded(source, whole) for source in collect.SOURCES]
+    built = collect.Built(own.build, tmp_path / "install")
+    monkeypatch.setattr(collect, "SOURCES", tuple(sources))
+    monkeypatch.setattr(collect, "_contract", lambda *_: built)
+    monkeypatch.setattr(collect, "_build", lambda *_: (built, built))
+    monkeypatch.setattr(collect.build, "is_built", lambda *_: True)
+    package = apply(EDITS[name] if name != REFERENCE else None, tmp_path)
+    submission = open_submission(package, tmp_path / "submission")
+
+    def collected(*requirements: str) -> Evidence:
+        folder = tmp_path / "-".join(["work", *requirements])
+        folder.mkdir()
+        chosen = replace(settings, cache=tmp_path / "cache", keep=True, requirements=requirements)
+        return collect.collect(submission, folder, chosen)
+
+    together = collected()
+    for requirement in settings.rubric.requirements:
+        alone = collected(requirement.id)
+        for check in map(judging.find, (check.id for check in requirement.checks)):
+            assert judging.ask(check, alone) == judging.ask(check, together), requirement.id
+
+
+@pytest.mark.ros
+@pytest.mark.sandbox
+@pytest.mark.slow  # a whole grading of each
+@pytest.mark.parametrize("name", [REFERENCE, *VARIANTS, "leaves_the_types_out", "tests_its_conversions_only"])
+def test_a_check_of_one_requirement_gives_what_a_grading_gives(name: str, settings: Settings, tmp_path: Path):
+    """Nothing is run twice: a check takes what the grading has kept, where that decides it."""
+    package = make(VARIANTS[name], tmp_path) if name in VARIANTS else apply(EDITS.get(name), tmp_path)
+    keeps = replace(settings, keep=True)
+    together = results(pipeline.grade(package, tmp_path / "all", keeps))
+    for requirement in settings.rubric.requirements:
+        alone = results(pipeline.grade(package, tmp_path / "alone", replace(keeps, requirements=(requirement.id,))))
+        assert alone == {check: result for check, result in together.items() if check in alone}, requirement.id
+
+
+def results(grading: pipeline.Grading) -> dict[str, CheckResult]:
+    """Return the results of the checks by their ids."""
+    return {result.id: result for score in grading.scorecard.requirements for result in score.results}
