@@ -19,9 +19,8 @@ def test_readme_says_what_and_how(judge: Judge) -> None:
         raise Failed(f"there is no README.md beside package.xml{found}", "write README.md in the package")
     missing = []
     if readme.words < _WORDS:
-        missing.append(
-            f"what it does ({readme.words} words of prose; at least {_WORDS} are needed, and none counts more than 3 times)"
-        )
+        wanted = f"at least {_WORDS} are needed, and none counts more than 3 times"
+        missing.append(f"what it does ({readme.words} words of prose; {wanted})")
     elif not readme.is_about_package:
         missing.append("what it does; neither the package nor a node, topic or service of it is named")
     elif readme.placeholders:
