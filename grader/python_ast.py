@@ -7,6 +7,9 @@ import threading
 import warnings
 from typing import TypeGuard
 
+BODIES = ("body", "handlers", "orelse", "finalbody", "cases")
+"""The fields in which a statement holds others."""
+
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 TOO_COMPLEX = (ValueError, RecursionError, MemoryError)
@@ -65,6 +68,12 @@ def argument(call: ast.Call, position: int, *names: str) -> ast.expr | None:
 def literal_string(node: ast.AST | None) -> str:
     """Return the value of a string literal, "" for anything else."""
     return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
+
+
+def inner(node: ast.AST) -> list[ast.AST]:
+    """Return the statements inside a compound statement, in the order of the text."""
+    parts = (getattr(node, name, None) for name in BODIES)
+    return [node for part in parts if isinstance(part, list) for node in part]
 
 
 def is_docstring(node: ast.AST) -> bool:

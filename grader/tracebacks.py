@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 
 # A frame of a traceback, and of a dump by faulthandler, which writes "line 7 in f" and no comma.
-_FRAME = re.compile(r'^\s*File "([^"]+)", line (\d+),? in (\S+)', re.MULTILINE)
+_FRAME = re.compile(r'^[ \t]*File "([^"\n]+)", line (\d+),? in (\S+)', re.MULTILINE)
 _INSTALLED = re.compile(r"/install/lib/(?:python[^/]+/site-packages/)?(.+)")
 _DUMP = "most recent call first"
 BEGIN = "Traceback (most recent call last)"
 """How a traceback begins."""
 # The second is rclpy's, of a callback that was under way when its node was destroyed.
 _IGNORED = re.compile(
-    r"^Exception ignored in:.*\n(?:Traceback \(most recent call last\):\n(?:[ \t]+.*\n)*(?:\S.*(?:\n|\Z)))?"
+    r"^Exception ignored in:.*\n(?:Traceback \(most recent call last\):\n(?:[ \t].*\n)*(?:\S.*(?:\n|\Z)))?"
     r"|^The following exception was never retrieved: .*(?:\n|\Z)",
     re.MULTILINE,
 )

@@ -31,7 +31,7 @@ _LEFT_OUT = (
     "## Only look\n", "## How they are made\n", "## How it is tested\n", "## Pinned versions\n",
     "## Continuous integration\n",
 )  # fmt: skip
-_NO_EXTRAS = ("dev", "cluster", "similar")
+_NO_EXTRAS = ("dev", "cluster")
 _NO_SOURCE = ("__pycache__", ".pyc", ".ipynb_checkpoints")
 _SOLUTIONS = checkpoints.PACKED.relative_to(KIT).as_posix()
 

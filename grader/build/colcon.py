@@ -38,7 +38,7 @@ _DECLARE = {
     "install", "ament_package", "ament_export_dependencies", "if", "elseif", "else", "endif", "set", "message", "list",
     "foreach", "endforeach", "ament_lint_auto_find_test_dependencies", "ament_add_pytest_test", "add_compile_options",
 }  # fmt: skip
-_COMMAND, _COMMENT = re.compile(r"\b(\w+)\s*\("), re.compile(r"^\s*#.*", re.MULTILINE)
+_COMMAND, _COMMENT = re.compile(r"\b(\w+)\s*\("), re.compile(r"^[ \t]*#.*", re.MULTILINE)
 _FILE_TEST = re.compile(r"(?<!\(BUILD_TESTING AND )\b(EXISTS|IS_[A-Z]+)\b")  # BUILD_TESTING is off
 
 

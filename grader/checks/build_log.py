@@ -12,11 +12,11 @@ from grader.contract.foreign_packages import absent
 
 _MARKED = re.compile(r"\bError\b|\berror:|\bERROR\b|\bError\(s\)")
 _OURS = re.compile(r"/ws/(?:src|build)/[^/\s']+/+|\bsubmission/(?=package\.xml)")
-_DEEP = re.compile(r"CMake Error at \S*(?:<ros>|cmake_install)\S* \(\w+\):\s*")
-_CALLER = re.compile(r"^\s*(CMakeLists\.txt:\d+ \(\w+\))\s*$", re.MULTILINE)
+_PLACED = re.compile(r"CMake Error at (\S*) \(\w+\):\s*")
+_CALLER = re.compile(r"^[ \t]*(CMakeLists\.txt:\d+ \(\w+\))[ \t]*$", re.MULTILINE)
 _RAISED = re.compile(r"^\s*(?:[\w.]+\.)?([A-Z]\w*(?:Error|Exception|Specification|Package|Name|NotFound)): (.+)")
 # setuptools runs the text of setup.py, so tracebacks know it as <string>.
-_PLACE = re.compile(r'File "(?:/ws/src/[^/"]+/+([^"]+)|<string>)", line (\d+)')
+_PLACE = re.compile(r'File "(?:/ws/src/[^/"]+/+([^/"][^"]*)|<string>)", line (\d+)')
 _COMMANDS = {
     "rosidl_generate_interfaces": "find_package(rosidl_default_generators REQUIRED) before it",
     "ament_package": "find_package(ament_cmake REQUIRED) before it",
@@ -68,8 +68,9 @@ def _first(lines: Sequence[str]) -> str:
         exception = _raised(lines[first:])
         return f"{text.strip()} {exception}" if text.startswith("Error parsing") else exception
     caller = _CALLER.search("\n".join(lines[first : first + 60]))
-    if caller and _DEEP.match(text):  # the student's line, not that of ROS's own file
-        return _DEEP.sub(f"CMake Error at {caller[1]}: ", text)
+    deep = _PLACED.match(text)
+    if caller and deep and ("<ros>" in deep[1] or "cmake_install" in deep[1]):  # ROS's own file, not the student's
+        return f"CMake Error at {caller[1]}: {text[deep.end() :]}"
     return text[max(0, text.find("Error(s) in package")) :]
 
 
@@ -128,7 +129,7 @@ _KNOWN: tuple[tuple[str, Callable[[str, re.Match[str]], BuildError]], ...] = (
      lambda _, match: BuildError(
          f"CMakeLists.txt: rosidl_generate_interfaces() does not name {match[1]}, whose types the interfaces use",
          f"DEPENDENCIES {match[1]} as the last line of rosidl_generate_interfaces()")),
-    (r"(?:mismatched tag|not well-formed|no element found|junk after document)[^:]*: line \d+, column \d+",
+    (r"(?:mismatched tag|not well-formed|no element found|junk after document)[^:]{0,200}: line \d+, column \d+",
      _says("package.xml breaks off there: each <tag> needs its </tag>")),
     (r"The manifest must", _says("compare package.xml with the course's line by line")),
     (r"can't open file 'setup.py'", lambda *_: BuildError("there is no setup.py", "write it, or a CMakeLists.txt")),

@@ -1,5 +1,8 @@
 """Q2: docstrings, and ament_pep257's rules for them."""
 
+from collections import defaultdict
+from dataclasses import replace
+
 from grader.checks.findings import MOST_SHOWN, listing
 from grader.checks.judge import Judge
 from grader.checks.package_text import (
@@ -11,20 +14,24 @@ from grader.checks.package_text import (
     unread_files,
     unread_lines,
     unread_share,
+    used_by_nodes,
 )
 from grader.evidence import Definition
 
 _FULL = 0.9
+# That many things may share a docstring, and more in a large package: some are much the same.
+_SHARED, _SHARED_PART = 3, 0.2
+_REPEATED = " (it has the same docstring as many others)"
 
 
 def test_public_things_have_docstrings(judge: Judge) -> None:
     """Public modules, classes and functions have docstrings: full marks at 90 %, none at 0 %, linear between."""
-    things = public_definitions(judge)
+    things = _with_docstrings_of_their_own(judge)
     unread = unread_files(judge)
     bare = [thing for thing in things if not thing.documented]
     share, used = lowest_share(judge, things, _share_documented)
     if share < _FULL or unread:
-        names = [label(thing) for thing in bare[:MOST_SHOWN]]
+        names = [label(thing) + (_REPEATED if thing.words else "") for thing in bare[:MOST_SHOWN]]
         head = f"{len(things) - len(bare)} of {len(things)} have a docstring; it is missing at"
         said = [head, *names, *([used] if used else [])] if bare else []
         seen = "\n".join([*said, *unread_lines(unread)])
@@ -34,7 +41,7 @@ def test_public_things_have_docstrings(judge: Judge) -> None:
 
 def test_docstrings_follow_ament_pep257(judge: Judge) -> None:
     """The docstrings of public modules, classes and functions follow ament_pep257's rules."""
-    things = public_definitions(judge)
+    things = _with_docstrings_of_their_own(judge)
     clean = sum(map(_is_clean, things))
     unread = unread_files(judge)
     share, used = lowest_share(judge, things, _share_clean)
@@ -45,6 +52,19 @@ def test_docstrings_follow_ament_pep257(judge: Judge) -> None:
         seen = "\n".join([*said, *unread_lines(unread)])
         share = min(share, 1 - unread_share(judge, unread))
         judge.share(share, seen, "run `ament_pep257` in the package's folder; it reports the same")
+
+
+def _with_docstrings_of_their_own(judge: Judge) -> list[Definition]:
+    """Return the public things; a docstring that is the same on many of different names documents none of them."""
+    things = public_definitions(judge)
+    judged = used_by_nodes(judge, things) or things
+    most = max(_SHARED, _SHARED_PART * len(judged))
+    names: dict[str, set[str]] = defaultdict(set)
+    for thing in judged:
+        # Methods that replace each other, and every `main`, do the same thing.
+        names[thing.words].add(thing.name.rpartition(".")[2])
+    shared = {words for words, of in names.items() if words and len(of) > most}
+    return [replace(thing, documented=False) if thing.words in shared else thing for thing in things]
 
 
 def _share_documented(count: Count) -> float:

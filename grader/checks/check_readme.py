@@ -19,14 +19,19 @@ def test_readme_says_what_and_how(judge: Judge) -> None:
         raise Failed(f"there is no README.md beside package.xml{found}", "write README.md in the package")
     missing = []
     if readme.words < _WORDS:
-        missing.append(f"what it does ({readme.words} words of prose; at least {_WORDS} are needed)")
+        wanted = f"at least {_WORDS} are needed, and none counts more than 3 times"
+        missing.append(f"what it does ({readme.words} words of prose; {wanted})")
+    elif not readme.is_about_package:
+        missing.append("what it does; neither the package nor a node, topic or service of it is named")
     elif readme.placeholders:
         where = ", ".join(f"line {finding.line}: {finding.text}" for finding in readme.placeholders[:3])
         missing.append(f"what it does; there is a placeholder ({where})")
     commands = {"build": "colcon build", "run": "ros2 launch or ros2 run", "test": "pytest or colcon test"}
     missing += [f"how to {what} it ({command})" for what, command in commands.items() if what not in readme.shows]
     if missing:
-        seen = "not found:\n" + "\n".join(missing)
+        where = ", ".join(f"line {finding.line}: {finding.text}" for finding in readme.left_out[:3])
+        left_out = [f"left out, because a viewer may not show what is in it: {where}"] if where else []
+        seen = "\n".join(["not found:", *missing, *left_out])
         judge.share(1 - len(missing) / 4, seen, "write for a reader who is new to the package, with commands to copy")
 
 

@@ -110,7 +110,7 @@ def test_a_refusal_leaves_the_speed_in_force(judge: Judge) -> None:
 
 def states(message: str, limit: float) -> bool:
     """Return whether a message contains `limit`, rounded to one decimal place or more."""
-    numbers = [float(number.replace(",", ".")) for number in re.findall(r"\d*[.,]?\d+", message)]
+    numbers = [float(number.replace(",", ".")) for number in re.findall(r"\d+(?:[.,]\d+)?|[.,]\d+", message)]
     return any(abs(number - limit) <= 0.05 + 1e-9 for number in numbers)
 
 

@@ -64,8 +64,8 @@ class _Row:
 
     def __init__(self, head: Sequence[str], cells: Sequence[str]) -> None:
         self.text = " | ".join(cells)
-        self.cells = [_plain(cell) for cell in cells]
-        self.heads = [_plain(cell) for cell in head]
+        self.cells = [cell.replace("::", "/") for cell in cells]
+        self.heads = list(head)
         self.names = {name.strip("/~") for cell in self.cells for name in _NAME.findall(cell)}
         self.last_names = {name.rpartition("/")[2] for name in self.names}
         full = _TYPE.findall(" ".join(self.cells))
@@ -79,13 +79,6 @@ class _Row:
             words = [self.heads[number] if number < len(self.heads) else ""] if name in _names(cell) else [cell]
             found |= {kind for kind, said in _DIRECTIONS.items() if any(said.search(word) for word in words)}
         return found
-
-
-def _plain(cell: str) -> str:
-    """Return a cell without its Markdown: code marks, emphasis, links, line breaks."""
-    cell = re.sub(r"<br\s*/?>", " , ", cell)
-    cell = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", cell)
-    return cell.replace("`", " ").replace("**", " ").replace("\\_", "_").replace("::", "/")
 
 
 def _names(cell: str) -> set[str]:

@@ -23,10 +23,8 @@ _ABOUT = {"launch": "launch", "file": "parameters"}
 _HOLDS_ON = ("loop-in-callback", "wait-in-callback", "sleep-in-callback")
 HOLDS_ON = "while a callback runs the node answers nothing: "
 """Begins the words that name the line which holds a node up."""
-# rclpy's own words for a service's callback that has returned something else than a response.
-_NO_RESPONSE = re.compile(r"in send_response\b(?:.*\n)*?\s*(?:raise )?TypeError")
 # What launch says of a process that died, and the last line of that process's traceback.
-_LAUNCH_ERROR = re.compile(r"\[ERROR\]|process has died|^(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
+_LAUNCH_ERROR = re.compile(r".*(?:\[ERROR\]|process has died)|(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
 _SMALLEST = 1e-300  # rclpy reads an int as a float far below any speed, such as 5e-324
 _NO_FLOAT = "cmd_vel has an int where a float is needed, and rclpy does not convert: write 1.0, not 1"
 NAMESPACE = "robot7"
@@ -137,7 +135,9 @@ class Judge:
     def why_ended(self, trial: Trial) -> str:
         """Return as the end of a sentence why a node ended by itself: what it said last, or what its text shows."""
         output = trial.process.output_tail if trial.process is not None and trial.process.by == "itself" else ""
-        if _NO_RESPONSE.search(output):
+        # rclpy's own words for a service's callback that has returned something else than a response.
+        raised = output.partition("in send_response")[2].splitlines()
+        if any(line.strip().removeprefix("raise ").startswith("TypeError") for line in raised):
             found = [habit for habit in self.habits if habit.rule == "no-response"]
             shown = "; ".join(f"{place(habit)} {habit.text}" for habit in found[:2])
             return f"; {shown or 'the callback of a service returned None'}: `return response`?"
@@ -303,7 +303,7 @@ def near_miss(graph: Graph | None, wanted: str) -> str:
 def launch_words(trial: Trial) -> str:
     """Return why a launched node did not come up: what the graph has instead, and what `ros2 launch` itself printed."""
     output = trial.process.output_tail if trial.process is not None else ""
-    errors = [line.strip() for line in output.splitlines() if _LAUNCH_ERROR.search(line)]
+    errors = [line.strip() for line in output.splitlines() if _LAUNCH_ERROR.match(line)]
     said = f"; `ros2 launch` said: {' | '.join(errors[-3:])[:600]}" if errors else ""
     others = sorted({name.rpartition("/")[2] for name in trial.graph.nodes} - {*NODES}) if trial.graph else []
     others = [name for name in others if not name.startswith("launch_ros")]

@@ -98,8 +98,7 @@ def lowest_share(judge: Judge, things: Sequence[Definition], share: Callable[[Co
     may add to what is wrong, and cannot make up for it.
     """
     whole = share(lambda holds: sum(map(holds, things)))
-    reached = judge.quality().reached
-    used = [thing for thing in things if reached is not None and reached.covers(thing.path, thing.line)]
+    used = used_by_nodes(judge, things)
     if not used:
         return whole, ""
     weight = weights(judge, Counter(thing.path for thing in used))
@@ -111,6 +110,12 @@ def lowest_share(judge: Judge, things: Sequence[Definition], share: Callable[[Co
     if of_nodes < whole:
         return of_nodes, f"the nodes use {len(used)} of the {len(things)}; the others do not make up for these"
     return whole, ""
+
+
+def used_by_nodes(judge: Judge, things: Sequence[Definition]) -> list[Definition]:
+    """Return the things that the nodes use."""
+    reached = judge.quality().reached
+    return [thing for thing in things if reached is not None and reached.covers(thing.path, thing.line)]
 
 
 def every(_: Definition) -> bool:

@@ -1,33 +1,34 @@
 """Which packages of a class are most alike beyond what the course gives, and in which places. Nothing is run.
 
-copydetect turns Python into a text without names, strings and comments, and fingerprints every stretch of that text. It
-compares files; here a package is the sum of its files, so that it does not matter how they are cut or called.
+Every stretch of what a package's Python does is fingerprinted, without what makes no difference (normal_form.py). A
+package is the sum of its files, so that it does not matter how they are cut or called.
 """
 
 from __future__ import annotations
 
-import io
 import itertools
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from statistics import median
-from typing import Any
 
 import numpy as np
 
 from grader.classroom import discovery
 from grader.classroom.class_folder import ClassFacts, ClassFolder
 from grader.classroom.discovery import Entry
+from grader.classroom.normal_form import normal_form
 from grader.errors import GraderError, SubmissionError
 from grader.host import tempdir
 from grader.host.atomic import write_atomically
 from grader.intake.submission import open_submission
+from grader.quality import source_files
 from grader.sandbox import untrusted
 from grader.sanitize import lines, one_line
 
 PAGE = "similar.html"
-# copydetect's default: shorter stretches, about two lines, are alike by chance.
+# Characters of the normal form. Shorter stretches, about two lines, are alike by chance.
 _STRETCH = 25
 _LEAST = 300  # stretches of its own; a package with fewer has hardly anything that could be compared
 _SHOWN_LEAST = 3 * _STRETCH  # characters of a place that is worth looking at
@@ -73,17 +74,12 @@ class Alike:
 
 @dataclass
 class _File:
-    """One file: its text, the fingerprint at each place of the text without names, and where that place is."""
+    """One file: its text, the fingerprint at each place of its normal form, and the line of each place."""
 
     path: str
     text: str
-    prints: Mapping[int, Sequence[int]]
-    offsets: np.ndarray
-
-    def line(self, place: int) -> int:
-        """Return the line of a place in the text without names."""
-        before = self.offsets[self.offsets[:, 0] <= place]
-        return self.text.count("\n", 0, place + int(before[-1, 1]) if len(before) else place) + 1
+    prints: np.ndarray
+    line: np.ndarray
 
 
 @dataclass
@@ -101,13 +97,11 @@ class _Package:
 
     def leave_out(self, base: np.ndarray) -> None:
         """Keep the fingerprints that `base` does not have."""
-        rows = sorted(
-            (number, place, mark)
+        parts = [
+            np.stack([np.full(len(file.prints), number), np.arange(len(file.prints)), file.prints], axis=1)
             for number, file in enumerate(self.files)
-            for mark, places in file.prints.items()
-            for place in places
-        )
-        table = np.array(rows, dtype=np.int64).reshape(-1, 3)
+        ]
+        table = np.concatenate([np.empty((0, 3), dtype=np.int64), *parts])
         table = table[~np.isin(table[:, 2], base)]
         self.file_of, self.place, self.prints = table[:, 0], table[:, 1], table[:, 2]
         breaks = np.flatnonzero((np.diff(self.place) != 1) | (np.diff(self.file_of) != 0)) + 1
@@ -123,8 +117,7 @@ def of_class(
     Submissions of the same people are not compared.
 
     Raises:
-        GraderError: copydetect is not installed, there is no such class, or its submissions are no longer where they
-            were.
+        GraderError: there is no such class, or its submissions are no longer where they were.
     """
     facts = folder.facts()
     source = Path(facts.source)
@@ -138,7 +131,8 @@ def of_class(
         for entry in facts.entries:
             progress(f"reading {entry.id}")
             try:
-                texts[entry.id] = _python_of(root / entry.path, scratch / entry.id)
+                texts[entry.id], unread = _python_of(root / entry.path, scratch / entry.id)
+                notes += [f"{entry.id} is compared without {one_line(why)}" for why in unread]
             except SubmissionError as error:
                 notes.append(f"{entry.id} is not compared: {one_line(error.what)}")
             tempdir.remove(scratch / entry.id)
@@ -154,12 +148,18 @@ def compare(
     notes: Sequence[str] = (),
 ) -> Alike:
     """Return the `top` pairs of the packages in `texts` (path to text, by submission) that are most alike."""
-    made: dict[str, _File] = {}
-    given = [mark for path, text in base.items() for mark in _file(path, text, made).prints]
-    left_out = np.unique(np.array(given, dtype=np.int64))
+    made: dict[str, _File | None] = {}
+    given = [file.prints for path, text in base.items() if (file := _file(path, text, made))]
+    left_out = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *given]))
     packages, said = {}, list(notes)
     for name, files in texts.items():
-        package = _Package([_file(path, text, made) for path, text in sorted(files.items())])
+        found = {path: _file(path, text, made) for path, text in sorted(files.items())}
+        said += [
+            f"{name} is compared without {one_line(path)}, which Python cannot parse."
+            for path, file in found.items()
+            if file is None
+        ]
+        package = _Package([file for file in found.values() if file])
         package.leave_out(left_out)
         if len(package.prints) >= _LEAST:
             packages[name] = package
@@ -203,37 +203,32 @@ def _of_same_people(facts: ClassFacts) -> Callable[[str, str], bool]:
     return lambda one, other: bool(people[one] & people[other])
 
 
-def _python_of(source: Path, into: Path) -> dict[str, str]:
-    """Return the Python texts of a submission, by path."""
+def _python_of(source: Path, into: Path) -> tuple[dict[str, str], list[str]]:
+    """Return the texts of a submission's modules and Python programs, by path, and which were not read and why."""
     found: dict[str, str] = {}
+    unread = []
     submission = open_submission(source, into)
     for package in filter(None, (submission.package, submission.interfaces)):
-        for path in sorted(package.rglob("*.py")):
-            if (text := untrusted.read_python(path)) is not None:
-                found[f"{package.name}/{path.relative_to(package).as_posix()}"] = text
-    return found
+        for file in source_files.find(package):
+            path = f"{package.name}/{file.path}"
+            text = None if file.problem else untrusted.read_python(package / file.path)
+            if text is None:
+                unread.append(f"{path}, which {file.problem or 'is in an encoding that is hardly ever used'}.")
+            else:
+                found[path] = text
+    return found, unread
 
 
-def _file(path: str, text: str, made: dict[str, _File]) -> _File:
-    """Return a file with its fingerprints, which are made once for each text."""
+def _file(path: str, text: str, made: dict[str, _File | None]) -> _File | None:
+    """Return a file with its fingerprints, which are made once for each text, or None if Python cannot parse it."""
     if text not in made:
-        detector = _copydetect()
-        # A window of 1 keeps every fingerprint: Python's hashes differ from run to run, and so would a choice of them.
-        found = detector.CodeFingerprint(path, _STRETCH, 1, fp=io.StringIO(text), language="python")
-        offsets = np.array(found.offsets, dtype=np.int64).reshape(-1, 2)
-        # A class's name has a wrong, smaller offset in copydetect 0.5.
-        offsets[:, 1] = np.maximum.accumulate(offsets[:, 1]) if len(offsets) else offsets[:, 1]
-        made[text] = _File(path, text, {int(k): [int(i) for i in v] for k, v in found.hash_idx.items()}, offsets)
+        parts = normal_form(text)
+        whole = "".join(part for part, _ in parts or ())
+        marks = [hash(whole[at : at + _STRETCH]) for at in range(len(whole) - _STRETCH + 1)]
+        line = np.repeat([line for _, line in parts or ()], [len(part) for part, _ in parts or ()])
+        made[text] = None if parts is None else _File(path, text, np.array(marks, dtype=np.int64), line)
     known = made[text]
-    return _File(path, text, known.prints, known.offsets)
-
-
-def _copydetect() -> Any:
-    try:
-        import copydetect
-    except ImportError:
-        raise GraderError("`grader similar` needs copydetect: pip install 'ros2-course-kit[similar]'.") from None
-    return copydetect
+    return known and replace(known, path=path)
 
 
 def _share(one: _Package, other: _Package) -> float:
@@ -251,28 +246,44 @@ def _places(one: _Package, other: _Package) -> tuple[tuple[Lines, Lines], ...]:
 
 def _runs(one: _Package, other: _Package) -> Iterator[tuple[int, int, int]]:
     """Yield what two packages have in common: its length, and where it begins in the lists of their fingerprints."""
-    at: dict[int, list[int]] = {}
-    for index, mark in enumerate(other.prints.tolist()):
-        at.setdefault(mark, []).append(index)
-    first = 0
-    while first < len(one.prints):
-        begins = at.get(int(one.prints[first]), [])[:_CANDIDATES]
-        length, second = max(((_length(one, first, other, begin), begin) for begin in begins), default=(1, 0))
-        if begins and length + _STRETCH >= _SHOWN_LEAST:
+    at: dict[tuple[int, ...], list[int]] = defaultdict(list)
+    for index, marks in _long_stretches(other):
+        at[marks].append(index)
+    after = 0
+    for first, marks in _long_stretches(one):
+        if first >= after and (begins := at.get(marks, [])[:_CANDIDATES]):
+            length, second = max((_length(one, first, other, begin), begin) for begin in begins)
             yield length, first, second
-        first += length
+            after = first + length
+
+
+def _long_stretches(package: _Package) -> Iterator[tuple[int, tuple[int, ...]]]:
+    """Yield where each stretch begins that is long enough to be shown, and fingerprints that tell it apart."""
+    prints, last = package.prints.tolist(), _SHOWN_LEAST - _STRETCH
+    for index, end in enumerate(package.end.tolist()):
+        if end - index > last:
+            yield index, tuple(prints[index : index + last + 1 : _STRETCH])
 
 
 def _length(one: _Package, first: int, other: _Package, second: int) -> int:
-    """Return how many fingerprints follow each other in both without a gap, within one file each."""
+    """Return how many fingerprints follow each other in both without a gap, within one file each.
+
+    It takes no longer than its result is: a file may repeat itself.
+    """
     most = min(int(one.end[first]) - first, int(other.end[second]) - second)
-    differ = np.flatnonzero(one.prints[first : first + most] != other.prints[second : second + most])
-    return int(differ[0]) if len(differ) else most
+    length, step = 0, _STRETCH
+    while length < most:
+        upto = min(most, length + step)
+        here, there = (each[at + length : at + upto] for each, at in ((one.prints, first), (other.prints, second)))
+        if len(differ := np.flatnonzero(here != there)):
+            return length + int(differ[0])
+        length, step = upto, 2 * step
+    return length
 
 
 def _lines(package: _Package, index: int, length: int) -> Lines:
     file, place = package.files[int(package.file_of[index])], int(package.place[index])
-    first, last = file.line(place), file.line(place + length + _STRETCH - 2)
+    first, last = int(file.line[place]), int(file.line[place + length + _STRETCH - 2])
     rows = file.text.splitlines()[first - 1 : last]
     cut = [*rows[:_PLACE_LINES], f"... {len(rows) - _PLACE_LINES} more lines"] if len(rows) > _PLACE_LINES else rows
     return Lines(one_line(file.path), first, last, "\n".join(lines(row, _LINE_LENGTH) for row in cut))

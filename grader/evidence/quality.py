@@ -26,7 +26,10 @@ class SourceFile:
 
 @dataclass(frozen=True)
 class Definition:
-    """A public module, class or function, its missing annotations, and the rules that its docstring violates."""
+    """A public module, class or function, its missing annotations, and the rules that its docstring violates.
+
+    `words` is how the docstring begins, in lower case and without signs and digits.
+    """
 
     path: str
     line: int
@@ -35,6 +38,7 @@ class Definition:
     documented: bool
     unannotated: list[str] = field(default_factory=list)
     violations: list[Finding] = field(default_factory=list)
+    words: str = ""
 
 
 @dataclass(frozen=True)
@@ -85,13 +89,18 @@ class Table:
 
 @dataclass(frozen=True)
 class Readme:
-    """The README: how many words of prose, the commands it shows for "build", "run" and "test", and its tables."""
+    """The README: how many words of prose, the commands it shows for "build", "run" and "test", and its tables.
+
+    A word counts three times at most. `left_out` are the elements of HTML whose text a viewer may hide.
+    """
 
     path: str
     words: int
     placeholders: list[Finding] = field(default_factory=list)
     shows: dict[str, str] = field(default_factory=dict)
     tables: list[Table] = field(default_factory=list)
+    is_about_package: bool = True
+    left_out: list[Finding] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -185,7 +194,5 @@ class Quality:
     report: TestReport | None = None
     tests: list[str] = field(default_factory=list)
     reached: Reached | None = None
-    addressed: list[Finding] = field(default_factory=list)
-    """Text that speaks to whoever grades the package."""
     faults: list[Fault] = field(default_factory=list)
     """The first cause of what stops the package comes first."""

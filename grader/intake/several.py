@@ -27,7 +27,7 @@ _EXPORTED = (
 _OWN = re.compile(
     rf"src|{spec.PACKAGE}.*|v?\d+(\.\d+)*"
     r"|(.*[^a-z])?(backup|bak|copy|old|new|archive|draft|version|attempt|final)([^a-z].*)?",
-    re.IGNORECASE,
+    re.IGNORECASE | re.DOTALL,
 )
 _MANY = 3  # packages in as many folders of an archive are not one student's copies
 _NAMED = 5

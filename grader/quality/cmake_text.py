@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 _TOKEN = re.compile(
-    r"""\#\[(?P<marks>=*)\[.*?\](?P=marks)\]     # a bracket comment
+    r"""\#\[(?P<marks>=*)\[                      # begins a bracket comment
     |\#[^\n]*                                   # a comment
     |"(?:[^"\\]|\\.){0,2000}"                  # a quoted argument
     |[()]
@@ -80,9 +80,22 @@ def _filled(argument: str, variables: Mapping[str, str]) -> list[str]:
     return [text] if quoted else text.replace(";", " ").split()
 
 
+def _tokens(text: str) -> Iterator[tuple[str, int]]:
+    """Yield each token that is not a comment, and where it begins; a bracket comment may have no end."""
+    place = 0
+    while match := _TOKEN.search(text, place):
+        place = match.end()
+        if match["marks"] is not None:
+            closing = f"]{match['marks']}]"
+            end = text.find(closing, place)
+            place = end + len(closing) if end >= 0 else len(text)
+        elif not match[0].startswith("#"):
+            yield match[0], match.start()
+
+
 def _commands(text: str) -> Iterator[tuple[Command, bool]]:
     """Yield each command as it is written, and whether its parenthesis is closed."""
-    tokens = [(match[0], match.start()) for match in _TOKEN.finditer(text) if not match[0].startswith("#")]
+    tokens = list(_tokens(text))
     at = 0
     while at + 1 < len(tokens):
         name, start = tokens[at]

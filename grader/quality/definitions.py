@@ -14,6 +14,7 @@ from grader.quality.parsed_module import Module
 
 # One docstring is enough for a property and its setter, and for a function and its overloads.
 _SAME_THING = ("setter", "deleter", "getter", "overload")
+_MAX_DOCSTRING = 500
 _DEFINITION = re.compile(rb"[ \t]*(?:async[ \t]+)?(def|class)[ \t]+([A-Za-z]\w*)")
 
 
@@ -22,7 +23,8 @@ def public_definitions(module: Module) -> Iterator[Definition]:
     if not _is_judged(module.path):
         return
     if module.tree.body or module.stem != "__init__":
-        yield Definition(module.path, 1, "module", module.name, bool(ast.get_docstring(module.tree)))
+        words = _words(module.tree)
+        yield Definition(module.path, 1, "module", module.name, bool(words), words=words)
     yield from _inside(module.path, module.tree.body, "")
 
 
@@ -52,14 +54,18 @@ def _inside(path: str, body: Sequence[ast.stmt], owner: str) -> Iterator[Definit
         if isinstance(node, ast.If | ast.Try):
             yield from _inside(path, [*node.body, *node.orelse, *getattr(node, "finalbody", [])], owner)
         elif isinstance(node, ast.ClassDef | Function) and not node.name.startswith("_") and not _is_same(node):
-            documented = bool((ast.get_docstring(node) or "").strip())
+            words = _words(node)
             name = f"{owner}{node.name}"
             if isinstance(node, ast.ClassDef):
-                yield Definition(path, node.lineno, "class", name, documented)
+                yield Definition(path, node.lineno, "class", name, bool(words), words=words)
                 yield from _inside(path, node.body, f"{name}.")
             else:
                 missing = _unannotated(node, is_method=bool(owner))
-                yield Definition(path, node.lineno, "function", name, documented, unannotated=missing)
+                yield Definition(path, node.lineno, "function", name, bool(words), unannotated=missing, words=words)
+
+
+def _words(node: ast.Module | ast.ClassDef | Function) -> str:
+    return " ".join(re.findall(r"[^\W\d_]+", (ast.get_docstring(node) or "")[:_MAX_DOCSTRING].lower()))
 
 
 def _is_same(node: ast.ClassDef | Function) -> bool:

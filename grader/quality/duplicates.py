@@ -9,13 +9,12 @@ from dataclasses import dataclass
 
 from grader.contract.layout import JUDGED
 from grader.evidence import Copy
-from grader.python_ast import Function, is_docstring, last_name
+from grader.python_ast import BODIES, Function, inner, is_docstring, last_name
 from grader.quality.parsed_module import Module
 
 BLOCK = 6  # lines, each with a statement of its own or the head of one
 _MAX_PLACES = 20
 _MAX_COPIES = 50
-_BODIES = ("body", "handlers", "orelse", "finalbody", "cases")
 
 
 @dataclass(frozen=True)
@@ -83,11 +82,11 @@ def _lines(module: Module) -> Iterator[_Line]:
         node = todo.pop()
         if isinstance(node, ast.Import | ast.ImportFrom) or is_docstring(node) or _is_ending(node):
             continue
-        inner = _inner(node)
+        inside = inner(node)
         first = getattr(node, "lineno", 0)
-        last = getattr(node, "end_lineno", first) if not inner else first
+        last = getattr(node, "end_lineno", first) if not inside else first
         yield _Line(module.path, first, last, _code(node))
-        todo += reversed(inner)
+        todo += reversed(inside)
 
 
 def _is_ending(node: ast.AST) -> bool:
@@ -97,17 +96,11 @@ def _is_ending(node: ast.AST) -> bool:
     return isinstance(node, ast.If) and "__name__" in {last_name(part) for part in ast.walk(node.test)}
 
 
-def _inner(node: ast.AST) -> list[ast.AST]:
-    """Return the statements inside a compound statement, in the order of the text."""
-    parts = (getattr(node, name, None) for name in _BODIES)
-    return [inner for part in parts if isinstance(part, list) for inner in part]
-
-
 def _code(node: ast.AST) -> str:
     """Return a statement's structure as text; for a compound statement, only its head's."""
     parts = [type(node).__name__]
     for name, value in ast.iter_fields(node):
-        if name not in (*_BODIES, "type_comment"):
+        if name not in (*BODIES, "type_comment"):
             for part in value if isinstance(value, list) else [value]:
                 parts.append(ast.dump(part) if isinstance(part, ast.AST) else repr(part))
     return " ".join(parts)

@@ -23,7 +23,7 @@ _ENDS_INSTALL = {
 }  # fmt: skip
 _SHARED = tuple(path for path in LAYOUT if path.startswith(("launch/", "config/")))
 _INSTALL_SHARED = "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})"
-_FIELD = re.compile(r"^\s*([a-z]\w*)/(?:msg/)?[A-Z]\w*", re.MULTILINE)
+_FIELD = re.compile(r"^[ \t]*([a-z]\w*)/(?:msg/)?[A-Z]\w*", re.MULTILINE)
 _CMAKE_OWN = ("ament", "rosidl", "python", "Python", "Threads", "PkgConfig")
 
 

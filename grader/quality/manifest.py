@@ -73,7 +73,7 @@ def _validity(path: Path) -> tuple[list[str], list[str]]:
         problems = [printable(f"package.xml cannot be read ({type(error).__name__})")]
     else:
         return [], [printable(f"{person.name} <{person.email}>") for person in package.maintainers[:5]]
-    return problems, re.findall(r"<maintainer\b[^>]*>[^<]*", _read(path))[:5]
+    return problems, re.findall(r"<maintainer\b[^<>]*>[^<]*", _read(path))[:5]
 
 
 def _is_spdx(licence: str) -> bool:

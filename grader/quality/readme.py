@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from grader.quality.visible import visible
 from grader.sanitize import printable
 
 _MAX_BYTES = 256 * 1024
-_MAX_TABLES, _MAX_ROWS = 20, 60
+_MAX_TABLES, _MAX_ROWS, _MAX_CELLS = 20, 60, 20
 
 # A command may be anywhere in the text: in a code block, in a line of prose, in a list.
 _COMMANDS = {
@@ -20,13 +21,15 @@ _COMMANDS = {
     "test": re.compile(r"\b(colcon\s+test\b|pytest\b)"),
 }
 _PLACEHOLDER = re.compile(r"\b(TODO|FIXME|TBD|lorem ipsum)\b|<(your|describe|insert)\b", re.IGNORECASE)
-_RULE = re.compile(r"^\s*\|?\s*:?-+:?\s*(\|\s*:?-+:?\s*)*\|?\s*$")
+_WORD = re.compile(r"[^\W\d_]{2,}")
+_TIMES = 3  # that a word counts: twenty times the same one says nothing
 
 
-def read_readme(package: Path, files: Sequence[str], names: Collection[str]) -> Readme | None:
+def read_readme(package: Path, files: Sequence[str], names: Collection[str], own: Collection[str]) -> Readme | None:
     """Return what README.md beside package.xml shows, None if there is none. The case of its name does not matter.
 
-    `names` are the package's names: a command that starts something of another package does not run this one.
+    `names` are the package's names: a command that starts something of another package does not run this one. `own` are
+    those of what is in it, of which a text about it has one.
     """
     path = next((name for name in files if name.lower() == "readme.md"), None)
     if path is None:
@@ -34,21 +37,30 @@ def read_readme(package: Path, files: Sequence[str], names: Collection[str]) -> 
     with (package / path).open("rb") as stream:
         text = stream.read(_MAX_BYTES).decode("utf-8", "replace")
     # As str.splitlines would count them, so that the numbers are those of an editor.
-    shown = visible("\n".join(text.splitlines()))
-    lines = [line for line, _ in shown]
-    prose = {number: line for number, (line, is_code) in enumerate(shown, 1) if not is_code and _is_prose(line)}
-    commands = {what: _command(what, "\n".join(lines), names) for what in _COMMANDS}
+    page = visible("\n".join(text.splitlines()))
+    commands = {what: _command(what, page.text, names) for what in _COMMANDS}
+    words = Counter(word.lower() for line in page.prose.values() for word in _WORD.findall(line))
+    said = _spaced(page.named)
     return Readme(
         path=path,
-        words=sum(len(re.findall(r"[^\W\d_]{2,}", line)) for line in prose.values()),
+        words=sum(min(count, _TIMES) for count in words.values()),
         placeholders=[
             Finding(path, number, "placeholder", printable(line.strip(), 120))
-            for number, line in prose.items()
+            for number, line in sorted(page.prose.items())
             if _PLACEHOLDER.search(line)
         ][:10],
         shows={what: printable(command, 120) for what, command in commands.items() if command},
-        tables=_tables(lines)[:_MAX_TABLES],
+        tables=[_table(rows) for rows in page.tables if rows][:_MAX_TABLES],
+        is_about_package=any(_spaced(name) in said for name in (*names, *own)),
+        left_out=[
+            Finding(path, number, "left out", printable(tag, 120)) for number, tag in sorted(page.left_out.items())
+        ][:10],
     )
+
+
+def _spaced(text: str) -> str:
+    """Return the words of a text, "robot controller" for `robot_controller`, with a space before each."""
+    return " " + " ".join(re.findall(r"[^\W_]+", text.lower()))
 
 
 def _command(what: str, text: str, names: Collection[str]) -> str:
@@ -61,28 +73,6 @@ def _command(what: str, text: str, names: Collection[str]) -> str:
     return ""
 
 
-def _is_prose(line: str) -> bool:
-    return not line.startswith(("    ", "\t", "#")) and not line.lstrip().startswith("|")
-
-
-def _tables(lines: Sequence[str]) -> list[Table]:
-    found = []
-    number = 0
-    while number + 1 < len(lines):
-        head = lines[number]
-        if "|" in head and "|" in lines[number + 1] and _RULE.match(lines[number + 1][:2000]):
-            rows = []
-            number += 2
-            while number < len(lines) and "|" in lines[number]:
-                rows.append(_cells(lines[number]))
-                number += 1
-            found.append(Table(_cells(head), rows[:_MAX_ROWS]))
-        else:
-            number += 1
-    return found
-
-
-def _cells(line: str) -> list[str]:
-    """Return the cells of a row; an escaped bar belongs to its cell."""
-    cells = re.split(r"(?<!\\)\|", line.strip().removeprefix("|").removesuffix("|"))
-    return [printable(cell.replace("\\|", "|").strip()) for cell in cells[:20]]
+def _table(rows: Sequence[Sequence[str]]) -> Table:
+    head, *body = ([printable(cell) for cell in row[:_MAX_CELLS]] for row in rows[: _MAX_ROWS + 1])
+    return Table(head, body)

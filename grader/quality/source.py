@@ -11,7 +11,6 @@ from grader.source import Collected, Phase, Subject
 
 _WHOLE_FILE = re.compile(r"flake8[:=]\s*noqa|skip-file|ruff:\s*noqa|mypy:\s*ignore-errors", re.IGNORECASE)
 _MANY = 10
-_MOST_ADDRESSED = 5
 _MUCH = 100  # lines of code, and at least half as many as the nodes use
 
 
@@ -38,7 +37,7 @@ class PackageText:
 
 def text_flags(quality: Quality) -> list[Flag]:
     """Return a flag for what an instructor should look at in the package's text. None of them costs points."""
-    return [*suppression_flags(quality), *_padding_flags(quality), *_addressed_flags(quality)]
+    return [*suppression_flags(quality), *_padding_flags(quality)]
 
 
 def _padding_flags(quality: Quality) -> list[Flag]:
@@ -51,13 +50,6 @@ def _padding_flags(quality: Quality) -> list[Flag]:
     words = f"{sum(idle.values())} lines of code that no node uses, beside {used} that one does: they earned nothing"
     most = sorted(idle, key=lambda path: (-idle[path], path))[:5]
     return [Flag("padding", words, where=", ".join(most))]
-
-
-def _addressed_flags(quality: Quality) -> list[Flag]:
-    return [
-        Flag("addresses a grader", f"text for whoever grades: {finding.text}", where=f"{finding.path}:{finding.line}")
-        for finding in quality.addressed[:_MOST_ADDRESSED]
-    ]
 
 
 def suppression_flags(quality: Quality) -> list[Flag]:

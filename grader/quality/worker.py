@@ -12,10 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from grader import evidence
-from grader.contract.spec import PACKAGE
+from grader.contract.spec import NODES, PACKAGE
 from grader.evidence import reading_limits
 from grader.intake.package_xml import read_package_xml
-from grader.quality.addressed import addressed_to_a_grader
 from grader.quality.call_graph import CallGraph
 from grader.quality.conversions import conversion_use
 from grader.quality.definitions import public_definitions
@@ -68,6 +67,7 @@ def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[st
     public = [item for module in modules for item in public_definitions(module)]
     if len(public) > reading_limits.MAX_DEFINITIONS:
         files.append(evidence.SourceFile(public[reading_limits.MAX_DEFINITIONS].path, 0, reading_limits.TOO_PUBLIC))
+    created = list(created_interfaces(graph))[:_MAX_INTERFACES]
     found = evidence.Quality(
         manifest=read_manifest(package, paths, modules),
         paths=[printable(path) for path in paths][:_MAX_ENTRIES],
@@ -77,12 +77,11 @@ def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[st
         habits=bad_habits(modules, graph)[:_MAX_ENTRIES],
         conversions=replace(conversion_use(graph), calls=conversion_use(CallGraph(used)).calls),
         parameters=parameter_use(modules, used),
-        interfaces=list(created_interfaces(graph))[:_MAX_INTERFACES],
-        readme=read_readme(package, paths, {PACKAGE, name}),
+        interfaces=created,
+        readme=read_readme(package, paths, {PACKAGE, name}, {*NODES, *(item.name for item in created)}),
         report=read_report(package, paths),
         tests=sorted(set(names_of_tests(modules)))[:_MAX_ENTRIES],
         reached=reached,
-        addressed=addressed_to_a_grader(package, paths),
         faults=find_faults(package, interfaces, modules, [file for file in files if file.problem]),
     )
     if interfaces is not None:

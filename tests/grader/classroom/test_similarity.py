@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import ast
+import itertools
 import random
 import re
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pytest
 from submissions.edits import REFERENCE
 
 from grader import cli
 from grader.classroom import similarity
 from grader.classroom.class_folder import ClassFolder
-
-pytest.importorskip("copydetect", reason="needs copydetect: make setup")
+from grader.classroom.normal_form import normal_form
 
 Texts = Mapping[str, str]
 
@@ -46,13 +47,24 @@ def reordered(text: str) -> str:
     return ast.unparse(tree)
 
 
+def cut(text: str) -> dict[str, str]:
+    """Return a module with a class as two, each with half of the methods."""
+    tree = ast.parse(text)
+    halves = [ast.parse(text), ast.parse(text)]
+    for half, part in zip(halves, (slice(None, 4), slice(4, None)), strict=True):
+        for node, whole in zip(half.body, tree.body, strict=True):
+            if isinstance(node, ast.ClassDef) and isinstance(whole, ast.ClassDef):
+                node.body = node.body[part] or [ast.Pass()]
+    return {f"{number}.py": ast.unparse(half) for number, half in enumerate(halves)}
+
+
 def shares(texts: Mapping[str, Texts], base: Texts | None = None) -> dict[tuple[str, str], float]:
     return {(pair.one, pair.other): pair.share for pair in similarity.compare(texts, base or {}, 100).pairs}
 
 
 @pytest.mark.parametrize(
     "copy",
-    [{"a.py": renamed(DRIVER)}, {"a.py": reordered(DRIVER)}, {"a.py": DRIVER[:2500], "b.py": DRIVER[2500:]}],
+    [{"a.py": renamed(DRIVER)}, {"a.py": reordered(DRIVER)}, cut(DRIVER)],
     ids=["other names", "other order", "other files"],
 )
 def test_a_copy_is_found(copy: Texts):
@@ -60,6 +72,83 @@ def test_a_copy_is_found(copy: Texts):
     assert found["copy", "first"] > 0.8
     assert found["copy", "own"] < 0.4
     assert next(iter(found)) == ("copy", "first"), "the most alike come first"
+
+
+NOTHING = """
+pass
+0
+"nothing"
+unused = 1
+unused, other = other, unused
+unused += len("abc")
+if unused:
+    other: int = 2
+for unused in ():
+    pass
+while 0:
+    print("never")
+if False:
+    print("never")
+import os
+def nothing(): ...
+try:
+    pass
+except OSError:
+    unused = 1
+assert True
+""".strip()
+
+
+class Padded(ast.NodeTransformer):
+    """Puts a statement that does nothing after each one of a function."""
+
+    def __init__(self, idle: list[ast.stmt]) -> None:
+        self.idle = itertools.cycle(idle)
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
+        node.body = [part for each in node.body for part in (self.visit(each), next(self.idle))]
+        return node
+
+
+@pytest.mark.parametrize(
+    "idle", [*([each] for each in ast.parse(NOTHING).body), ast.parse(NOTHING).body], ids=ast.unparse
+)
+def test_statements_that_do_nothing_hide_no_copy(idle: list[ast.stmt]):
+    copy = ast.unparse(Padded(idle).visit(ast.parse(renamed(DRIVER))))
+    found = shares({"copy": {"a.py": copy}, "first": {"driver.py": DRIVER}})
+    assert found["copy", "first"] > 0.95
+
+
+def test_what_is_done_is_compared():
+    done = "def f(a):\n    b = a\n    c = b + g()\n    while True:\n        h(c)\n    a.x = 1\n    return a\n"
+    assert "".join(part for part, _ in normal_form(done) or []).count("V") == 12
+
+
+def test_two_files_that_repeat_themselves_are_compared_in_linear_time(monkeypatch):
+    """They had 120 KB each and took a minute."""
+    work = []
+    flatnonzero = np.flatnonzero
+    monkeypatch.setattr(np, "flatnonzero", lambda array: work.append(np.size(array)) or flatnonzero(array))
+    line, other = "value = read(1)\n", "value = read(1, 2)\n"
+    texts = {"one": {"a.py": line * 3000}, "other": {"a.py": (line * 30 + other) * 100}}
+    (pair,) = similarity.compare(texts, {}, 10).pairs
+    assert pair.share > 0.9
+    assert sum(work) < 40 * sum(len(text) for files in texts.values() for text in files.values())
+
+
+def test_what_was_not_read_is_said(tmp_path: Path, monkeypatch):
+    broken = similarity.compare({"one": {"a.py": DRIVER, "b.py": "def f(:\n"}, "other": {"a.py": DRIVER}}, {}, 10)
+    assert broken.notes == ("one is compared without b.py, which Python cannot parse.",)
+    package = tmp_path / REFERENCE.name
+    package.mkdir()
+    (package / "package.xml").write_text((REFERENCE / "package.xml").read_text())
+    (package / "CMakeLists.txt").write_text("install(PROGRAMS node.txt DESTINATION lib/x RENAME node)\n")
+    (package / "program").write_text(f"#!/usr/bin/env python3\n{DRIVER}")
+    (package / "node.txt").write_text(f"#!/usr/bin/python3\n{PROCESSOR}")
+    (package / "large.py").write_text("x = 1\n" * 50_000)
+    read, unread = similarity._python_of(tmp_path, tmp_path / "scratch")
+    assert sorted(read) == [f"{REFERENCE.name}/node.txt", f"{REFERENCE.name}/program"]
+    assert [why.partition(", which")[0] for why in unread] == [f"{REFERENCE.name}/large.py"]
 
 
 def test_what_the_course_gives_does_not_count():

@@ -11,6 +11,7 @@ from helpers.quality_examples import REFERENCE, Judged, facts, judged, untouched
 from grader import evidence
 from grader.checks.check_readme import test_interface_table_agrees as table
 from grader.checks.check_readme import test_readme_says_what_and_how as words
+from grader.contract.spec import NODES
 from grader.quality.readme import read_readme
 
 TRUE = (REFERENCE / "README.md").read_text()
@@ -58,7 +59,9 @@ def with_readme(tmp_path: Path, text: str | bytes | None) -> evidence.Quality:
     if text is None:
         (package / "README.md").unlink()
     return replace(
-        untouched(), readme=read_readme(package, facts(package).paths, {REFERENCE.name}), paths=facts(package).paths
+        untouched(),
+        readme=read_readme(package, facts(package).paths, {REFERENCE.name}, {*NODES, "scan"}),
+        paths=facts(package).paths,
     )
 
 
@@ -164,6 +167,17 @@ def shows(tmp_path: Path, text: str) -> set[str]:
         '<div style="position:absolute; left:-9999px">{}</div>',
         '<div style="height:0;overflow:hidden">{}</div>',
         '<font color="#ffffff">{}</font>',
+        '<p style="color:#ffff">{}</p>',
+        '<p style="color: hsl(0, 0%, 100%)">{}</p>',
+        '<span style="font-size: 1px">{}</span>',
+        '<div style="clip-path: circle(0)">{}</div>',
+        '<p style="&#100;isplay&colon;none">{}</p>',
+        '<div class="invisible">{}</div>',
+        "<b popover>{}</b>",
+        "<dialog>{}</dialog>",
+        "<div\nhidden>{}</div>",
+        "<div hidden/>{}",
+        "<div hidden><div></div>{}</div>",
         "<template>{}</template>",
         "<script>\n{}\n</script>",
         '<img src="a.png" alt="{}">',
@@ -180,6 +194,17 @@ def test_text_that_no_reader_sees_shows_nothing(tmp_path: Path, hidden: str):
     commands = COMMANDS.strip()
     text = hidden.format(commands if "\n" in hidden else commands.replace("\n", "; "))
     assert shows(tmp_path, f"# Package\n\n{text}\n") == set()
+
+
+@pytest.mark.parametrize("author", ["p", "div", "span", "td", "b", "my-element"])
+@pytest.mark.parametrize("attribute", ["style", "class", "color", "onload", "data-x", "anything"])
+def test_only_plain_attributes_are_read(tmp_path: Path, author: str, attribute: str):
+    """No list of what hides: what is not known to show is left out, and said."""
+    text = f"# Package\n\n<{author} {attribute}='x'>{COMMANDS.replace(chr(10), ' ')}</{author}>\n"
+    assert shows(tmp_path, text) == set()
+    assert f"left out, because a viewer may not show what is in it: line 3: <{author} {attribute}='x'>" in (
+        said(tmp_path / "again", text).seen
+    )
 
 
 def test_a_hidden_table_and_hidden_prose_earn_nothing(tmp_path: Path):
@@ -199,7 +224,11 @@ def test_a_hidden_table_and_hidden_prose_earn_nothing(tmp_path: Path):
         "<details>\n<summary>How</summary>\n\n{}\n</details>",
         "<!-- gone --> {}",
         "<!-- gone\n--> {}",
-        '<p align="center" style="color: #333; width: 100%; overflow: hidden">{}</p>',
+        '<p align="center">{}</p>',
+        "<table>\n<tr><td width='40%'>\n\n{}\n</table>",
+        "Go to <path to your folder>.\n\n{}",
+        "<name of the package>\n\n{}",
+        "<details open><summary>More</summary>{}",
         "<p hidden>gone</p>\n\n{}",
         "[![Build](https://a.b/c.svg)](https://a.b)\n\n{}",
         "[^1]: {}",
@@ -235,6 +264,34 @@ def test_a_placeholder_in_angle_brackets_is_seen(tmp_path: Path):
 def test_a_command_for_another_package_does_not_run_this_one(tmp_path: Path, command: str, runs: bool):
     """A vendor's README is no README of this package."""
     assert ("run" in shows(tmp_path, f"# Package\n\n    {command}\n")) is runs
+
+
+def test_twenty_times_the_same_word_say_nothing(tmp_path: Path):
+    prose = "The robot " * 20
+    text = f"# {REFERENCE.name}\n\n{prose}\n\n```\n{COMMANDS}```\n"
+    assert "what it does (6 words of prose; at least 20 are needed" in said(tmp_path, text).seen
+
+
+SOMETHING = (
+    "This is a very good thing that somebody made with much care for all who like what is nice, new, small and fast."
+)
+
+
+@pytest.mark.parametrize(
+    ("heading", "prose", "named"),
+    [
+        ("Homework", "", False),
+        (REFERENCE.name, "", True),
+        ("Robot Controller", "", True),
+        ("Homework", "The sensor processor is here too.", True),
+        ("Homework", "Subscribes to `/scan`.", True),
+    ],
+)
+def test_a_readme_names_something_of_its_package(tmp_path: Path, heading: str, prose: str, named: bool):
+    text = f"# {heading}\n\n{SOMETHING}\n{prose}\n\n```\n{COMMANDS}```\n"
+    result = said(tmp_path, text)
+    assert result.share == (1.0 if named else 0.75)
+    assert named or "neither the package nor a node, topic or service of it is named" in result.seen
 
 
 # -- the table --------------------------------------------------------------------------------------------------------
