@@ -11,6 +11,7 @@ from grader.evidence import ProcessEnd, Trial
 _SERVICES = ("set_speed", "get_status")
 _STATUS_TOPIC = "navigate_to_position/_action/status"
 _ENDED = {4, 5, 6}  # action_msgs/GoalStatus: succeeded, canceled, aborted
+_DROPPED = "Ignoring unexpected goal response"  # what rclpy logs if the answer comes before it has noted the request
 _CRASHES = (-signal.SIGSEGV, -signal.SIGBUS, -signal.SIGABRT)
 # What Python prints of an exception, and C++ of a daemon thread that still spins when Python ends.
 _OWN_FAULTS = (tracebacks.BEGIN, "terminate called without an active exception")
@@ -26,11 +27,11 @@ def test_demonstration_runs(judge: Judge) -> None:
         raise NotReached(trial.ended or "the demonstration was not started")
     words, share = [], 1.0
     called = {call.service for call in trial.calls if call.response is not None}
-    if end.by == "us":
+    if called and _goals(trial) and (excuse := _excuse(trial, end)):
+        judge.remark(f"it did all it should; then {excuse}")
+    elif end.by == "us":
         words.append(f"it had not ended after {end.wall_seconds:.0f} s")
         share -= 0.5
-    elif called and _goals(trial) and _died_in_the_libraries(trial, end):
-        judge.remark(f"it did all it should; then the ROS libraries crashed as it ended (exit status {end.exit_code})")
     elif end.exit_code != 0:
         words.append(f"it ended with exit status {end.exit_code}")
         share -= 0.5
@@ -76,6 +77,15 @@ def _changed_services(judge: Judge) -> list[str]:
     build = judge.evidence.build
     names = ("srv/SetSpeed", "srv/GetRobotStatus")
     return [name for name in names if build.type_hashes.get(name) != build.contract_hashes.get(name)]
+
+
+def _excuse(trial: Trial, end: ProcessEnd) -> str:
+    """Return which fault of the ROS libraries kept a demonstration from ending well, "" if it was its own."""
+    if end.by == "us" and _DROPPED in end.output_tail:
+        return "rclpy dropped the answer to its goal, for which it waited (ros2/rclpy#1123)"
+    if end.by != "us" and _died_in_the_libraries(trial, end):
+        return f"the ROS libraries crashed as it ended (exit status {end.exit_code})"
+    return ""
 
 
 def _died_in_the_libraries(trial: Trial, end: ProcessEnd) -> bool:

@@ -110,6 +110,12 @@ def test_any_other_end_with_a_status_costs_half(exit_code: int, output: str):
     assert seen(replace(WELL, exit_code=exit_code, output_tail=output)).share == 0.5
 
 
+def test_waiting_for_an_answer_that_rclpy_dropped_costs_nothing():
+    waits = replace(WELL, by="us", exit_code=None, output_tail="[WARN] Ignoring unexpected goal response. There may be")
+    assert (seen(waits).share, seen(replace(waits, output_tail="")).share) == (1.0, 0.5)
+    assert "ros2/rclpy#1123" in seen(waits).seen
+
+
 def test_a_crash_before_the_goal_has_ended_costs_half(monkeypatch: pytest.MonkeyPatch):
     """Killing oneself with SIGSEGV is no way to a full demonstration."""
     monkeypatch.setitem(GOAL.data, "status", 2)
