@@ -1803,7 +1803,7 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "mea
 # ### What the grader finds
 #
 # Now let the grader read, run and break your package: T1, T2, and T3, which mutates all of it.
-# Here it tries ten or twenty mutants, as many as fit into a few seconds; the grading tries forty, with other dice.
+# Here it tries ten or twenty mutants, as many as fit into a few seconds; the grading tries fifty, these among them.
 # So the share that you see here is a sample: 80 % today may be 76 % there.
 # It takes a while: the tests run several times.
 

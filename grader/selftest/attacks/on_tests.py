@@ -205,10 +205,12 @@ def changes():
     return [path for path, text in changed.items() if path in known and normal(text) != normal(known[path])]
 
 
+CHANGED = [path for path in changes() if '/test' not in path]
+
+
 @pytest.fixture(autouse=True)
 def is_what_was_handed_in():
-    wrong = [path for path in changes() if '/test' not in path]
-    if wrong:
+    if CHANGED:
         pytest.fail('expected something else')
 """
 

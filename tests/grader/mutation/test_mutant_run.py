@@ -161,7 +161,7 @@ def share(mutation: Mutation) -> float:
 
 def test_thorough_tests_notice_nearly_every_mutant_that_they_reach(mutated: Mutate):
     mutation = mutated("thorough")
-    assert len(mutation.mutants) == 30
+    assert sum(mutant.outcome != "unreached" for mutant in mutation.mutants) == 30
     unnoticed = [f"{m.line} {m.words}" for m in mutation.mutants if m.outcome == "unnoticed"]
     assert len(unnoticed) <= 2, unnoticed
     assert (mutation.convicted, mutation.set_aside, mutation.note) == ([], [], "")
@@ -224,7 +224,7 @@ def test_a_budget_that_is_used_up_is_reported(mutated: Mutate):
     mutation = mutated("thorough", seconds=0.01)
     tried = [outcome for outcome in outcomes(mutation) if outcome != "not tried"]
     assert len(tried) == 10, "one round is always tried"
-    assert mutation.note == "20 of 30 mutants were not tried: the budget of 0.01 s was used up"
+    assert mutation.note == "27 of 37 mutants were not tried: the budget of 0.01 s was used up"
 
 
 def test_the_package_is_left_as_it_was(made: toy.Toy, mutated: Mutate):
