@@ -34,7 +34,7 @@ class CellHooks:
         self._backups.after(result.info.raw_cell, os.environ.get(NOTEBOOK, ""))
 
     def unless_later(self, magic: Callable[[str, str], None], name: str) -> Callable[[str, str], None]:
-        """Return the cell magic `name` that makes the file's folder and leaves files of later notebooks alone."""
+        """Return the cell magic `name`: it makes the file's folder, and leaves the files of later notebooks alone."""
 
         def write(line: str, cell: str) -> None:
             whole = f"%%{name} {line}\n{cell}"

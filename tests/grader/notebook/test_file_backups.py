@@ -200,7 +200,7 @@ def test_in_a_kernel_the_cell_says_so_and_writes_nothing(workspace: Workspace) -
 
 @pytest.mark.parametrize("name", ["01_anatomy", "02_interfaces", "08_settings_and_launch", "09_tests_that_notice"])
 def test_a_learner_who_starts_at_a_notebook_can_write_files_into_new_folders(name: str, workspace: Workspace) -> None:
-    """The first cell of 08 makes `config` and `launch`, `start_at` moves them away: %%writefile ended in a traceback."""
+    """The first cell of 08 makes `config` and `launch`, `start_at` moves them away, and %%writefile was a traceback."""
     notebook = book.read_stored(editions.student_file(name))
     first, *others = (cell.source for cell in notebook.cells if cell.cell_type == "code")
     written = [cell for cell in others if cell.startswith("%%writefile")]
