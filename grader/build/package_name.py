@@ -12,10 +12,11 @@ from grader.sanitize import printable
 # The name may also be that of a node, an executable or a module, so only places where it must be the package's count.
 _PLACES = (
     r"<name>\s*{name}\s*</name>|\bproject\s*\(\s*{name}\b|\b(?:lib|share|resource)/{name}\b|\b{name}/(?:msg|srv|action)/|"
-    r"^\s*(?:from|import)\s+{name}\b|\b{name}\.\w+(?:\.\w+)*:\w+|\bpackage(?:_name)?\s*=\s*['\"]{name}['\"]|"
+    r"^\s*(?:from|import)\s+{name}\b|\b{name}\.\w+(?:\.\w+)*:\w+|\b(?:pkg|package(?:_name)?)\s*=\s*['\"]{name}['\"]|"
+    r"\bpackage://{name}/|\$\(find-pkg-share {name}\)|"
     r"\b(?:get_package_\w+|FindPackage\w+)\(\s*['\"]{name}['\"]"
 )
-_IN_SETUP_PY = r"|^\s*(?:name|NAME)\s*=\s*['\"]{name}['\"]"
+_IN_SETUP_PY = r"|^\s*(?:name|NAME|packages)\s*=\s*\[?['\"]{name}['\"]|^\s*packages\s*=.*['\"]{name}['\"]"
 _TEXTS = (".xml", ".txt", ".py", ".cfg", ".toml", "")
 _RESULTS = "test_results.xml"
 _FIRST = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg")
@@ -24,8 +25,11 @@ _MAX_PLACES = 100
 
 
 def places(package: Path, name: str) -> list[str]:
-    """Return where a package's files give it its name, as "setup.py:6", and as "name/" for a folder named like it."""
-    found = [f"{name}/"] if (package / name).is_dir() else []
+    """Return where a package's files give it its name, as "setup.py:6".
+
+    A folder that has the name is "name/", and the file that marks the package "resource/name".
+    """
+    found = [place for place in (f"{name}/", f"resource/{name}") if (package / place).exists()]
     for path in sorted(regular_files(package)):
         file = path.relative_to(package).as_posix()
         if path.suffix in _TEXTS and path.name != _RESULTS:

@@ -1,10 +1,11 @@
 """I1: the package builds, and installs what ROS looks for."""
 
 from collections.abc import Mapping
+from pathlib import PurePosixPath
 
 from grader.checks.build_log import find_error
 from grader.checks.findings import some
-from grader.checks.first_cause import listing, sentence, shown_by
+from grader.checks.first_cause import behind, listing, sentence, shown_by
 from grader.checks.judge import Failed, Judge
 from grader.contract.spec import NODES, PACKAGE
 
@@ -102,16 +103,19 @@ def test_launch_and_config_are_installed(judge: Judge) -> None:
     found = judge.evidence.build.shared_files
     missing = [name for name in _SHARED if name not in found]
     if missing:
-        others = [name for name in found if name.startswith(("launch", "config"))]
-        seen = f"missing: {', '.join(missing)}; found: {', '.join(others) or 'no launch or config file'}"
+        names = {PurePosixPath(name).name for name in _SHARED}
+        others = [f for f in found if f.startswith(("launch/", "config/")) or PurePosixPath(f).name in names]
+        seen = f"missing: {', '.join(missing)}; found: {some(others) or 'no launch or config file'}"
         share = 1 - len(missing) / len(_SHARED)
         judge.share(share, *_explained(judge, missing, seen, _SHARED_BY_CMAKE, _SHARED_BY_SETUP))
 
 
 def _explained(judge: Judge, missing: list[str], seen: str, by_cmake: str, by_setup: str) -> tuple[str, str]:
     """Return `seen` with what the package's text shows of it, and what to try where it is built as this one is."""
-    faults = judge.faults("install")
-    cause = shown_by(faults, "\n".join([*missing, *(f"{path.partition('/')[0]}/" for path in missing)]))
+    cause = behind(judge.faults("install"), missing)
+    if unwritten := judge.unwritten(missing):
+        which = "all of these" if len(unwritten) > 1 and unwritten == missing else ", ".join(unwritten)
+        return f"{seen}\nnot in the package: {which}", "write these files, then install their folders"
     if cause is not None:
         return f"{seen}\n{sentence(cause)}", cause.cure
     return seen, by_setup if judge.installer == "setup.py" else by_cmake

@@ -1,5 +1,6 @@
 """I5: the launch files, run."""
 
+from grader.checks.first_cause import sentence, shown_by
 from grader.checks.judge import NAMESPACE, Judge, NotReached, Unjudged, absolute
 from grader.contract.spec import NODES
 from grader.evidence import ParameterAnswer, Trial
@@ -39,6 +40,7 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
     """Parameters come from the YAML files."""
     for name in ("launch_both", "launch_processor"):
         trial = judge.trial(name)
+        output = trial.process.output_tail if trial.process is not None else ""
         for node in sorted({answer.node for answer in trial.parameters}):
             own = [p for p in trial.choices if (p in _OF_PROCESSOR) == (node == "sensor_processor")]
             seen = f"no file in config/ sets a parameter of {node}"
@@ -47,6 +49,8 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
                 value = next(a.value for a in _answers(trial, parameter) if a.node == node)
                 seen = f"{parameter} was {trial.choices[parameter]:g} in the file and {value} in {node}"
                 try_ = "does the launch file pass this file, and is its key the node's name?"
+                if (cause := shown_by(judge.faults("parameters"), output)) is not None:
+                    seen, try_ = f"{sentence(cause)}\n{seen}", cause.cure
                 judge.expect(value == trial.choices[parameter], seen, try_)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from grader.evidence import Fault
 
@@ -15,17 +15,18 @@ def sentence(fault: Fault) -> str:
     return f"{fault.path}{f':{fault.line}' if fault.line else ''}: {fault.text}"
 
 
-def shown_by(faults: Sequence[Fault], output: str, *, by_path: bool = False) -> Fault | None:
-    """Return the first fault that the output of a build or of a node is about, None if there is none.
-
-    The output of ROS's tools names what they stumble over, and so do the faults, in backquotes. A node's output names
-    few files, so with `by_path` that of the fault is enough; a build's names them all.
-    """
+def shown_by(faults: Sequence[Fault], output: str) -> Fault | None:
+    """Return the first fault that the output of a build or of a node shows, by its words or its place; None if none."""
     for fault in faults:
-        words = [*re.findall(r"`([^`]+)`", fault.text), f"{fault.path}:{fault.line}", *([fault.path] * by_path)]
-        if any(re.search(rf"(?<!\w){re.escape(word.rstrip('('))}(?!\w)", output) for word in words):
+        place = [rf'{re.escape(fault.path)}(?::|", line ){fault.line}'] if fault.line else []
+        if any(re.search(rf"(?<!\w)(?:{words})(?!\w)", output) for words in [*map(re.escape, fault.shown_as), *place]):
             return fault
     return None
+
+
+def behind(faults: Sequence[Fault], missing: Collection[str]) -> Fault | None:
+    """Return the first fault because of which one of the `missing` programs and files is not there, None if none is."""
+    return next((fault for fault in faults if not set(missing).isdisjoint(fault.lacks)), None)
 
 
 def listing(faults: Sequence[Fault], lead: str) -> str:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from grader import tracebacks
 from grader.checks.findings import place, some
-from grader.checks.first_cause import besides, sentence, shown_by
+from grader.checks.first_cause import behind, besides, sentence, shown_by
 from grader.contract.spec import NODES
 from grader.evidence import Call, Evidence, Fault, Finding, Goal, Graph, Quality, StudentTests, Trial
 
@@ -23,6 +23,8 @@ _ABOUT = {"launch": "launch", "file": "parameters"}
 _HOLDS_ON = ("loop-in-callback", "wait-in-callback", "sleep-in-callback")
 HOLDS_ON = "while a callback runs the node answers nothing: "
 """Begins the words that name the line which holds a node up."""
+# How a trial ends that lacks a program or a file.
+_LACKED = re.compile(r"there is no (?:executable )?(\S+) in ")
 # What launch says of a process that died, and the last line of that process's traceback.
 _LAUNCH_ERROR = re.compile(r".*(?:\[ERROR\]|process has died)|(?:\[[\w-]+\] )?[\w.]*(?:Error|Exception)\b")
 _SMALLEST = 1e-300  # rclpy reads an int as a float far below any speed, such as 5e-324
@@ -84,9 +86,22 @@ class Judge:
             raise NotReached(f"`colcon build` {how} (I1){besides(self.faults(about))}")
 
     def faults(self, *stops: str) -> list[Fault]:
-        """Return what the package's text shows of these kinds, the first cause first; [] if it was not read."""
+        """Return what the package's text shows of these kinds, the first cause first; [] if it was not read.
+
+        What the build has installed is not lacking, whatever the text seems to say.
+        """
+        quality, build = self.evidence.quality, self.evidence.build
+        installed = {*build.executables, *build.misplaced, *build.shared_files}
+        return [
+            fault
+            for fault in (quality.faults if quality is not None else ())
+            if fault.stops in stops and not (fault.lacks and installed.issuperset(fault.lacks))
+        ]
+
+    def unwritten(self, things: Iterable[str]) -> list[str]:
+        """Return which of these are files that the package does not have; [] if its text was not read."""
         quality = self.evidence.quality
-        return [fault for fault in quality.faults if fault.stops in stops] if quality is not None else []
+        return [path for path in things if "/" in path and quality is not None and path not in quality.paths]
 
     def started(self, name: str) -> Trial:
         """Return a trial whose node may have refused to start.
@@ -158,13 +173,16 @@ class Judge:
         return _NO_FLOAT if any(0.0 < abs(number) < _SMALLEST for number in numbers) else ""
 
     def _why_not_up(self, trial: Trial) -> str:
-        """Return why a trial's node did not come up: first what the package's text shows, if the output agrees."""
-        because = launch_words(trial) if trial.launch else trial.ended + last_output(trial)
-        faults = self.faults("install", "start", *filter(None, [_ABOUT.get(trial.name.partition("_")[0])]))
+        """Return why a trial's node did not come up: first what the package's text shows, if what was seen agrees."""
+        because = launch_words(trial) if trial.launch else trial.ended + last_output(trial) + _its_name(trial)
+        faults = self.faults("install", "start", _ABOUT.get(trial.name.partition("_")[0], ""))
+        lacked = _LACKED.match(trial.ended)
         output = trial.process.output_tail if trial.process is not None else ""
-        cause = shown_by(faults, f"{trial.ended}\n{output}", by_path=True)
+        cause = behind(faults, [lacked[1]]) if lacked else shown_by(faults, output)
         if cause is not None:
             return f"{sentence(cause)} ({cause.cure}); {because}"
+        if lacked and self.unwritten([lacked[1]]):
+            return f"{because}; {lacked[1]} is not in the package"
         return because + besides(faults)
 
     def graph(self, name: str) -> Graph:
@@ -305,14 +323,19 @@ def launch_words(trial: Trial) -> str:
     output = trial.process.output_tail if trial.process is not None else ""
     errors = [line.strip() for line in output.splitlines() if _LAUNCH_ERROR.match(line)]
     said = f"; `ros2 launch` said: {' | '.join(errors[-3:])[:600]}" if errors else ""
-    others = sorted({name.rpartition("/")[2] for name in trial.graph.nodes} - {*NODES}) if trial.graph else []
-    others = [name for name in others if not name.startswith("launch_ros")]
-    named = (
-        f"; is {' or '.join(f'`{name}`' for name in others[:2])} its name? name= in the launch file, the key in the "
-    )
-    named += "YAML file and the node's own name have to be the same"
     ended = trial.ended.replace("the node ended before it came up", f"{trial.launch} ended before a node came up")
-    return ended + (named if others else "") + said
+    return ended + _its_name(trial) + said
+
+
+def _its_name(trial: Trial) -> str:
+    """Return as the end of a sentence which other nodes came up instead of the trial's, "" if none did."""
+    others = sorted({name.rpartition("/")[2] for name in trial.graph.nodes} - {*NODES}) if trial.graph else []
+    others = [f"`{name}`" for name in others if not name.startswith("launch_ros")]
+    if not others:
+        return ""
+    places = "name= in the launch file, the key in the YAML file and the node's own name have to be the same"
+    named = f"super().__init__('{trial.node}')" if not trial.launch else places
+    return f"; is {' or '.join(others[:2])} its name? {named}"
 
 
 def near_topic(graph: Graph | None, wanted: str) -> str:

@@ -18,6 +18,12 @@ HULL_RADIUS_M = 0.171
 NODES = ("robot_controller", "sensor_processor")
 """The nodes, and their executables."""
 
+TOPICS = (
+    "cmd_vel", "scan", "odom", "set_speed", "get_status", "navigate_to_position", "raw_scan", "imu/data",
+    "battery/state", "sensor_fusion_data", "obstacle_distance",
+)  # fmt: skip
+"""The topics, services and the action of both nodes."""
+
 NODE_MODULES = (f"{PACKAGE}/robot_controller.py", f"{PACKAGE}/sensor_processor.py")
 CONVERSIONS_MODULE = f"{PACKAGE}/utils/conversions.py"
 LAUNCH_FILES = ("launch/robot_controller_launch.py", "launch/sensor_processor_launch.py")

@@ -117,6 +117,7 @@ class TestReport:
 class Manifest:
     """package.xml, and what the package really is and uses.
 
+    `placeholders` are the maintainers that no mail reaches.
     `declared_to_run` are the declared dependencies that are not for tests or documentation alone. `used` maps the name
     of a package to the places that use it.
     """
@@ -125,6 +126,7 @@ class Manifest:
     problems: list[str] = field(default_factory=list)
     format: str = ""
     maintainers: list[str] = field(default_factory=list)
+    placeholders: list[str] = field(default_factory=list)
     licences: list[str] = field(default_factory=list)
     spdx: list[bool] = field(default_factory=list)
     build_type: str = ""
@@ -140,7 +142,8 @@ class Fault:
     """Something in the package's text that will go wrong when it is built or run; `line` is 0 for a whole file.
 
     `stops` is what it keeps from working: "build", "install", "start", "launch", "parameters" or "interfaces". `cure`
-    says what to do.
+    says what to do. `shown_as` are words that a build or a node prints because of it, and `lacks` the programs, files
+    and interfaces ("srv/SetSpeed.srv") that are not there because of it.
     """
 
     path: str
@@ -148,6 +151,8 @@ class Fault:
     stops: str
     text: str
     cure: str
+    shown_as: list[str] = field(default_factory=list)
+    lacks: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)

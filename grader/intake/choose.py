@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from difflib import SequenceMatcher
 from pathlib import PurePosixPath
 from typing import Any
 
@@ -27,13 +26,15 @@ class Choice:
     others: tuple[tuple[Candidate, str], ...] = ()
 
 
-# In this order; the first in which two candidates differ decides. What a package has counts only after its name, but
-# for this: of packages under other names, one of the student's own comes before a vendor's with a similar name.
+# In this order; the first in which two candidates differ decides. Of packages under other names, what their code does
+# decides, and not which name is more like the assignment's.
 _CRITERIA: tuple[tuple[Callable[[Candidate], Any], str], ...] = (
     (lambda c: c.name != spec.PACKAGE, "its name is the one that the assignment asks for"),
     (lambda c: not c.modules, "it has modules of the assignment"),
     (lambda c: not c.nodes, "it has nodes in Python"),
-    (lambda c: -_likeness(c.name), f"its name is the most like {spec.PACKAGE}"),
+    (lambda c: c.name.lower().replace("-", "_") != spec.PACKAGE, "its name differs in capitals and dashes only"),
+    (lambda c: b"cmd_vel" not in c.topics, "its nodes drive a robot by cmd_vel"),
+    (lambda c: -len(c.topics), "its nodes name the most topics and services of the assignment"),
     (lambda c: c.xml is None or bool(c.xml.problem), "its package.xml can be read"),
     (lambda c: c.folder != c.name, "its folder bears its name"),
     (lambda c: c.depth, "it lies the highest"),
@@ -60,7 +61,7 @@ def choose(tree: Tree, name: str) -> Choice:
         raise SubmissionError(f"{printable(name)} {what}", advice)
     best = min(pool, key=_rank)
     rivals = [c for c in pool if c is not best]
-    ties = [c for c in rivals if _rank(c)[:-1] == _rank(best)[:-1] and not _same(tree, c, best)]
+    ties = [c for c in rivals if c.name == best.name and _rank(c)[:-1] == _rank(best)[:-1] and not _same(tree, c, best)]
     if ties:
         paths = ", ".join(printable(candidate.path) for candidate in (best, *ties)[:_NAMED])
         raise SubmissionError(
@@ -114,11 +115,6 @@ def _rank(candidate: Candidate) -> tuple[Any, ...]:
     return (*(criterion(candidate) for criterion, _ in _CRITERIA), candidate.path)
 
 
-def _likeness(name: str) -> float:
-    """Return how much a name is like the assignment's, from 0 to 1."""
-    return SequenceMatcher(None, name.lower().replace("-", "_"), spec.PACKAGE, autojunk=False).ratio()
-
-
 def _hidden(candidate: Candidate, found: dict[str, str]) -> bool:
     """Return whether a package lies inside one that can be graded."""
     inside = {parent.as_posix() for parent in PurePosixPath(candidate.path).parents} - {candidate.path}
@@ -142,7 +138,8 @@ def _reason(best: Candidate, rivals: Sequence[Candidate], *, others: bool) -> st
         return "it is the only ROS 2 Python package that colcon finds" if others else "it is the only package"
     second = min(rivals, key=_rank)
     deciding = (words for criterion, words in _CRITERIA if criterion(best) != criterion(second))
-    return next(deciding, "the other is the same, file by file")
+    same = "the other is the same, file by file" if second.name == best.name else "its path comes first"
+    return next(deciding, same)
 
 
 def _remark(candidate: Candidate, which: str) -> str:

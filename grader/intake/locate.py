@@ -17,6 +17,7 @@ _INTERFACES = frozenset(f"{name}.{kind}" for kind, name in (interface.split("/")
 _IGNORE_MARKERS = frozenset({"COLCON_IGNORE", "AMENT_IGNORE"})
 
 _NODE = re.compile(rb"^[ \t]*(?:import|from)[ \t]+rclpy\b", re.MULTILINE)
+_TOPIC = re.compile(rf"""["'/]({"|".join(spec.TOPICS)})["']""".encode())
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,99}")
 _MAX_SOURCE_BYTES = 1024**2
 
@@ -32,6 +33,7 @@ class Candidate:
         modules: the names of the contract's modules that it has, anywhere in it.
         interfaces: the file names of the contract's interfaces that it has.
         nodes: how many of its Python files import rclpy.
+        topics: the topics, services and actions of the assignment that these files name.
         inside: the path of the package that it lies in, "" if in none. colcon does not look inside a package.
     """
 
@@ -42,6 +44,7 @@ class Candidate:
     interfaces: frozenset[str]
     nodes: int
     inside: str = ""
+    topics: frozenset[bytes] = frozenset()
 
     @property
     def name(self) -> str:
@@ -147,12 +150,14 @@ def _nearest(path: str, folders: set[str]) -> str:
 def _candidate(tree: Tree, root: str, files: list[str], packages: set[str]) -> Candidate:
     names = {PurePosixPath(path).name for path in files}
     xml = (PurePosixPath(root) / "package.xml").as_posix()
+    nodes = [path for path in files if tree.is_node(path)]
     return Candidate(
         path=root,
         xml=read_package_xml(tree.root / xml) if xml in files else None,
         files=tuple(files),
         modules=frozenset(names & _MODULES),
         interfaces=frozenset(names & _INTERFACES),
-        nodes=sum(tree.is_node(path) for path in files),
+        nodes=len(nodes),
         inside=_nearest(root, packages),
+        topics=frozenset(topic for path in nodes for topic in _TOPIC.findall(tree.source(path))),
     )

@@ -104,6 +104,8 @@ def advice(because: str) -> str:
         return "make the robot drive first, then check again"
     if "`ros2 launch`" in because:
         return "start the file yourself, with the YAML files beside it: `!ros2 launch ros2_robot_controller ...`"
+    if because.endswith("is not in the package"):
+        return "write it, in that folder of the package"
     if "there is no launch/" in because or "there is no config/" in because:
         return 'install it with install(DIRECTORY launch config ...) in CMakeLists.txt; `check("I1")` says more'
     if "there is no executable" in because:

@@ -14,6 +14,7 @@ from pathlib import Path
 from grader.evidence import Fault, SourceFile
 from grader.quality.faults_of_build import build_faults, interface_build_faults
 from grader.quality.faults_of_files import file_faults, interface_faults
+from grader.quality.faults_of_programs import program_faults
 from grader.quality.faults_of_start import start_faults
 from grader.quality.package_sources import read_sources
 from grader.quality.parsed_module import Module
@@ -33,8 +34,8 @@ def find_faults(
     """
     sources = read_sources(package, interfaces)
     every = itertools.chain(
-        _beside(interfaces), build_faults(sources), start_faults(sources, modules, unreadable),
-        file_faults(sources, modules), interface_faults(sources),
+        _beside(interfaces), start_faults(sources, modules, unreadable), program_faults(sources, modules),
+        build_faults(sources), file_faults(sources, modules), interface_faults(sources),
     )  # fmt: skip
     found = itertools.islice(every, 2 * _MAX_FAULTS)  # looking for what was meant takes time
     return [_printable(fault) for fault in sorted(found, key=lambda fault: _ORDER.index(fault.stops))[:_MAX_FAULTS]]
@@ -49,7 +50,11 @@ def _beside(interfaces: Path | None) -> Iterator[Fault]:
 
 
 def _printable(fault: Fault) -> Fault:
-    return Fault(
-        printable(fault.path), fault.line, fault.stops, printable(fault.text)[:_MAX_WORDS],
-        printable(fault.cure)[:_MAX_WORDS],
-    )  # fmt: skip
+    return replace(
+        fault,
+        path=printable(fault.path),
+        text=printable(fault.text)[:_MAX_WORDS],
+        cure=printable(fault.cure)[:_MAX_WORDS],
+        shown_as=[word[:_MAX_WORDS] for word in fault.shown_as[:_MAX_FAULTS]],
+        lacks=fault.lacks[:_MAX_FAULTS],
+    )

@@ -13,14 +13,10 @@ from grader.contract.layout import LAYOUT
 from grader.contract.spec import NODES
 from grader.evidence import Fault
 from grader.quality.cmake_text import CMakeText, Command
-from grader.quality.package_sources import EntryPoint, PackageSources, similar
+from grader.quality.faults_of_programs import installed_files, is_unclear, value
+from grader.quality.package_sources import PackageSources, similar
 
 _CMAKE, _XML, _SETUP = "CMakeLists.txt", "package.xml", "setup.py"
-_ENDS_INSTALL = {
-    "DESTINATION", "TYPE", "PERMISSIONS", "FILE_PERMISSIONS", "DIRECTORY_PERMISSIONS", "USE_SOURCE_PERMISSIONS",
-    "CONFIGURATIONS", "COMPONENT", "RENAME", "OPTIONAL", "PATTERN", "REGEX", "EXCLUDE", "FILES_MATCHING",
-    "MESSAGE_NEVER", "NO_SOURCE_PERMISSIONS",
-}  # fmt: skip
 _SHARED = tuple(path for path in LAYOUT if path.startswith(("launch/", "config/")))
 _INSTALL_SHARED = "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})"
 _FIELD = re.compile(r"^[ \t]*([a-z]\w*)/(?:msg/)?[A-Z]\w*", re.MULTILINE)
@@ -33,12 +29,15 @@ def build_faults(sources: PackageSources) -> Iterator[Fault]:
     if sources.cmake is not None and sources.by_cmake:
         if sources.cmake.unclosed is None:
             yield from _uninstalled(sources, sources.cmake)
-    elif sources.cmake is not None:
-        line = sources.line_of(_XML, "<build_type>")
-        text = "it says `ament_python`, so colcon ignores CMakeLists.txt: it makes no interfaces from it"
-        yield Fault(_XML, line, "install", text, "<build_type>ament_cmake</build_type>")
-    if not sources.by_cmake:
+    elif sources.cmake is None:
         yield from _in_setup(sources)
+    else:
+        line = sources.line_of(_XML, "<build_type>")
+        text = "it says `ament_python`, so colcon ignores CMakeLists.txt and all that it makes and installs"
+        stops = "install" if _SETUP in sources.paths else "build"
+        cure = "<build_type>ament_cmake</build_type>: that of a package with a CMakeLists.txt"
+        lost = [*NODES, *(path for path in _SHARED if path in sources.paths), *sources.interfaces]
+        yield Fault(_XML, line, stops, text, cure, shown_as=["can't open file 'setup.py'"], lacks=lost)
 
 
 def interface_build_faults(sources: PackageSources) -> Iterator[Fault]:
@@ -55,12 +54,14 @@ def _in_xml(sources: PackageSources) -> Iterator[Fault]:
         place = re.search(r": line (\d+), column (\d+)", problem)
         cure = "each <tag> needs its </tag>: look there, and at the line before it" if place else "write package.xml"
         text = f"it {problem.replace('is not XML: ', 'is not XML: `')}`" if place else f"it {problem}"
-        yield Fault(_XML, int(place[1]) if place else 0, "build", text, cure)
+        shown = [problem.removeprefix("is not XML: ")]
+        yield Fault(_XML, int(place[1]) if place else 0, "build", text, cure, shown_as=shown)
         return
     needed = [tag for tag in ("name", "version", "description", "maintainer", "license") if not sources.xml.texts(tag)]
     if needed:
         tags = ", ".join(f"<{tag}>" for tag in needed)
-        yield Fault(_XML, 0, "build", f"it has no {tags}", "every package.xml needs these elements")
+        shown = [f'"{tag}" tag' for tag in needed]
+        yield Fault(_XML, 0, "build", f"it has no {tags}", "every package.xml needs these elements", shown_as=shown)
     group = sources.xml.texts("member_of_group")
     if (
         sources.xml.format == "3"
@@ -69,13 +70,15 @@ def _in_xml(sources: PackageSources) -> Iterator[Fault]:
         and "rosidl_interface_packages" not in group
     ):
         cure = "add <member_of_group>rosidl_interface_packages</member_of_group> before <export>"
-        yield Fault(_XML, 0, "build", "a package with interfaces must be in `rosidl_interface_packages`", cure)
+        text = "a package with interfaces must be in `rosidl_interface_packages`"
+        yield Fault(_XML, 0, "build", text, cure, shown_as=["rosidl_interface_packages"])
 
 
 def _in_cmake(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
     if cmake.unclosed is not None:
         text = f"`{cmake.unclosed.name}(` is never closed"
-        yield Fault(_CMAKE, cmake.unclosed.line, "build", text, "put a closing parenthesis after its last argument")
+        cure = "put a closing parenthesis after its last argument"
+        yield Fault(_CMAKE, cmake.unclosed.line, "build", text, cure, shown_as=['missing ending ")"'])
         return
     projects = cmake.named("project")
     if not projects:
@@ -83,6 +86,12 @@ def _in_cmake(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
     yield from _packages(sources, cmake)
     yield from _generated(sources, cmake)
     yield from _installed_paths(sources, cmake)
+    for command in cmake.named("ament_python_install_package"):
+        inits = f"{command.arguments[0]}/__init__.py" if command.arguments else ""
+        if command.is_plain and "PACKAGE_DIR" not in command.arguments and inits and inits not in sources.paths:
+            text = f"ament_python_install_package() needs `{inits}`, which is not there"
+            cure = "make an empty file of this name"
+            yield Fault(_CMAKE, command.line, "build", text, cure, shown_as=["__init__.py"])
     if not cmake.named("ament_package", "ament_auto_package"):
         yield Fault(_CMAKE, 0, "build", "it does not end with `ament_package()`, so ROS cannot find the package",
                     "write ament_package() as its last line")  # fmt: skip
@@ -93,7 +102,8 @@ def _illegal_fields(sources: PackageSources) -> Iterator[Fault]:
     for path in sources.interfaces:
         kind = path.partition("/")[0]
         for line, words in definition.illegal(kind, sources.read(path)):
-            yield Fault(path, line, "build", words, "a line is a type and a name: float32 speed")
+            shown = [" ".join(sources.read(path).splitlines()[line - 1].partition("#")[0].split())] if line else [path]
+            yield Fault(path, line, "build", words, "a line is a type and a name: float32 speed", shown_as=shown)
 
 
 def _packages(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
@@ -104,22 +114,24 @@ def _packages(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
         name = command.arguments[0] if command.arguments else ""
         if not command.is_plain or not name or "REQUIRED" not in command.arguments:
             continue
-        if name not in sources.known | sources.handed_in and not name.startswith(_CMAKE_OWN):
+        if name not in sources.known | sources.built and not name.startswith(_CMAKE_OWN):
             text, cure = absent(name)
-            yield Fault(_CMAKE, command.line, "build", text, cure)
+            yield Fault(_CMAKE, command.line, "build", text, cure, shown_as=[f'"{name}"'])
 
 
 def _generated(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
     """Yield what is wrong with the interfaces that are to be generated."""
     commands = cmake.named("rosidl_generate_interfaces")
     if not commands:
-        if sources.interfaces and not _is_unclear(cmake):
+        if sources.interfaces and not is_unclear(sources):
             text = f"there is no `rosidl_generate_interfaces`, so {sources.interfaces[0]} becomes no type"
-            yield Fault(_CMAKE, 0, "interfaces", text, "rosidl_generate_interfaces(${PROJECT_NAME} with the files")
+            cure = "rosidl_generate_interfaces(${PROJECT_NAME} with the files"
+            yield Fault(_CMAKE, 0, "interfaces", text, cure, lacks=sources.interfaces)
         return
     if not any("rosidl_default_generators" in found.arguments[:1] for found in cmake.named("find_package")):
         cure = "find_package(rosidl_default_generators REQUIRED) before it"
-        yield Fault(_CMAKE, commands[0].line, "build", "`rosidl_generate_interfaces` is not known here", cure)
+        text = "`rosidl_generate_interfaces` is not known here"
+        yield Fault(_CMAKE, commands[0].line, "build", text, cure, shown_as=['command "rosidl_generate_interfaces"'])
     for command in commands:
         if not command.is_plain:
             return
@@ -127,13 +139,14 @@ def _generated(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
             if name.endswith((".msg", ".srv", ".action")) and name not in sources.paths:
                 meant = similar(name, sources.interfaces)
                 cure = f"the file is called {meant}" if meant else "write the file, or take its name out"
-                yield Fault(_CMAKE, command.line, "build", f"it names `{name}`, which is not there", cure)
+                text = f"it names `{name}`, which is not there"
+                yield Fault(_CMAKE, command.line, "build", text, cure, shown_as=[name])
         yield from _dependencies(sources, command)
     named = {name for command in commands for name in command.arguments}
     for path in sources.interfaces:
         if path in LAYOUT and path not in named:
             cure = f'add "{path}" to rosidl_generate_interfaces'
-            yield Fault(_CMAKE, commands[0].line, "interfaces", f"it does not name `{path}`", cure)
+            yield Fault(_CMAKE, commands[0].line, "interfaces", f"it does not name `{path}`", cure, lacks=[path])
 
 
 def _dependencies(sources: PackageSources, command: Command) -> Iterator[Fault]:
@@ -152,7 +165,8 @@ def _dependencies(sources: PackageSources, command: Command) -> Iterator[Fault]:
     if used:
         name = min(used)
         text = f"`rosidl_generate_interfaces` has no DEPENDENCIES, and {used[name]} uses `{name}`"
-        yield Fault(_CMAKE, command.line, "build", text, f"DEPENDENCIES {' '.join(sorted(used))} as its last line")
+        cure = f"DEPENDENCIES {' '.join(sorted(used))} as its last line"
+        yield Fault(_CMAKE, command.line, "build", text, cure, shown_as=[f"'{other}'" for other in used])
 
 
 def _installed_paths(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
@@ -161,81 +175,31 @@ def _installed_paths(sources: PackageSources, cmake: CMakeText) -> Iterator[Faul
     for command in cmake.named("install"):
         if not command.is_plain or "OPTIONAL" in command.arguments:
             continue
-        for name in _files(command):
+        for name in installed_files(command):
             path = name.rstrip("/")
             if path not in folders and path not in sources.paths and not path.startswith("/"):
                 meant = similar(path, folders if "/" not in path else sources.paths)
                 cure = f"is {meant} meant?" if meant else "write it, or take its name out of install()"
-                yield Fault(_CMAKE, command.line, "build", f"it installs `{path}`, which is not there", cure)
+                text = f"it installs `{path}`, which is not there"
+                yield Fault(_CMAKE, command.line, "build", text, cure, shown_as=[path])
 
 
 def _uninstalled(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
-    """Yield the contract's executables, launch and config files that nothing installs."""
-    if _is_unclear(cmake):
-        return
-    installs = cmake.named("install")
-    programs = {_program(sources, command, name): command for command in installs for name in _files(command)}
-    for node in NODES:
-        command = programs.get(node)
-        if command is None and f"{node}.py" in programs:
-            found = programs[f"{node}.py"]
-            text = f"it installs `{node}.py`, and `ros2 run` looks for `{node}`"
-            yield Fault(_CMAKE, found.line, "install", text, f"RENAME {node} in an install(PROGRAMS ...) of its own")
-        elif command is None:
-            text = f"nothing installs an executable `{node}`"
-            if sources.setup is not None and any(entry.name == node for entry in sources.setup.entry_points):
-                text += "; entry points of setup.py make executables in ament_python packages only"
-            cure = f"install(PROGRAMS scripts/{node} DESTINATION lib/${{PROJECT_NAME}})"
-            yield Fault(_CMAKE, 0, "install", text, cure)
-        elif command.arguments[0] == "FILES" and "PERMISSIONS" not in command.arguments:
-            text = f"install(FILES ...) makes `{node}` no program: it lacks the executable bit"
-            yield Fault(_CMAKE, command.line, "install", text, "install(PROGRAMS ...) instead of install(FILES ...)")
-    shared = {path for command in installs for path in _shared(sources, command)}
-    for path in _SHARED:
-        if path in sources.paths and path not in shared:
-            yield Fault(_CMAKE, 0, "install", f"nothing installs `{path}`", _INSTALL_SHARED)
-
-
-def _is_unclear(cmake: CMakeText) -> bool:
-    """Return whether something may be installed that cannot be read off: by variables, loops or other commands."""
-    others = ("ament_python_install_package", "ament_auto_package", "include", "add_subdirectory", "function", "macro")
-    return bool(cmake.named(*others)) or any(not command.is_plain for command in cmake.named("install") if (
-        "${PYTHON_INSTALL_DIR}" not in " ".join(command.arguments)
-    ))  # fmt: skip
-
-
-def _files(command: Command) -> list[str]:
-    """Return the files or folders that an install() names."""
-    if command.arguments[:1] not in (("FILES",), ("PROGRAMS",), ("DIRECTORY",)):
-        return []
-    found = []
-    for argument in command.arguments[1:]:
-        if argument in _ENDS_INSTALL:
-            break
-        found.append(argument)
-    return found
-
-
-def _value(command: Command, keyword: str) -> str:
-    after = iter(command.arguments)
-    return next((next(after, "") for argument in after if argument == keyword), "")
-
-
-def _program(sources: PackageSources, command: Command, name: str) -> str:
-    """Return the name under which install() puts a file where `ros2 run` looks, "" if it does not."""
-    places = {f"lib/{own}" for own in sources.names}
-    if command.arguments[0] == "DIRECTORY" or _value(command, "DESTINATION").rstrip("/") not in places:
-        return ""
-    return _value(command, "RENAME") or PurePosixPath(name).name
+    """Yield the contract's launch and config files that nothing installs where `ros2 launch` looks."""
+    shared = {path for command in cmake.named("install") for path in _shared(sources, command)}
+    lost = [path for path in _SHARED if path in sources.paths and path not in shared]
+    if lost and not is_unclear(sources):
+        text = f"nothing installs {', '.join(f'`{path}`' for path in lost)} in share/{sources.name}"
+        yield Fault(_CMAKE, 0, "install", text, _INSTALL_SHARED, lacks=lost)
 
 
 def _shared(sources: PackageSources, command: Command) -> Iterator[str]:
     """Yield the contract's paths of launch and config files that install() puts into the share folder."""
-    destination = PurePosixPath(_value(command, "DESTINATION"))
+    destination = PurePosixPath(value(command, "DESTINATION"))
     if destination.parts[:1] != ("share",) or not set(destination.parts[1:2]) & sources.names:
         return
     inside = PurePosixPath(*destination.parts[2:])
-    for name in _files(command):
+    for name in installed_files(command):
         if command.arguments[0] != "DIRECTORY":
             yield str(inside / PurePosixPath(name).name)
             continue
@@ -250,25 +214,19 @@ def _in_setup(sources: PackageSources) -> Iterator[Fault]:
     setup = sources.setup
     if setup is None:
         line, text = _unreadable_setup(sources)
-        yield Fault(_SETUP, line, "build", text, "compare it with the one that `ros2 pkg create` writes")
+        cure = "compare it with the one that `ros2 pkg create` writes"
+        yield Fault(_SETUP, line, "build", text, cure, shown_as=["can't open file 'setup.py'", "SyntaxError"])
         return
     if setup.name and sources.xml.name and setup.name != sources.xml.name:
         text = f"its name is `{setup.name}`, and package.xml has `{sources.xml.name}`"
         yield Fault(_SETUP, setup.line, "install", text, f"name='{sources.xml.name}'")
-    for entry in setup.entry_points:
-        if fault := _entry_point(sources, entry):
-            yield fault
-    names = {entry.name for entry in setup.entry_points}
-    for node in NODES:
-        if node not in names and not any(node in entry.text for entry in setup.entry_points if not entry.name):
-            text = f"no entry point makes the executable `{node}`"
-            cure = f"'{node} = {sources.name}.{node}:main' in console_scripts"
-            yield Fault(_SETUP, setup.line, "install", text, cure)
     for folder in ("launch", "config"):
         has = any(path.startswith(f"{folder}/") for path in sources.paths)
         if has and folder not in (setup.data_files or ""):
             cure = f"data_files: (os.path.join('share', '{sources.name}', '{folder}'), glob('{folder}/*'))"
-            yield Fault(_SETUP, setup.line, "install", f"its data_files do not install `{folder}/`", cure)
+            lost = [path for path in _SHARED if path.startswith(f"{folder}/") and path in sources.paths]
+            text = f"its data_files do not install `{folder}/`"
+            yield Fault(_SETUP, setup.line, "install", text, cure, lacks=lost)
 
 
 def _unreadable_setup(sources: PackageSources) -> tuple[int, str]:
@@ -282,16 +240,3 @@ def _unreadable_setup(sources: PackageSources) -> tuple[int, str]:
     except python_ast.TOO_COMPLEX:
         return 0, "it is too complex to be read"
     return 0, "it does not call setup()"
-
-
-def _entry_point(sources: PackageSources, entry: EntryPoint) -> Fault | None:
-    if not entry.name:
-        cure = f"'name = {sources.name}.module:function'"
-        return Fault(_SETUP, entry.line, "start", f"`{entry.text}` is not an entry point", cure)
-    path = entry.module.replace(".", "/")
-    if f"{path}.py" in sources.paths or f"{path}/__init__.py" in sources.paths:
-        return None
-    modules = [other.removesuffix(".py").replace("/", ".") for other in sources.paths if other.endswith(".py")]
-    meant = similar(entry.module, modules)
-    cure = f"is {meant} meant?" if meant else "write the module, or correct the entry"
-    return Fault(_SETUP, entry.line, "start", f"the entry point `{entry.text}` names no module of the package", cure)

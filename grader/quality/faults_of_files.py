@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import PurePosixPath
 from typing import Any
 
 import yaml
@@ -12,6 +14,7 @@ from grader.contract import definition
 from grader.contract.spec import CONTRACT, INTERFACES, NODES, PARAMETERS
 from grader.evidence import Fault
 from grader.python_ast import argument, called, literal_string
+from grader.quality.faults_of_programs import programs
 from grader.quality.package_sources import PackageSources, similar
 from grader.quality.parsed_module import Module
 
@@ -26,22 +29,50 @@ def file_faults(sources: PackageSources, modules: Sequence[Module]) -> Iterator[
             yield from _in_launch(sources, module)
     for path, node in _FILES.items():
         if path in sources.paths:
-            yield from _in_parameters(sources, path, node)
+            yield from (replace(fault, shown_as=[path]) for fault in _in_parameters(sources, path, node))
 
 
 def _in_launch(sources: PackageSources, module: Module) -> Iterator[Fault]:
-    """Yield the nodes that a launch file starts and that the package does not have."""
+    """Yield what a launch file asks for and what is not there: packages, executables, parameter files."""
+    own = programs(sources)
+    values = {
+        target.id: literal_string(node.value)
+        for node in ast.walk(module.tree) if isinstance(node, ast.Assign)
+        for target in node.targets if isinstance(target, ast.Name)
+    }  # fmt: skip
     for call in ast.walk(module.tree):
-        if not isinstance(call, ast.Call) or called(call) != "Node":
+        if not isinstance(call, ast.Call) or called(call) not in ("Node", "LifecycleNode"):
             continue
-        package = literal_string(argument(call, 99, "package"))
-        executable = literal_string(argument(call, 99, "executable", "node_executable"))
-        if package and package not in sources.handed_in | sources.known | sources.names:
-            cure = f"package='{sources.name}'"
-            yield Fault(module.path, call.lineno, "launch", f"it starts a node of `{package}`, which is not here", cure)
-        elif package in sources.names and executable and executable not in NODES and similar(executable, NODES):
-            cure = f"executable='{similar(executable, NODES)}'"
-            yield Fault(module.path, call.lineno, "launch", f"there is no executable `{executable}`", cure)
+        package, executable = (
+            values.get(part.id, "") if isinstance(part, ast.Name) else literal_string(part)
+            for part in (argument(call, 99, "package"), argument(call, 99, "executable", "node_executable"))
+        )
+        if package and package not in sources.built | sources.known | sources.names:
+            mine = executable in (*NODES, *(own or ()))
+            cure = f"package='{sources.name}'" if mine else "start only nodes that are handed in, or part of this ROS"
+            text = f"it starts a node of `{package}`, which is not here"
+            yield Fault(module.path, call.lineno, "launch", text, cure, shown_as=[f"'{package}'"])
+        elif package in sources.names and executable and own is not None and executable not in own:
+            meant = similar(executable, own)
+            cure = f"executable='{meant}'" if meant else f"the package installs {', '.join(sorted(own)) or 'none'}"
+            text = f"there is no executable `{executable}`"
+            shown = [f"'{executable}'"]
+            yield Fault(module.path, call.lineno, "launch", text, cure, shown_as=shown, lacks=[executable])
+        yield from _relative_files(sources, module, call, values)
+
+
+def _relative_files(
+    sources: PackageSources, module: Module, call: ast.Call, values: Mapping[str, str]
+) -> Iterator[Fault]:
+    """Yield the parameter files that a launch file looks for in the folder where somebody happens to start it."""
+    parameters = argument(call, 99, "parameters")
+    for part in parameters.elts if isinstance(parameters, ast.List | ast.Tuple) else ():
+        path = values.get(part.id, "") if isinstance(part, ast.Name) else literal_string(part)
+        if path.endswith((".yaml", ".yml")) and not path.startswith("/"):
+            text = f"`{path}` is looked for where `ros2 launch` is started, not in the package"
+            folders = ", ".join(repr(folder) for folder in PurePosixPath(path.removeprefix("./")).parts)
+            cure = f"os.path.join(get_package_share_directory('{sources.name}'), {folders})"
+            yield Fault(module.path, part.lineno, "parameters", text, cure, shown_as=[path])
 
 
 def _in_parameters(sources: PackageSources, path: str, node: str) -> Iterator[Fault]:
@@ -77,9 +108,10 @@ def _in_blocks(path: str, node: str, tree: yaml.MappingNode) -> Iterator[Fault]:
     for keys, _, values in blocks:
         name = keys[-1] if keys else ""
         reached = reached or name in (node, "*", "**") or not name
+        wanted = {*PARAMETERS[node], "robot_name", "use_sim_time"}
+        absent = wanted - {key.value for key, _ in values.value}
         for key, _ in values.value:
-            wanted = {**PARAMETERS[node], "robot_name": 0.0, "use_sim_time": 0.0}
-            if key.value not in wanted and (meant := similar(str(key.value), wanted)):
+            if key.value not in wanted and (meant := similar(str(key.value), absent)):
                 text = f"it sets `{key.value}`, and the parameter is called `{meant}`"
                 yield Fault(path, key.start_mark.line + 1, "parameters", text, f"{meant}:")
     if not reached:

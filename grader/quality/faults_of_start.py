@@ -9,16 +9,20 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import PurePosixPath
 
+from grader.contract.foreign_packages import NOT_BUILT, ONE_ZIP, ROS_1
 from grader.contract.layout import role
-from grader.contract.spec import CONVERSIONS_MODULE, NODE_MODULES
+from grader.contract.spec import CONVERSIONS_MODULE, NODE_MODULES, PACKAGE
 from grader.evidence import Fault, SourceFile
+from grader.quality.faults_of_programs import defined, program_files
 from grader.quality.manifest import optional_imports
-from grader.quality.package_sources import PackageSources, similar
+from grader.quality.package_sources import INTERFACE_SUFFIXES, PackageSources, similar
 from grader.quality.parsed_module import Module
 
 _RUNS = ("module", "script")
 _GENERATED = ("msg", "srv", "action")
 _OF_CONTRACT = (*NODE_MODULES, CONVERSIONS_MODULE)
+# Of these the kit has its own, and I5 needs them.
+_LAUNCH = {"launch", "launch_ros"}
 _MAX_IMPORTS = 2000
 
 
@@ -33,37 +37,11 @@ def start_faults(
             text = f"it {re.sub(': line [0-9]+: ', ': ', file.problem)}"
             yield Fault(file.path, int(line[1]) if line else 0, "start", text, cure)
     yield from _shadows(sources)
-    yield from _scripts(sources)
     names = _Names(sources, modules)
-    programs = _programs(sources)
+    programs = program_files(sources)
     for module in modules:
         if module.role == "module" or module.path in programs:
             yield from names.missing(module)
-    for entry in sources.setup.entry_points if sources.setup and not sources.by_cmake else ():
-        defined = names.defined.get(entry.module)
-        if defined is not None and entry.function.partition(".")[0] not in defined:
-            text = f"the entry point `{entry.text}` calls `{entry.function}`, which {entry.module} does not define"
-            cure = f"def {entry.function}() in that module, or its right name in the entry"
-            yield Fault("setup.py", entry.line, "start", text, cure)
-
-
-def _scripts(sources: PackageSources) -> Iterator[Fault]:
-    """Yield what is wrong with the first line of the programs that CMakeLists.txt installs."""
-    for path in sorted(_programs(sources)):
-        first, _, _ = sources.read(path).partition("\n")
-        if not first.startswith("#!"):
-            text = "its first line does not say which program runs it, so the system cannot start it"
-            yield Fault(path, 1, "start", text, "write `#!/usr/bin/env python3` as its first line")
-        elif first.endswith("\r"):
-            text = "its lines end as on Windows, so the system looks for a program called `python3\\r`"
-            yield Fault(path, 1, "start", text, "save it with Unix line ends (LF): sed -i 's/\\r$//' " + path)
-
-
-def _programs(sources: PackageSources) -> set[str]:
-    """Return the paths of the programs that CMakeLists.txt installs."""
-    commands = sources.cmake.named("install") if sources.cmake is not None and sources.by_cmake else []
-    named = {name for command in commands if command.arguments[:1] == ("PROGRAMS",) for name in command.arguments}
-    return named & set(sources.paths)
 
 
 def _shadows(sources: PackageSources) -> Iterator[Fault]:
@@ -142,7 +120,7 @@ class _Names:
 
     def __init__(self, sources: PackageSources, modules: Sequence[Module]) -> None:
         self._sources = sources
-        self.defined = {module.name: _defined(module.tree) for module in modules}
+        self.defined = {module.name: defined(module.tree) for module in modules}
         self._folders = {
             ".".join(parent.parts)
             for path in sources.paths if path.endswith(".py")
@@ -155,22 +133,25 @@ class _Names:
     def missing(self, module: Module) -> Iterator[Fault]:
         """Yield the imports of a module that find nothing."""
         for name, node in list(_imports(module))[:_MAX_IMPORTS]:
-            words = self._missing(name, node)
-            if words:
-                yield Fault(module.path, node.lineno, "start", *words)
+            if missing := self._missing(name, node):
+                text, cure, shown = missing
+                yield Fault(module.path, node.lineno, "start", text, cure, shown_as=[shown])
 
-    def _missing(self, name: str, node: ast.Import | ast.ImportFrom) -> tuple[str, str] | None:
+    def _missing(self, name: str, node: ast.Import | ast.ImportFrom) -> tuple[str, str, str] | None:
+        """Return what an import does not find, what to do, and what Python says of it; None if it finds all."""
         top, _, rest = name.partition(".")
         if not top:
             return None
+        absent = f"No module named '{name}'"
         if top not in self._tops:
-            return self._elsewhere(top)
+            words = self._elsewhere(top)
+            return (*words, f"No module named '{top}'") if words else None
         if rest in _GENERATED:
             return self._missing_types(name, rest, node)
         if rest and name not in self._unparsed | self._folders:
             meant = similar(name, [*self.defined, *self._folders])
             cure = f"is {meant} meant?" if meant else f"write {name.replace('.', '/')}.py"
-            return f"it imports `{name}`, which is not in the package", cure
+            return f"it imports `{name}`, which is not in the package", cure, absent
         defined = self.defined.get(name)
         if defined is None or "*" in defined or not isinstance(node, ast.ImportFrom):
             return None
@@ -179,56 +160,40 @@ class _Names:
             if alias.name != "*" and alias.name not in defined | inside | set(_GENERATED):
                 meant = similar(alias.name, defined)
                 cure = f"is {meant} meant?" if meant else f"define {alias.name} there, or correct the import"
-                return f"it imports `{alias.name}` from {name}, which does not define it", cure
+                text = f"it imports `{alias.name}` from {name}, which does not define it"
+                return text, cure, f"cannot import name '{alias.name}' from '{name}'"
         return None
 
-    def _missing_types(self, name: str, kind: str, node: ast.Import | ast.ImportFrom) -> tuple[str, str] | None:
+    def _missing_types(self, name: str, kind: str, node: ast.Import | ast.ImportFrom) -> tuple[str, str, str] | None:
         """Return what to say of types that are imported from the package's interfaces and that it does not have."""
-        if not self._sources.interfaces or not isinstance(node, ast.ImportFrom):
-            return (
-                None
-                if self._sources.interfaces or len(self._sources.handed_in) > 1
-                else (
-                    f"it imports from {name}, and the submission has no interface file in {kind}/",
-                    "if the interfaces are a package of their own, hand it in with this one (both folders in one zip)",
-                )
-            )
-        for alias in node.names:
+        if not any(path.endswith(INTERFACE_SUFFIXES) for path in self._sources.paths):
+            text = f"it imports from {name}, and the package has no interface file in {kind}/"
+            return text, self._beside(kind), f"No module named '{name}'"
+        for alias in node.names if isinstance(node, ast.ImportFrom) else ():
             if alias.name not in self._types | {"*"} and not alias.name.startswith("_"):
                 meant = similar(alias.name, self._types)
                 cure = f"is {meant} meant?" if meant else f"write {kind}/{alias.name}.{kind}"
-                return f"it imports `{alias.name}` from {name}, and there is no {kind}/{alias.name}.{kind}", cure
+                text = f"it imports `{alias.name}` from {name}, and there is no {kind}/{alias.name}.{kind}"
+                return text, cure, f"cannot import name '{alias.name}' from '{name}'"
         return None
 
     def _elsewhere(self, top: str) -> tuple[str, str] | None:
-        """Return what to say of a package that is neither the submission's nor installed here."""
-        if top in self._sources.handed_in | self._sources.known or _is_known(top) or top in self._folders:
+        """Return what to say of a package that is not built with this one, and not installed here either."""
+        sources = self._sources
+        if top in sources.built | sources.known | _LAUNCH or _is_known(top) or top in self._folders:
             return None
-        if f"{top}.py" in {PurePosixPath(path).name for path in self._sources.paths}:
+        if f"{top}.py" in {PurePosixPath(path).name for path in sources.paths}:
             text = f"it imports `{top}`, which Python finds only where it lies beside the program that runs"
-            return text, f"from {self._sources.name} import {top}"
+            return text, f"from {sources.name} import {top}"
+        if top in ROS_1:
+            return f"it imports `{top}`, which is part of ROS 1", ROS_1[top]
+        if top == PACKAGE:
+            return f"it imports `{top}`, and this package is called `{sources.name}`", f"from {sources.name} import ..."
         if top.endswith(("_interfaces", "_msgs")):
-            text = f"it imports `{top}`, a package of interfaces that is neither installed here nor in the submission"
-            return text, "if it is yours, hand it in with the package (both folders in one zip)"
-        return f"it imports `{top}`, which is not installed here", "the assignment needs rclpy and ROS's messages only"
+            return f"it imports `{top}`, {NOT_BUILT}", self._beside("srv")
+        return f"it imports `{top}`, which is not installed here", "do without it, or hand in what the node uses of it"
 
-
-def _defined(tree: ast.Module) -> set[str]:
-    """Return the names that a module defines at its top level, with "*" if it may define any."""
-    found: set[str] = set()
-    todo: list[ast.AST] = [*tree.body]
-    while todo:
-        node = todo.pop()
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            found.add(node.name)
-            if node.name == "__getattr__":
-                found.add("*")
-            continue
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            found |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            found.add(node.id)
-        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("globals", "exec"):
-            found.add("*")
-        todo += ast.iter_child_nodes(node)
-    return found
+    def _beside(self, kind: str) -> str:
+        """Return from where to import interfaces: from the package of interfaces, if one is built with this one."""
+        beside = min(self._sources.built - self._sources.names, default="")
+        return f"the package of interfaces is called {beside}: from {beside}.{kind} import ..." if beside else ONE_ZIP

@@ -12,10 +12,13 @@ from pathlib import Path, PurePosixPath
 from catkin_pkg.package import InvalidPackage, parse_package_string
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 
+from grader.contract.foreign_packages import ROS_1
+from grader.contract.layout import LAYOUT
 from grader.contract.spec import PACKAGE
 from grader.evidence import Manifest
 from grader.intake.package_xml import MAX_BYTES, PackageXml, read_package_xml
-from grader.python_ast import argument, called, last_name, literal_string
+from grader.python_ast import argument, called, is_docstring, last_name, literal_string
+from grader.quality import cmake_text
 from grader.quality.parsed_module import Module
 from grader.sanitize import printable
 
@@ -31,6 +34,13 @@ _FIRST = {
     "FindPackageShare", "FindPackagePrefix", "get_package_share_directory", "get_package_share_path",
     "get_package_prefix",
 }  # fmt: skip
+# Domains without a dot or reserved by RFC 2606, where no mail arrives, and what templates have for the reader's name.
+_PLACEHOLDER = re.compile(
+    r"[^@]+@(?:[\w-]+|(?:[\w-]+\.)*(?:todo|invalid|test|localhost|localdomain|example(?:\.\w+)?))|your[\w.+-]*@.+",
+    re.IGNORECASE,
+)
+_NO_NAME = re.compile(r"\s*(?:todo|your[ _-]?name)\s*(?:<|$)|.*>\s*(?:todo|your[ _-]?name)\s*$", re.IGNORECASE)
+_ADDRESS = re.compile(r"(?<![\w.+-])[\w.+-]+@[\w.-]+")
 _MAX_TEXT = 256 * 1024
 _MAX_PLACES = 3
 _MAX_NAMES = 200
@@ -49,6 +59,7 @@ def read_manifest(package: Path, files: Sequence[str], modules: Sequence[Module]
         problems=[f"package.xml {xml.problem}"] if xml.problem else problems,
         format=xml.format,
         maintainers=maintainers,
+        placeholders=[person for person in maintainers if _is_placeholder(person)],
         licences=licences,
         spdx=[_is_spdx(licence) for licence in licences],
         build_type=printable(xml.build_type),
@@ -76,6 +87,12 @@ def _validity(path: Path) -> tuple[list[str], list[str]]:
     return problems, re.findall(r"<maintainer\b[^<>]*>[^<]*", _read(path))[:5]
 
 
+def _is_placeholder(person: str) -> bool:
+    """Return whether no mail reaches a maintainer: no name, no address, or one that a template has filled in."""
+    addresses = _ADDRESS.findall(person)
+    return bool(_NO_NAME.match(person)) or all(_PLACEHOLDER.fullmatch(address) for address in addresses)
+
+
 def _is_spdx(licence: str) -> bool:
     try:
         canonicalize_license_expression(licence)
@@ -90,18 +107,45 @@ def _uses(package: Path, files: Sequence[str], modules: Sequence[Module], packag
     That goes for a package under another name, too: package.xml cannot ask for itself.
     """
     found: dict[str, list[str]] = defaultdict(list)
-    python = [PurePosixPath(path) for path in files if path.endswith(".py")]
+    python = [PurePosixPath(path).with_suffix("") for path in files if path.endswith(".py")]
     itself = {PACKAGE, package_name}
     own = {*itself, *(path.parent.name if path.stem == "__init__" else path.stem for path in python)}
-    named = [*_in_python(modules, own), *_in_cmake(package, files), *_in_interfaces(package, files)]
+    own |= {folder for module in modules if module.role == "module" for folder in module.path.split("/")[:-1]}
+    built = _build_words(package, modules)
+    used = [module for module in modules if _belongs(module, files, itself, built)]
+    named = [*_in_python(used, own), *_in_cmake(package, files), *_in_interfaces(package, files)]
     for name, place in named:
         if name not in itself and place not in found[name] and len(found[name]) < _MAX_PLACES:
             found[name].append(place)
     return {name: places for name, places in found.items() if places}
 
 
+def _build_words(package: Path, modules: Sequence[Module]) -> set[str]:
+    """Return the words that CMakeLists.txt and setup.py use for what they build and install."""
+    commands = cmake_text.read(_read(package / "CMakeLists.txt")).commands
+    texts = [argument for command in commands for argument in command.arguments]
+    for tree in (module.tree for module in modules if module.role == "setup"):
+        texts += [literal_string(part) for node in tree.body if not is_docstring(node) for part in ast.walk(node)]
+    return {word for text in texts for word in re.split(r"\W+", text)}
+
+
+def _belongs(module: Module, files: Sequence[str], names: set[str], built: set[str]) -> bool:
+    """Return whether a file is part of what package.xml speaks for. `built` are the words of the files that build it.
+
+    A package inside the package has a package.xml of its own, and a script that nothing installs runs on no robot.
+    """
+    parents = [parent.as_posix() for parent in PurePosixPath(module.path).parents][:-1]
+    if any(f"{parent}/package.xml" in files for parent in parents):
+        return False
+    if module.path in LAYOUT or module.role in ("launch", "test") or (parents and parents[-1] in names):
+        return True
+    if parents and f"{parents[0]}/__init__.py" in files:
+        return True
+    return (parents[-1] if parents else module.stem) in built
+
+
 def _in_python(modules: Sequence[Module], own: set[str]) -> Iterator[tuple[str, str]]:
-    known = sys.stdlib_module_names | own
+    known = sys.stdlib_module_names | own | set(ROS_1)  # no package.xml makes these available
     for module in modules:
         if module.role == "setup":
             continue

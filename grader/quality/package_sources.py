@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import difflib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path, PurePosixPath
@@ -36,25 +36,37 @@ class EntryPoint:
 
 @dataclass(frozen=True)
 class SetupPy:
-    """What the call of setup() in a setup.py says, as far as it is written out."""
+    """What the call of setup() in a setup.py says, as far as it is written out.
+
+    Attributes:
+        name: of the package.
+        line: of the name.
+        entry_points: those of console_scripts.
+        complete: whether these are all programs: written out, not made by a loop, and with no `scripts` beside them.
+        packages: the Python packages that it lists; None where it looks for them, or where they are not written out.
+        finds: whether it looks for them with find_packages(), which takes folders with an `__init__.py`.
+        data_files: the text of this argument, None if there is none.
+    """
 
     name: str
     line: int
     entry_points: tuple[EntryPoint, ...]
+    complete: bool
+    packages: tuple[str, ...] | None
+    finds: bool
     data_files: str | None
-    """The text of the argument data_files, None if there is none."""
 
 
 @dataclass(frozen=True)
 class PackageSources:
-    """A package's text. `handed_in` are the names of the packages of the submission, its own among them."""
+    """A package's text. `built` are the names of the packages that are built together, its own among them."""
 
     folder: Path
     paths: tuple[str, ...]
     xml: PackageXml
     cmake: cmake_text.CMakeText | None
     setup: SetupPy | None
-    handed_in: frozenset[str]
+    built: frozenset[str]
     known: frozenset[str] = field(repr=False)
     """The ROS packages that are installed here."""
 
@@ -103,24 +115,33 @@ def read_sources(folder: Path, interfaces: Path | None) -> PackageSources:
     has_xml = "package.xml" in paths
     xml = read_package_xml(folder / "package.xml") if has_xml else PackageXml(problem="is not there")
     sources = PackageSources(folder, paths, xml, None, None, frozenset(), frozenset())
-    handed_in = {sources.name, PACKAGE}
+    built = {sources.name}
     if interfaces is not None:
-        handed_in.add(read_package_xml(interfaces / "package.xml").name or interfaces.name)
+        built.add(read_package_xml(interfaces / "package.xml").name or interfaces.name)
     share = ros_env.PREFIX / "share"
     return PackageSources(
         folder, paths, xml,
         cmake=cmake_text.read(sources.read("CMakeLists.txt")) if "CMakeLists.txt" in paths else None,
         setup=_setup_py(sources.read("setup.py")) if "setup.py" in paths else None,
-        handed_in=frozenset(handed_in),
+        built=frozenset(built),
         known=frozenset(path.parent.name for path in share.glob("*/package.xml")),
     )  # fmt: skip
 
 
 def similar(name: str, others: Iterable[str]) -> str:
-    """Return the one of `others` that was probably meant by `name`, "" if none is like it."""
-    by_lower = {other.lower(): other for other in others}
-    found = difflib.get_close_matches(name.lower(), by_lower, 1, 0.75)
-    return by_lower[found[0]] if found else ""
+    """Return the one of `others` that was probably meant by `name`, "" if none is like it.
+
+    Of paths and dotted names only one part may differ: a file of another folder is not meant.
+    """
+    parts = re.split("[/.]", name.lower())
+    split = [(re.split("[/.]", other.lower()), other) for other in sorted(set(others) - {name})]
+    split = [(theirs, other) for theirs, other in split if len(theirs) == len(parts)]
+    for at, part in enumerate(parts):
+        rest = (parts[:at], parts[at + 1 :])
+        near = {theirs[at]: other for theirs, other in split if (theirs[:at], theirs[at + 1 :]) == rest}
+        if found := difflib.get_close_matches(part, near, 1, 0.75):
+            return near[found[0]]
+    return ""
 
 
 def _setup_py(text: str) -> SetupPy | None:
@@ -130,29 +151,69 @@ def _setup_py(text: str) -> SetupPy | None:
     if tree is None or call is None:
         return None
     named = {keyword.arg: keyword.value for keyword in call.keywords}
-    names = {
-        target.id: literal_string(node.value)
+    values = {
+        target.id: node.value
         for node in tree.body if isinstance(node, ast.Assign)
         for target in node.targets if isinstance(target, ast.Name)
     }  # fmt: skip
-    name = named.get("name")
-    data_files = named.get("data_files")
+    name, data_files = named.get("name"), named.get("data_files")
+    entry_points, complete = _entry_points(named.get("entry_points"), values)
+    packages = _followed(named.get("packages"), values)
+    listed = _texts(packages, values)
     return SetupPy(
-        name=names.get(name.id, "") if isinstance(name, ast.Name) else literal_string(name),
+        name=_text(name, values) or "",
         line=name.lineno if name is not None else call.lineno,
-        entry_points=tuple(_entry_points(named.get("entry_points"))),
+        entry_points=tuple(entry_points),
+        complete=complete and not {None, "scripts"} & set(named),
+        packages=tuple(filter(None, listed)) if listed is not None and None not in listed else None,
+        finds=packages is not None and called(packages) == "find_packages",
         data_files=None if data_files is None else ast.get_source_segment(text, data_files) or "",
     )
 
 
-def _entry_points(node: ast.expr | None) -> list[EntryPoint]:
-    groups = zip(node.keys, node.values, strict=True) if isinstance(node, ast.Dict) else ()
-    scripts = next((value for key, value in groups if literal_string(key) == "console_scripts"), None)
+def _followed(node: ast.expr | None, values: Mapping[str, ast.expr]) -> ast.expr | None:
+    """Return the value of a variable of the module, and any other expression as it is."""
+    return values.get(node.id, node) if isinstance(node, ast.Name) else node
+
+
+def _texts(node: ast.expr | None, values: Mapping[str, ast.expr]) -> list[str | None] | None:
+    """Return the strings of a list, each None that cannot be read off; None for anything but a list."""
+    return [_text(part, values) for part in node.elts] if isinstance(node, ast.List | ast.Tuple) else None
+
+
+def _text(node: ast.expr | None, values: Mapping[str, ast.expr]) -> str | None:
+    """Return the string that an expression makes of literals and of the module's variables, None where it is unclear.
+
+    It is a literal, a variable that holds one, a sum of these, or a formatted string.
+    """
+    terms: list[ast.expr | None] = []
+    node = _followed(node, values)
+    while isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+        terms.insert(0, node.right)
+        node = node.left
+    terms = [*node.values, *terms] if isinstance(node, ast.JoinedStr) else [node, *terms]
+    values_of = [part.value if isinstance(part, ast.FormattedValue) else part for part in terms]
+    texts = [literal_string(_followed(part, values)) for part in values_of]
+    return "".join(texts) if all(texts) else None
+
+
+def _entry_points(node: ast.expr | None, values: Mapping[str, ast.expr]) -> tuple[list[EntryPoint], bool]:
+    """Return the entry points that are written out, and whether these are all."""
+    node = _followed(node, values)
+    if node is None:
+        return [], True
+    if not isinstance(node, ast.Dict):
+        return [], False
+    scripts = next(
+        (value for key, value in zip(node.keys, node.values, strict=True) if literal_string(key) == "console_scripts"),
+        None,
+    )
+    scripts = _followed(scripts, values)
     entries = scripts.elts if isinstance(scripts, ast.List | ast.Tuple) else []
     found = []
     for entry in entries:
-        text = literal_string(entry)
-        if text:
+        if text := _text(entry, values):
             match = _ENTRY_POINT.fullmatch(text)
             found.append(EntryPoint(text, entry.lineno, **(match.groupdict() if match else {})))
-    return found
+    every = isinstance(scripts, ast.List | ast.Tuple | None) and None not in node.keys
+    return found, every and len(found) == len(entries)

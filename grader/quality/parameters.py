@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 from grader.contract.spec import PARAMETERS
 from grader.evidence import Finding, ParameterUse
-from grader.python_ast import Function, argument, called, last_name, literal_string
+from grader.python_ast import argument, called, last_name, literal_string
 from grader.quality.parsed_module import Module
 
 _DECLARE = ("declare_parameter", "declare_parameters")
@@ -36,7 +36,7 @@ def parameter_use(modules: Sequence[Module], reached: Sequence[Module] | None = 
             name=name,
             declared=names.declares(name),
             read=names.reads(name),
-            literals=[] if names.reads(name) else list(_literals(modules, node, default))[:_MAX_LITERALS],
+            literals=[] if names.reads(name) else list(_literals(modules, name, default))[:_MAX_LITERALS],
         )
         for node, defaults in PARAMETERS.items()
         for name, default in defaults.items()
@@ -141,11 +141,12 @@ def _fields(node: ast.ClassDef) -> Iterator[ast.Name]:
             yield part.target
 
 
-def _literals(modules: Sequence[Module], node: str, default: float) -> Iterator[Finding]:
-    """Yield the places in a node's functions where a parameter's default is written as a number."""
-    trees = [(module.path, module.tree) for module in modules if module.stem == node and module.role == "module"]
-    functions = [(path, part) for path, tree in trees for part in ast.walk(tree) if isinstance(part, Function)]
-    for path, function in functions:
-        for part in ast.walk(function):
-            if isinstance(part, ast.Constant) and type(part.value) is float and part.value == default:
-                yield Finding(path, part.lineno, "literal", f"{part.value:g}")
+def _literals(modules: Sequence[Module], name: str, default: float) -> Iterator[Finding]:
+    """Yield the places in the modules where a parameter's default is given to a name of its own, as in `x = 0.5`."""
+    parts = ((module.path, part) for module in modules if module.role == "module" for part in ast.walk(module.tree))
+    for path, part in parts:
+        targets = part.targets if isinstance(part, ast.Assign) else [getattr(part, "target", part)]
+        value = getattr(part, "value", None)
+        named = any(last_name(target).strip("_").lower() == name for target in targets)
+        if named and isinstance(value, ast.Constant) and type(value.value) is float and value.value == default:
+            yield Finding(path, value.lineno, "literal", f"{value.value:g}")

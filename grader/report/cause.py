@@ -13,6 +13,7 @@ from grader.scoring.grading import Grading, Loss, foremost, points
 from grader.scoring.scorecard import CheckResult, Outcome
 
 _LIMIT = 400  # characters of a sentence
+_WITHIN = re.compile(r" within [\d.]+ s")  # trials wait longer for a node that may still come
 _BUILD = "The package does not build"
 _FRAME = re.compile(r'^\s*File "([^"\n]+)", line (\d+)')
 _RAISED = re.compile(r"^(?:\w+\.)*(\w*(?:Error|Exception|Exit|Interrupt)): *(.*)")
@@ -98,7 +99,7 @@ def _why_not_started(trial: Trial, because: str, evidence: Evidence) -> str:
     if found and shown.strip(" ;"):
         return shown.strip(" ;")
     output = trial.process.output_tail if trial.process is not None else ""
-    return _exception(output, evidence.build.package) or trial.ended
+    return _exception(output, evidence.build.package) or _WITHIN.sub("", trial.ended)
 
 
 def _exception(output: str, package: str) -> str:
@@ -124,7 +125,9 @@ def _sentence(why: str, found: Sequence[Loss], grading: Grading) -> str:
     trials = grading.evidence.trials
     started = {trial.node for trial in trials.values() if trial.ready}
     tried = {trials[loss.result.trial].node for loss in found if loss.result.trial in trials}
-    if tried and not started:
+    graphs = [trial.graph for trial in trials.values() if trial.graph is not None]
+    running = {name.rpartition("/")[2] for graph in graphs for name in graph.nodes}
+    if tried and not started and all(name.startswith("launch_ros") for name in running):
         return f"No node started: {why}"
     # A node that started by itself was not what kept a launch file from starting both.
     nodes = sorted(tried - started)

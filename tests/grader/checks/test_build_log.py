@@ -47,7 +47,7 @@ def test_the_first_error_has_its_explanation_and_no_path_of_ours(log: str, error
         ("rclcpp", "CMakeLists.txt:6: it asks for `rclcpp`, which is for C++; this kit is for Python only",
          "remove find_package(rclcpp ...) from CMakeLists.txt and rclcpp from package.xml"),
         ("interfaces_missing", "CMakeLists.txt:6: it asks for `ros2_robot_controller_interfaces`, a package of interf",
-         "hand it in with the package"),
+         "hand its interfaces in with the package"),
         ("xml_broken", "Error parsing 'package.xml': mismatched tag: line 14, column 20", "each <tag> needs"),
         ("xml_no_version", 'The manifest must contain exactly one "version" tag', "line by line"),
         ("install_python_pkg", "ament_python_install_package() and rosidl_generate_interfaces() both make",

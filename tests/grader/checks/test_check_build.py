@@ -8,7 +8,8 @@ import pytest
 from helpers import recordings
 from helpers.judging import ask, evidence_with, find
 
-from grader.evidence import Build
+from grader.contract.layout import LAYOUT
+from grader.evidence import Build, Manifest, Quality
 
 BUILDS = find("check_build::test_colcon_build_succeeds")
 EXECUTABLES = find("check_build::test_executables_are_installed")
@@ -28,6 +29,25 @@ def test_a_package_of_another_name_is_told_first_that_it_builds_and_then_where_i
 
 def test_a_package_of_the_contracts_name_passes():
     assert ask(BUILDS, evidence_with(build=BUILT)).share == 1
+
+
+def test_launch_files_in_the_root_of_the_share_folder_are_found():
+    """It was once said that there was "no launch or config file"."""
+    check = find("check_build::test_launch_and_config_are_installed")
+    found = ["package.xml", "robot_controller_launch.py", "config/robot_params.yaml", "config/sensor_params.yaml"]
+    text = Quality(Manifest(found=True, has_cmake=True), paths=list(LAYOUT))
+    said = ask(check, evidence_with(build=replace(BUILT, shared_files=found), quality=text))
+    assert said.share == 0.5
+    assert said.seen.endswith("found: robot_controller_launch.py, config/robot_params.yaml, config/sensor_params.yaml")
+    assert said.try_.startswith("install(DIRECTORY launch config")
+
+
+def test_a_file_that_is_not_in_the_package_is_not_said_to_be_uninstalled():
+    check = find("check_build::test_launch_and_config_are_installed")
+    paths = [path for path in LAYOUT if path != "config/sensor_params.yaml"]
+    said = ask(check, evidence_with(build=BUILT, quality=Quality(Manifest(found=True, has_cmake=True), paths=paths)))
+    assert "not in the package: config/sensor_params.yaml" in said.seen
+    assert said.try_.startswith("write these files")
 
 
 @pytest.mark.parametrize(

@@ -36,17 +36,19 @@ from grader.evidence import (
     Quality,
     Trial,
 )
+from grader.notebook.prerequisites import advice
 
 LOGS = Path(__file__).parent / "build_logs"
 MISSING = Fault("CMakeLists.txt", 26, "build", "it installs `scripts/robot_controler`, which is not there",
-                "is scripts/robot_controller meant?")  # fmt: skip
+                "is scripts/robot_controller meant?", shown_as=["scripts/robot_controler"])  # fmt: skip
 DIFFERS = Fault("srv/SetSpeed.srv", 2, "interfaces", "`float64 speed` should be `float32 speed`", "compare it")
 DEAD = Fault("launch/robot_controller_launch.py", 28, "launch", "there is no executable `sensor_procesor`",
              "executable='sensor_processor'")  # fmt: skip
 UNINSTALLED = Fault("CMakeLists.txt", 0, "install", "nothing installs `config/robot_params.yaml`",
-                    "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})")  # fmt: skip
+                    "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})",
+                    lacks=["config/robot_params.yaml"])  # fmt: skip
 IMPORT = Fault("ros2_robot_controller/driver.py", 7, "start", "it imports `scan_tools`, which is not installed here",
-               "the assignment needs rclpy and ROS's messages only")  # fmt: skip
+               "do without it", shown_as=["No module named 'scan_tools'"])  # fmt: skip
 KEY = Fault("config/robot_params.yaml", 3, "parameters", "its key is `robot_control`, and the node is called "
             "`robot_controller`", "robot_controller: or /**: as the key above ros__parameters")  # fmt: skip
 
@@ -103,6 +105,14 @@ def test_fields_that_differ_are_named_without_a_build():
     assert "robot_controler" not in said.seen
 
 
+def test_interfaces_that_nobody_has_written_are_not_to_be_compared():
+    contract = {"srv/SetSpeed": "a"}
+    evidence = evidence_with(quality=text(cmake=False))
+    said = ask(check_interfaces.test_type_hashes_match_the_contract,
+               replace(evidence, build=replace(evidence.build, contract_hashes=contract)))  # fmt: skip
+    assert said.try_ == "write srv/SetSpeed.srv as the contract says, in a package with a CMakeLists.txt"
+
+
 def test_faults_of_launch_and_parameter_files_are_named_without_a_build():
     evidence = unbuilt("", DEAD, KEY)
     launched = ask(check_launch.test_the_launch_files_start_the_nodes, evidence)
@@ -125,7 +135,8 @@ def test_a_node_that_does_not_come_up_is_explained_by_the_text_first():
 
 
 def test_a_node_that_cannot_read_its_parameter_file_is_explained_by_the_file_and_line():
-    tab = Fault("config/robot_params.yaml", 6, "parameters", "it is not YAML: a tab", "indent with spaces only")
+    tab = Fault("config/robot_params.yaml", 6, "parameters", "it is not YAML: a tab", "indent with spaces only",
+                shown_as=["config/robot_params.yaml"])  # fmt: skip
     output = "RCLError: Couldn't parse params file: '--params-file /ws/install/share/p/config/robot_params.yaml'."
     down = trial("file_controller", ready=False, ended="the node ended before it came up, with exit status 1",
                  process=ProcessEnd("itself", 1, 1.0, output))  # fmt: skip
@@ -140,6 +151,37 @@ def test_a_parameter_file_that_is_not_installed_is_named():
     evidence = evidence_with(trials={"file_controller": down}, quality=text(UNINSTALLED))
     said = ask(check_parameters.test_parameter_files_load_on_both_nodes, evidence)
     assert said.seen.startswith("CMakeLists.txt: nothing installs `config/robot_params.yaml` (install(DIRECTORY")
+
+
+def test_a_parameter_file_that_is_not_in_the_package_is_not_said_to_be_uninstalled():
+    """I6 told to install it with install(DIRECTORY ...)."""
+    down = trial("file_controller", ready=False, ended="there is no config/robot_params.yaml in share/team_robot")
+    evidence = evidence_with(trials={"file_controller": down}, quality=text())
+    said = ask(check_parameters.test_parameter_files_load_on_both_nodes, evidence)
+    assert said.seen.endswith("; config/robot_params.yaml is not in the package")
+    assert advice(said.seen).startswith("write it")
+
+
+def test_a_relative_path_is_why_a_launch_file_sets_no_parameters():
+    relative = Fault("launch/robot_controller_launch.py", 9, "parameters",
+                     "`config/robot_params.yaml` is looked for where "
+                     "`ros2 launch` is started, not in the package", "os.path.join(...)",
+                     shown_as=["config/robot_params.yaml"])  # fmt: skip
+    output = "[WARNING] [launch_ros.actions.node]: Parameter file path is not a file: config/robot_params.yaml\n"
+    ran = trial("launch_both", launch="robot_controller_launch.py", choices={"safety_margin": 0.4},
+                parameters=[ParameterAnswer(0.1, "safety_margin", value=0.3, node="robot_controller")],
+                process=ProcessEnd("us", None, 9.0, output))  # fmt: skip
+    evidence = evidence_with(trials={"launch_both": ran}, quality=text(relative))
+    said = ask(check_launch.test_parameters_come_from_the_yaml_files, evidence)
+    assert said.seen.startswith("launch/robot_controller_launch.py:9: `config/robot_params.yaml` is looked for where")
+    assert said.try_ == relative.cure
+
+
+def test_a_node_that_came_up_under_another_name_is_asked_for_its_name():
+    ended = "no node robot_controller came up within 30 s; the graph shows driver"
+    down = trial("drive_forward", ready=False, ended=ended, graph=Graph(nodes=["driver"]))
+    said = ask(check_set_speed.test_drives_at_the_set_speed, evidence_with(trials={"drive_forward": down}))
+    assert said.seen.startswith(f"{ended}; is `driver` its name? super().__init__('robot_controller')")
 
 
 # -- hints ------------------------------------------------------------------------------------------------------------
@@ -157,7 +199,8 @@ def test_executables_that_are_missing_are_explained_by_what_builds_the_package(c
 
 @pytest.mark.parametrize(("cmake", "tool"), [(True, "install(DIRECTORY"), (False, "data_files in setup.py")])
 def test_files_that_are_missing_are_explained_by_what_builds_the_package(cmake: bool, tool: str):
-    said = ask(check_build.test_launch_and_config_are_installed, evidence_with(quality=text(cmake=cmake)))
+    there = replace(text(cmake=cmake), paths=list(LAYOUT))
+    said = ask(check_build.test_launch_and_config_are_installed, evidence_with(quality=there))
     assert said.try_.startswith(tool)
 
 

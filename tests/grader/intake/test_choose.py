@@ -22,6 +22,12 @@ def package(name: str, *modules: str, nodes: int = 0) -> dict[str, str]:
     return {"package.xml": XML.format(name), "setup.py": "", "src/helper.py": "", **files}
 
 
+def drives(name: str, *topics: str) -> dict[str, str]:
+    """Return a package with a node that names these topics."""
+    lines = [f"node.create_publisher(Twist, '{topic}', 10)" for topic in topics]
+    return {**package(name), "src/node.py": "\n".join([NODE, *lines])}
+
+
 BOTH = ("robot_controller", "sensor_processor")
 
 
@@ -30,12 +36,13 @@ BOTH = ("robot_controller", "sensor_processor")
     [
         (package("ros2_robot_controller"), package("nav2_bringup", nodes=40), "the assignment asks for"),
         (package("team07", *BOTH), package("ros2_robot_control", nodes=40), "it has modules of the assignment"),
-        (package("ros2_controller", nodes=1), package("turtlebot4_node", nodes=40), "the most like"),
-        (package("Ros2-Robot-Controller", *BOTH), package("robot_controller", *BOTH), "the most like"),
+        (package("Ros2-Robot-Controller", *BOTH), package("robot_controller", *BOTH), "in capitals and dashes only"),
         (package("my_robot", nodes=1), package("ros2_robot_controllers"), "it has nodes in Python"),
+        (drives("lab5", "/cmd_vel"), drives("ros2_robot_control", "chatter", "scan", "odom"), "drive a robot"),
+        (drives("lab5", "cmd_vel", "set_speed"), drives("robot_controller2", "cmd_vel"), "the most topics"),
     ],
 )
-def test_a_name_counts_before_the_number_of_nodes(
+def test_what_a_package_has_and_does_counts_more_than_a_likely_name_or_many_nodes(
     handed_in: Path, into: Path, chosen: dict[str, str], other: dict[str, str], because: str
 ):
     write(write(handed_in, below("z/", chosen)), below("a/", other))
@@ -43,6 +50,21 @@ def test_a_name_counts_before_the_number_of_nodes(
     assert intake.package_path == "z"
     assert because in intake.chosen_because
     assert [path.partition(" ")[0] for path in intake.others] == ["a"]
+
+
+def test_packages_of_two_names_are_not_taken_for_copies(handed_in: Path, into: Path):
+    """`rosject1` and `rosject2` were refused as one package that was handed in twice."""
+    write(write(handed_in, below("rosject2/", drives("rosject2"))), below("rosject1/", drives("rosject1", "cmd_vel")))
+    assert open_submission(handed_in, into).intake.package == "rosject1"
+
+
+def test_of_two_packages_between_which_nothing_decides_the_first_is_graded_and_the_other_named(
+    handed_in: Path, into: Path
+):
+    write(write(handed_in, below("rosject2/", drives("rosject2"))), below("rosject1/", drives("rosject1")))
+    intake = open_submission(handed_in, into).intake
+    assert (intake.package, intake.chosen_because) == ("rosject1", "its path comes first")
+    assert intake.others == ["rosject2 (rosject2)"]
 
 
 def test_a_package_of_messages_with_a_likely_name_is_not_the_package(handed_in: Path, into: Path):

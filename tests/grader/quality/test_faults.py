@@ -69,7 +69,7 @@ def reference(folder: Path, file: str = "", old: str = "", new: str = "") -> Pat
          "CMakeLists.txt:7", "`rclcpp`, which is for C++; this kit is for Python only",
          "remove find_package(rclcpp ...) from CMakeLists.txt and rclcpp from package.xml"),
         (CMAKE, "find_package(std_msgs", f"find_package({INTERFACES} REQUIRED)\nfind_package(std_msgs",
-         "CMakeLists.txt:7", "neither installed here nor in the submission", "hand it in with the package"),
+         "CMakeLists.txt:7", "neither installed here nor built with this one", "hand its interfaces in"),
         (CMAKE, PROGRAMS, "install(FILES scripts/robot_controller scripts/sensor_processor",
          "CMakeLists.txt:26", "makes `robot_controller` no program", "install(PROGRAMS ...)"),
         (CMAKE, PROGRAMS, f"install(PROGRAMS {NODE} ros2_robot_controller/sensor_processor.py",
@@ -148,13 +148,88 @@ def test_a_package_that_builds_has_no_fault_that_would_stop_the_build(tmp_path: 
     assert wrong == {"does_not_compile"}
 
 
+def launching(folder: Path, node: str, before: str = "") -> list[Fault]:
+    """Return the faults of the reference with one more node in a launch file."""
+    text = (REFERENCE / LAUNCH).read_text()
+    text = text.replace("    return LaunchDescription([", f"    {before}\n    return LaunchDescription([\n{node},", 1)
+    assert node in text
+    return faults(reference(folder, LAUNCH, new=text))
+
+
+def test_a_package_that_is_not_here_is_not_replaced_by_ones_own(tmp_path: Path):
+    """`package='lab5_31'` was the cure for a node of robot_state_publisher."""
+    (fault,) = launching(tmp_path, "Node(package='robot_state_publisher', executable='robot_state_publisher')")
+    assert "it starts a node of `robot_state_publisher`, which is not here" in fault.text
+    assert "ros2_robot_controller" not in fault.cure
+
+
+@pytest.mark.parametrize(
+    ("parameters", "before"),
+    [("['config/robot_params.yaml']", ""), ("[params]", "params = 'config/robot_params.yaml'")],
+)
+def test_a_relative_path_of_a_parameter_file_is_named(tmp_path: Path, parameters: str, before: str):
+    node = f"Node(package='ros2_robot_controller', executable='robot_controller', parameters={parameters})"
+    (fault,) = launching(tmp_path, node, before)
+    assert fault.text.startswith("`config/robot_params.yaml` is looked for where `ros2 launch` is started")
+    cure = "os.path.join(get_package_share_directory('ros2_robot_controller'), 'config', 'robot_params.yaml')"
+    assert fault.cure == cure
+
+
+def test_an_executable_that_the_package_installs_is_not_said_to_be_missing(tmp_path: Path):
+    """Its name was only like that of a node: "there is no executable X" beside "found: X"."""
+    package = reference(tmp_path, LAUNCH, "executable='sensor_processor'", "executable='sensor_processor2'")
+    (package / "scripts" / "sensor_processor2").write_text("#!/usr/bin/env python3\n")
+    cmake = package / CMAKE
+    cmake.write_text(cmake.read_text().replace(PROGRAMS, f"{PROGRAMS} scripts/sensor_processor2"))
+    assert faults(package) == []
+
+
+def test_a_file_of_another_folder_is_not_said_to_be_meant(tmp_path: Path):
+    found = faults(reference(tmp_path, CMAKE, "scripts/robot_controller scripts", "launch/robot_controller scripts"))
+    assert found[0].text == "it installs `launch/robot_controller`, which is not there"
+    assert found[0].cure == "write it, or take its name out of install()"
+
+
+def test_a_parameter_of_ones_own_is_not_said_to_be_another_that_is_there(tmp_path: Path):
+    extra = "    max_linear_speed: 0.5\n    max_linear_speed2: 0.5"
+    text = (REFERENCE / "config/robot_params.yaml").read_text().replace("    max_linear_speed: 0.5", extra, 1)
+    assert extra in text
+    assert faults(reference(tmp_path, "config/robot_params.yaml", new=text)) == []
+
+
+def test_launch_in_a_module_of_the_package_is_not_said_to_be_unneeded(tmp_path: Path):
+    """I5 needs it: "launch_ros: the assignment needs rclpy and messages only"."""
+    text = (
+        "from launch import LaunchDescription\nfrom launch_ros.actions import Node\n\nprint(LaunchDescription, Node)\n"
+    )
+    assert faults(reference(tmp_path, "ros2_robot_controller/bringup.py", new=text)) == []
+
+
+def test_types_of_another_package_of_the_submission_are_not_said_to_be_missing_from_it(tmp_path: Path):
+    """It may be there: only two packages are built together."""
+    text = "from lab_msgs.msg import Map\n\nprint(Map)\n"
+    (fault,) = faults(reference(tmp_path, "ros2_robot_controller/extra.py", new=text))
+    assert fault.text.endswith("a package of interfaces that is neither installed here nor built with this one")
+    assert fault.cure == "if it is yours, hand its interfaces in with the package, in it or beside it in one zip"
+
+
+def test_a_package_of_interfaces_under_another_name_is_named(tmp_path: Path):
+    """The imports ask for one name, and the submission has another."""
+    submission = make(VARIANTS["split_interfaces"], tmp_path)
+    (submission / INTERFACES).rename(submission / "robot_types")
+    xml = submission / "robot_types" / XML
+    xml.write_text(xml.read_text().replace(INTERFACES, "robot_types"))
+    found = [fault for fault in faults(submission / REFERENCE.name, submission / "robot_types") if fault.line]
+    assert found[0].cure == "the package of interfaces is called robot_types: from robot_types.srv import ..."
+
+
 def test_a_package_of_interfaces_that_was_not_handed_in_is_named(tmp_path: Path):
     package = reference(tmp_path)
     for path in (path for path in package.rglob("*.py") if path.is_file()):
         path.write_text(path.read_text().replace("ros2_robot_controller.srv", f"{INTERFACES}.srv"))
     found = [fault for fault in faults(package) if fault.stops == "start"]
     assert f"it imports `{INTERFACES}`" in found[0].text
-    assert "hand it in with the package" in found[0].cure
+    assert "hand its interfaces in with the package" in found[0].cure
 
 
 def test_a_module_beside_the_executables_hides_that_of_python(tmp_path: Path):

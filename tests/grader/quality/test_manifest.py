@@ -12,6 +12,8 @@ from grader.contract.rosdep_keys import is_declared
 from grader.quality.analyse import analyse_package
 
 XML = (REFERENCE / "package.xml").read_text()
+ADDRESS = "ros2-course-kit@users.noreply.github.com"
+MAINTAINER = f'<maintainer email="{ADDRESS}">ROS 2 course kit</maintainer>'
 
 
 def with_xml(tmp_path: Path, xml: str | None, check, files: dict[str, str | bytes | None] | None = None) -> Judged:
@@ -42,7 +44,7 @@ def test_a_missing_package_xml_is_reported(tmp_path: Path, check):
         ("</package>", "", "is not XML"),
         ("<exec_depend>rclpy</exec_depend>", "<run_depend>rclpy</run_depend>", "run_depend"),
         ("<name>ros2_robot_controller</name>", "<name>Ros2 Robot</name>", "name"),
-        ("<maintainer email=\"course@example.com\">ROS 2 course kit</maintainer>", "", "maintainer"),
+        (MAINTAINER, "", "maintainer"),
         ('<package format="3">', '<!DOCTYPE x [<!ENTITY a "b">]><package format="3">', "DOCTYPE"),
     ],
 )  # fmt: skip
@@ -58,7 +60,7 @@ def test_what_ros_rejects_is_not_valid(tmp_path: Path, old: str, new: str, said:
     ("old", "new"),
     [
         ('<package format="3">', '<package format="2">'),
-        ('email="course@example.com">ROS 2 course kit<', 'email="root@todo.todo">root<'),
+        ('email="ros2-course-kit@users.noreply.github.com">ROS 2 course kit<', 'email="root@todo.todo">root<'),
         (">ROS 2 course kit<", ">TODO<"),
     ],
     ids=["format 2", "what ros2 pkg create leaves", "TODO"],
@@ -74,7 +76,7 @@ def test_an_old_format_or_a_placeholder_costs_half(tmp_path: Path, old: str, new
 @pytest.mark.parametrize(
     "address",
     [
-        "e.rootham@example.org",
+        "e.rootham@exampleton.org",
         "a.b@gmail.com",
         "user@gmail.com",
         "root@my-robot.org",
@@ -84,16 +86,26 @@ def test_an_old_format_or_a_placeholder_costs_half(tmp_path: Path, old: str, new
     ],
 )
 def test_an_address_that_can_be_written_to_is_no_placeholder(tmp_path: Path, address: str):
-    xml = XML.replace("course@example.com", address)
+    xml = XML.replace(ADDRESS, address)
     assert with_xml(tmp_path, xml, checks.test_package_xml_is_valid_format_3).share == 1.0
 
 
 @pytest.mark.parametrize(
     "address",
-    ["user@todo.todo", "todo@todo", "root@root", "max@localhost", "you@example.com", "your_email@example.com"],
+    [
+        "user@todo.todo",
+        "todo@todo",
+        "root@root",
+        "max@localhost",
+        "your_email@gmail.com",
+        "you@example.com",
+        "award@example.com",
+        "e.rootham@mail.example.org",
+        "x@lab.test",
+    ],
 )
-def test_an_address_that_a_tool_has_filled_in_is_a_placeholder(tmp_path: Path, address: str):
-    xml = XML.replace("course@example.com", address)
+def test_an_address_that_no_mail_reaches_is_a_placeholder(tmp_path: Path, address: str):
+    xml = XML.replace(ADDRESS, address)
     result = with_xml(tmp_path, xml, checks.test_package_xml_is_valid_format_3)
     assert result.share <= 0.5
     assert "the maintainer is a placeholder: " in result.seen
@@ -233,6 +245,34 @@ def test_a_package_of_another_name_need_not_depend_on_itself(tmp_path: Path):
     assert with_xml(tmp_path / "named", named, DEPENDENCIES, {CONTROLLER: text}).share == 1.0
     (tmp_path / "other").mkdir()
     assert "team7_controller (used in " in with_xml(tmp_path / "other", XML, DEPENDENCIES, {CONTROLLER: text}).seen
+
+
+@pytest.mark.parametrize(
+    "files",
+    [
+        {f"old_pkg/{name}": text for name, text in (
+            ("package.xml", "<package format='3'><name>old_pkg</name></package>"),
+            ("old_pkg/__init__.py", ""),
+            ("old_pkg/node.py", "import pandas, scipy, matplotlib, torch, gymnasium\n"))},
+        {"tools/plot.py": "import pandas, scipy, matplotlib, torch, gymnasium\n"},
+        {"plot.py": "import pandas, scipy, matplotlib, torch, gymnasium\n"},
+        {"ros2_robot_controller/lib/steps.py": "x = 1\n", "ros2_robot_controller/use.py": "from lib import steps\n"},
+    ],
+    ids=["a package inside", "a loose script in a folder", "a loose script", "a folder without __init__.py"],
+)  # fmt: skip
+def test_packages_inside_and_loose_scripts_need_no_declaration(tmp_path: Path, files: dict[str, str | bytes | None]):
+    """They once took all points for the dependencies."""
+    result = with_xml(tmp_path, XML, DEPENDENCIES, files)
+    assert result.share == 1.0, result.seen
+
+
+def test_a_script_that_is_installed_needs_its_declarations(tmp_path: Path):
+    cmake = (REFERENCE / "CMakeLists.txt").read_text()
+    cmake = cmake.replace(
+        "install(DIRECTORY launch", "install(PROGRAMS tools/plot.py DESTINATION lib/x)\ninstall(DIRECTORY launch"
+    )
+    result = with_xml(tmp_path, XML, DEPENDENCIES, {"tools/plot.py": "import pandas\n", "CMakeLists.txt": cmake})
+    assert "pandas (used in tools/plot.py:1)" in result.seen
 
 
 def test_the_type_of_a_field_needs_a_declaration(tmp_path: Path):

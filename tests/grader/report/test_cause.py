@@ -9,7 +9,7 @@ from helpers import judging, recordings
 from helpers.report_examples import BUILD, INTAKE, RUBRIC, drive_at_a_wall, good, grading, results, small_rubric
 
 from grader.checks.judge import Unjudged
-from grader.evidence import Evidence, ProcessEnd
+from grader.evidence import Evidence, Graph, ProcessEnd
 from grader.report import cause, html
 from grader.scoring.rubric import load
 from grader.scoring.scorecard import CheckResult, Outcome, score
@@ -57,6 +57,16 @@ def test_only_the_node_that_did_not_start_is_named(rubric):
     first, *others = waiting(rubric, DIED, "drive_at_a_wall")
     made = grading(rubric, [replace(first, trial="launch_both"), *others], Evidence(INTAKE, BUILD, trials=trials))
     assert str(cause.find(made)).startswith("sensor_processor did not start: ModuleNotFoundError")
+
+
+def test_a_node_that_came_up_under_another_name_has_started(rubric):
+    """It was once said that no node had started."""
+    ended = "no node robot_controller came up within 30 s; the graph shows driver"
+    trial = replace(not_up(""), ended=ended, process=None, graph=Graph(nodes=["driver"]))
+    evidence = Evidence(INTAKE, BUILD, trials={"drive_at_a_wall": trial})
+    found = cause.find(grading(rubric, waiting(rubric, ended, "drive_at_a_wall"), evidence))
+    expected = "robot_controller did not start: no node robot_controller came up; the graph shows driver"
+    assert found.sentence == expected
 
 
 def test_what_the_packages_text_shows_comes_before_what_the_node_printed(rubric):

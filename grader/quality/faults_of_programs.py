@@ -1,0 +1,276 @@
+"""Faults of the programs that a package installs: those of the contract that it lacks, and those that cannot start."""
+
+from __future__ import annotations
+
+import ast
+import itertools
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from pathlib import PurePosixPath
+
+from grader.contract.layout import role
+from grader.contract.spec import NODES, PACKAGE
+from grader.evidence import Fault
+from grader.quality.cmake_text import Command
+from grader.quality.package_sources import PackageSources, similar
+from grader.quality.parsed_module import Module, imports
+
+_CMAKE, _SETUP = "CMakeLists.txt", "setup.py"
+_SCRIPTS = re.compile(r"console_scripts|project\.scripts|^[ \t]*scripts[ \t]*=", re.MULTILINE)
+_ENDS_INSTALL = {
+    "DESTINATION", "TYPE", "PERMISSIONS", "FILE_PERMISSIONS", "DIRECTORY_PERMISSIONS", "USE_SOURCE_PERMISSIONS",
+    "CONFIGURATIONS", "COMPONENT", "RENAME", "OPTIONAL", "PATTERN", "REGEX", "EXCLUDE", "FILES_MATCHING",
+    "MESSAGE_NEVER", "NO_SOURCE_PERMISSIONS",
+}  # fmt: skip
+
+
+def program_faults(sources: PackageSources, modules: Sequence[Module]) -> Iterator[Fault]:
+    """Yield why the contract's executables are not there or cannot start, that of a package that has neither first."""
+    made = programs(sources)
+    files = {node: _file(sources, modules, node) for node in NODES}
+    texts = "\n".join(map(sources.read, (_CMAKE, _SETUP, "setup.cfg", "pyproject.toml")))
+    missing = [node for node in NODES if (node not in made if made is not None else not _names(texts, node))]
+    yield from _without(sources, modules, [node for node in missing if not files[node]])
+    if sources.cmake is not None and not sources.by_cmake:
+        return  # package.xml comes first
+    there = {node: files[node] for node in missing if files[node] and made is not None}
+    if there and sources.by_cmake:
+        yield from _not_installed(sources, there, made or set())
+    elif there:
+        yield _no_entry_point(sources, modules, there)
+    yield from _without_the_bit(sources)
+    yield from _scripts(sources)
+    yield from _dead_entry_points(sources, modules)
+    yield from _left_out(sources, modules)
+
+
+def programs(sources: PackageSources) -> set[str] | None:
+    """Return the names of the programs that the package installs for `ros2 run`, None where they cannot be read off."""
+    if sources.by_cmake:
+        assert sources.cmake is not None
+        if sources.cmake.unclosed is not None or is_unclear(sources):
+            return None
+        installs = sources.cmake.named("install")
+        return {program(sources, command, name) for command in installs for name in installed_files(command)}
+    setup, elsewhere = sources.setup, sources.read("setup.cfg") + sources.read("pyproject.toml")
+    if setup is None or not setup.complete or _SCRIPTS.search(elsewhere):
+        return None
+    return {entry.text.partition("=")[0].strip() for entry in setup.entry_points}
+
+
+def _names(text: str, word: str) -> bool:
+    return re.search(rf"(?<!\w){word}(?!\w)", text) is not None
+
+
+def _file(sources: PackageSources, modules: Sequence[Module], node: str) -> str:
+    """Return the path of the program or the module of a node, "" if there is neither; CMake installs the program."""
+    paths = {module.path for module in modules} | {path for path in sources.paths if path.endswith(".py")}
+    named = [path for path in paths if PurePosixPath(path).name in (node, f"{node}.py")]
+    found = [path for path in named if role(path) in ("module", "script")]
+    return min(found, key=lambda path: (path.endswith(".py") == sources.by_cmake, path), default="")
+
+
+def _without(sources: PackageSources, modules: Sequence[Module], missing: list[str]) -> Iterator[Fault]:
+    """Yield that the package lacks modules of the assignment: which package it is, and which nodes it has instead."""
+    if not missing:
+        return
+    folders = {path.partition("/")[0] for path in sources.paths}
+    folder = sources.name if sources.name in folders else PACKAGE
+    wanted = " and ".join(f"{folder}/{node}.py" for node in missing)
+    which = f"this is the package `{sources.name}`, and it" if sources.name != PACKAGE else "the package"
+    text = f"{which} has no {' and no '.join(f'{node}.py' for node in missing)}"
+    cure = f"write {wanted}, or hand in the package that has them"
+    if nodes := [module.path for module in modules if module.stem not in NODES and _is_node(module)]:
+        text += f"; its nodes are in {', '.join(nodes[:3])}"
+        cure = f"the assignment's nodes belong in {wanted}"
+    yield Fault("package.xml", sources.line_of("package.xml", "<name>"), "install", text, cure, lacks=missing)
+
+
+def _is_node(module: Module) -> bool:
+    """Return whether a module makes a node of its own."""
+    parts = [*ast.walk(module.tree)]
+    makers = [base for part in parts if isinstance(part, ast.ClassDef) for base in part.bases]
+    makers += [part.func for part in parts if isinstance(part, ast.Call)]
+    found = imports(module)
+    names = {found.meaning(maker) for maker in makers}
+    return module.role in ("module", "script") and not names.isdisjoint({"rclpy.node.Node", "rclpy.create_node"})
+
+
+def _not_installed(sources: PackageSources, files: Mapping[str, str], made: Collection[str]) -> Iterator[Fault]:
+    """Yield which nodes CMakeLists.txt does not install, though their files are there."""
+    for node in [node for node in files if f"{node}.py" in made]:
+        line = next(c.line for c in _installs(sources) for f in installed_files(c) if PurePosixPath(f).stem == node)
+        text = f"it installs `{node}.py`, and `ros2 run` looks for `{node}`"
+        cure = f"RENAME {node} in an install(PROGRAMS ...) of its own"
+        yield Fault(_CMAKE, line, "install", text, cure, lacks=[node])
+    if left := [node for node in files if f"{node}.py" not in made]:
+        text = f"nothing installs {_executables(left)}"
+        if sources.setup is not None and any(entry.name in left for entry in sources.setup.entry_points):
+            text += "; entry points of setup.py make executables in ament_python packages only"
+        install = "install(PROGRAMS {} DESTINATION lib/${{PROJECT_NAME}}{})"
+        cures = [install.format(files[n], "" if files[n].endswith(f"/{n}") else f" RENAME {n}") for n in left]
+        yield Fault(_CMAKE, 0, "install", text, " and ".join(cures), lacks=left)
+
+
+def _no_entry_point(sources: PackageSources, modules: Sequence[Module], files: Mapping[str, str]) -> Fault:
+    """Return the fault that setup.py has no entry points for nodes whose modules, `files`, are there."""
+    by_path = {module.path: module for module in modules}
+    entries, without = [], []
+    for node, path in files.items():
+        module = by_path.get(path)
+        entries.append(f"'{node} = {module.name if module else _dotted(path)}:main'")
+        if module is not None and "main" not in defined(module.tree):
+            without.append(f"; {path} needs a function main() for it")
+    line = sources.setup.line if sources.setup is not None else 0
+    cure = f"{', '.join(entries)} in console_scripts{''.join(without)}"
+    text = f"no entry point makes {_executables(list(files))}"
+    return Fault(_SETUP, line, "install", text, cure, lacks=list(files))
+
+
+def _executables(nodes: Sequence[str]) -> str:
+    return f"the executable{'s' * (len(nodes) > 1)} {' and '.join(f'`{node}`' for node in nodes)}"
+
+
+def _dotted(path: str) -> str:
+    return path.removeprefix("src/").removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+
+
+def _without_the_bit(sources: PackageSources) -> Iterator[Fault]:
+    """Yield the programs that CMakeLists.txt installs as if they were data."""
+    for command in _installs(sources):
+        if command.is_plain and command.arguments[0] == "FILES" and "PERMISSIONS" not in command.arguments:
+            made = {program(sources, command, name) for name in installed_files(command)}
+            for node in (node for node in NODES if node in made):
+                text = f"install(FILES ...) makes `{node}` no program: it lacks the executable bit"
+                cure = "install(PROGRAMS ...) instead of install(FILES ...)"
+                yield Fault(_CMAKE, command.line, "install", text, cure, lacks=[node])
+
+
+def _scripts(sources: PackageSources) -> Iterator[Fault]:
+    """Yield what is wrong with the first line of the programs that CMakeLists.txt installs."""
+    for path in sorted(program_files(sources)):
+        first, _, _ = sources.read(path).partition("\n")
+        if not first.startswith("#!"):
+            text = "its first line does not say which program runs it, so the system cannot start it"
+            cure = "write `#!/usr/bin/env python3` as its first line"
+            yield Fault(path, 1, "start", text, cure, shown_as=["Exec format error"])
+        elif first.endswith("\r"):
+            text = "its lines end as on Windows, so the system looks for a program called `python3\\r`"
+            cure = f"save it with Unix line ends (LF): sed -i 's/\\r$//' {path}"
+            yield Fault(path, 1, "start", text, cure, shown_as=["python3\\r", "python3\r"])
+
+
+def _dead_entry_points(sources: PackageSources, modules: Sequence[Module]) -> Iterator[Fault]:
+    """Yield the entry points of setup.py that call nothing, those of the contract's nodes first."""
+    if sources.setup is None or sources.by_cmake:
+        return
+    names = {module.name: defined(module.tree) for module in modules}
+    paths = {_dotted(path) for path in sources.paths if path.endswith(".py")} | set(names)
+    others = sources.known | (sources.built - sources.names)
+    entries = sorted(sources.setup.entry_points, key=lambda entry: entry.name not in NODES)
+    for entry in (entry for entry in entries if not entry.name):
+        cure = f"'name = {sources.name}.module:function'"
+        yield Fault(_SETUP, entry.line, "start", f"`{entry.text}` is not an entry point", cure)
+    dead = [e for e in entries if e.name and e.module not in paths and e.module.split(".")[0] not in others]
+    if dead:
+        texts = [f"`{entry.text}`" for entry in dead]
+        meant = similar(dead[0].module, paths)
+        cure = f"is {meant} meant?" if meant else "write the module, or correct the entry"
+        text = f"the entry point {texts[0]} names no module of the package"
+        if len(dead) > 1:
+            text = f"the entry points {', '.join(texts[:3])} name no modules of the package"
+        shown = [f"No module named '{entry.module}'" for entry in dead]
+        yield Fault(_SETUP, dead[0].line, "start", text, cure, shown_as=shown)
+    for entry in entries:
+        known = names.get(entry.module)
+        function = entry.function.partition(".")[0]
+        if known is not None and not {function, "*"} & known:
+            text = f"the entry point `{entry.text}` calls `{entry.function}`, which {entry.module} does not define"
+            cure = f"def {entry.function}() in that module, or its right name in the entry"
+            shown = [f"cannot import name '{function}' from '{entry.module}'", f"has no attribute '{function}'"]
+            yield Fault(_SETUP, entry.line, "start", text, cure, shown_as=shown)
+
+
+def _left_out(sources: PackageSources, modules: Sequence[Module]) -> Iterator[Fault]:
+    """Yield the folders of modules that are imported and that setup.py does not install."""
+    setup = sources.setup
+    if setup is None or sources.by_cmake or not (setup.finds or setup.packages):
+        return
+    used = {name for module in modules if module.role != "test" for name in imports(module).modules}
+    used |= {entry.module for entry in setup.entry_points}
+    folders: dict[tuple[str, str], list[str]] = {}
+    for module in (module for module in modules if module.name in used and module.name.split(".")[0] in sources.names):
+        package = module.name if module.stem == "__init__" else module.name.rpartition(".")[0]
+        folders.setdefault((str(PurePosixPath(module.path).parent), package), []).append(module.name)
+    for (folder, package), names in sorted(folders.items()):
+        shown = [f"No module named '{name}'" for name in (package, *names)]
+        if setup.finds and f"{folder}/__init__.py" not in sources.paths:
+            text = f"it is not there, so find_packages() leaves {folder}/ out, and nothing installs it"
+            yield Fault(f"{folder}/__init__.py", 0, "start", text, "make an empty file of this name", shown_as=shown)
+        elif setup.packages and package not in [listed.replace("/", ".") for listed in setup.packages]:
+            text = f"its `packages` do not list {package}, so nothing installs {folder}/"
+            cure = f"packages=find_packages(exclude=['test']), and an `__init__.py` in {folder}/"
+            yield Fault(_SETUP, setup.line, "start", text, cure, shown_as=shown)
+
+
+# -- CMakeLists.txt ---------------------------------------------------------------------------------------------------
+
+
+def _installs(sources: PackageSources) -> list[Command]:
+    return sources.cmake.named("install") if sources.cmake is not None and sources.by_cmake else []
+
+
+def is_unclear(sources: PackageSources) -> bool:
+    """Return whether something may be installed that cannot be read off: by variables, loops or other commands."""
+    others = ("ament_python_install_package", "ament_auto_package", "include", "add_subdirectory", "function", "macro")
+    unclear = [command for command in _installs(sources) if not command.is_plain]
+    named = sources.cmake.named(*others) if sources.cmake is not None else []
+    return bool(named) or any("${PYTHON_INSTALL_DIR}" not in " ".join(command.arguments) for command in unclear)
+
+
+def installed_files(command: Command) -> list[str]:
+    """Return the files or folders that an install() names."""
+    if command.arguments[:1] not in (("FILES",), ("PROGRAMS",), ("DIRECTORY",)):
+        return []
+    return list(itertools.takewhile(lambda argument: argument not in _ENDS_INSTALL, command.arguments[1:]))
+
+
+def value(command: Command, keyword: str) -> str:
+    """Return the argument of a command that follows `keyword`, "" if there is none."""
+    after = iter(command.arguments)
+    return next((next(after, "") for argument in after if argument == keyword), "")
+
+
+def program(sources: PackageSources, command: Command, name: str) -> str:
+    """Return the name under which install() puts a file where `ros2 run` looks, "" if it does not."""
+    places = {f"lib/{own}" for own in sources.names}
+    if command.arguments[0] == "DIRECTORY" or value(command, "DESTINATION").rstrip("/") not in places:
+        return ""
+    return value(command, "RENAME") or PurePosixPath(name).name
+
+
+def program_files(sources: PackageSources) -> set[str]:
+    """Return the paths of the programs that CMakeLists.txt installs."""
+    commands = [command for command in _installs(sources) if command.arguments[:1] == ("PROGRAMS",)]
+    return {name for command in commands for name in command.arguments} & set(sources.paths)
+
+
+def defined(tree: ast.Module) -> set[str]:
+    """Return the names that a module defines at its top level, with "*" if it may define any."""
+    found: set[str] = set()
+    todo: list[ast.AST] = [*tree.body]
+    while todo:
+        node = todo.pop()
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            found.add(node.name)
+            if node.name == "__getattr__":
+                found.add("*")
+            continue
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            found |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            found.add(node.id)
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("globals", "exec"):
+            found.add("*")
+        todo += ast.iter_child_nodes(node)
+    return found

@@ -1,0 +1,229 @@
+"""What is said first of packages of strangers: which package it is, dead entry points, ROS 1, files left out."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+
+import pytest
+from helpers.judging import ask, evidence_with
+from helpers.quality_examples import facts, written
+
+from grader.checks import check_build, check_set_speed
+from grader.evidence import Build, Fault, ProcessEnd, Quality, Trial
+
+NODE = """
+import rclpy
+from rclpy.node import Node
+
+
+class Driver(Node):
+    pass
+
+
+def main():
+    rclpy.spin(Driver('driver'))
+"""
+SETUP = """
+from setuptools import find_packages, setup
+
+package_name = 'lab5_31'
+setup(
+    name=package_name,
+    packages=find_packages(exclude=['test']),
+    entry_points={'console_scripts': [
+        ENTRIES
+    ]},
+)
+"""
+XML = """<package format="3">
+  <name>lab5_31</name>
+  <version>0.0.0</version>
+  <description>x</description>
+  <maintainer email="a@b.org">A</maintainer>
+  <license>MIT</license>
+  <export><build_type>BUILD</build_type></export>
+</package>
+"""
+
+
+def lab(folder: Path, entries: str = "", files: dict[str, str] | None = None, build: str = "ament_python") -> Path:
+    """Return the package lab5_31 with these entry points, and these files beside what every package has."""
+    usual = {
+        "package.xml": XML.replace("BUILD", build),
+        "setup.py": SETUP.replace("ENTRIES", entries),
+        "lab5_31/__init__.py": "",
+    }
+    return written(folder / "lab5_31", {**usual, **(files or {})})
+
+
+def faults(package: Path) -> list[Fault]:
+    return facts(package).faults
+
+
+def down(output: str, ended: str = "the node ended before it came up, with exit status 1", **more: object) -> Trial:
+    end = ProcessEnd("itself", 1, 0.1, textwrap.dedent(output)) if output else None
+    usual = {"node": "robot_controller", "world": "w", "seed": 0, "ready": False, "pace": "lockstep"}
+    return Trial(name="drive_forward", ended=ended, process=end, **{**usual, **more})  # type: ignore[arg-type]
+
+
+def first_words(quality: Quality, trial: Trial, **build: object) -> str:
+    """Return what F2 says of a package whose node did not come up in the trial."""
+    built = Build(ok=True, cached=True, wall_seconds=0.0, exit_code=0, timed_out=False, log_tail="", **build)  # type: ignore[arg-type]
+    evidence = evidence_with(trials={"drive_forward": trial}, quality=quality, build=built)
+    return ask(check_set_speed.test_drives_at_the_set_speed, evidence).seen
+
+
+# -- a package under another name -------------------------------------------------------------------------------------
+
+
+def test_a_package_without_the_assignments_modules_hears_which_package_it_is(tmp_path: Path):
+    """It heard three times that there was no entry point, with a cure that wrote one to a module that is not there."""
+    package = lab(tmp_path, "'drive = lab5_31.drive:main'", {"lab5_31/drive.py": NODE})
+    first, *rest = faults(package)
+    assert (first.path, first.line) == ("package.xml", 2)
+    assert first.text == (
+        "this is the package `lab5_31`, and it has no robot_controller.py and no sensor_processor.py; "
+        "its nodes are in lab5_31/drive.py"
+    )
+    assert first.cure == "the assignment's nodes belong in lab5_31/robot_controller.py and lab5_31/sensor_processor.py"
+    assert not any("entry point" in fault.text + fault.cure for fault in rest)
+    said = first_words(facts(package), down("", "there is no executable robot_controller in lib/lab5_31"))
+    assert said.startswith("package.xml:2: this is the package `lab5_31`, and it has no robot_controller.py")
+
+
+def test_an_entry_point_is_offered_only_where_the_module_is(tmp_path: Path):
+    found = faults(lab(tmp_path, "", {"lab5_31/robot_controller.py": NODE}))
+    without, offered = [fault for fault in found if fault.stops == "install"]
+    assert without.text == "this is the package `lab5_31`, and it has no sensor_processor.py"
+    assert offered.text == "no entry point makes the executable `robot_controller`"
+    assert offered.cure == "'robot_controller = lab5_31.robot_controller:main' in console_scripts"
+
+
+def test_entry_points_that_are_missing_are_one_line(tmp_path: Path):
+    files = {"lab5_31/robot_controller.py": NODE, "lab5_31/sensor_processor.py": NODE.replace("main", "run")}
+    (fault,) = faults(lab(tmp_path, "", files))
+    assert fault.text == "no entry point makes the executables `robot_controller` and `sensor_processor`"
+    assert "'sensor_processor = lab5_31.sensor_processor:main' in console_scripts" in fault.cure
+    assert fault.cure.endswith("; lab5_31/sensor_processor.py needs a function main() for it")
+
+
+def test_a_package_named_robot_controller_is_not_said_to_lack_it_where_the_other_node_is_missing(tmp_path: Path):
+    """The package's own name in `lib/robot_controller` was taken for the executable."""
+    no_entry = Fault("setup.py", 6, "install", "no entry point makes the executable `robot_controller`", "",
+                     lacks=["robot_controller"])  # fmt: skip
+    trial = down("", "there is no executable sensor_processor in lib/robot_controller", node="sensor_processor")
+    said = first_words(Quality(facts(lab(tmp_path)).manifest, faults=[no_entry]), trial)
+    assert said.startswith("there is no executable sensor_processor")
+
+
+# -- what setup.py says -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        "f'robot_controller = {package_name}.robot_controller:main', 'sensor_processor = %s.x:y' % package_name",
+        "*[f'{name} = lab5_31.{name}:main' for name in ('robot_controller', 'sensor_processor')]",
+    ],
+)
+def test_entry_points_that_cannot_be_read_off_are_not_said_to_be_missing(tmp_path: Path, entry: str):
+    files = {"lab5_31/robot_controller.py": NODE, "lab5_31/sensor_processor.py": NODE}
+    assert faults(lab(tmp_path, entry, files)) == []
+
+
+@pytest.mark.parametrize(
+    "entry", ["f'robot_controller = {package_name}.robot:main'", "'robot_controller = ' + package_name + '.robot:main'"]
+)
+def test_entry_points_with_the_packages_name_in_a_variable_are_read(tmp_path: Path, entry: str):
+    found = faults(lab(tmp_path, entry, {"lab5_31/robot_controller.py": NODE}))
+    assert "the entry point `robot_controller = lab5_31.robot:main` names no module" in [f.text for f in found][-1]
+
+
+def test_what_the_run_said_goes_before_what_was_guessed_from_the_text(tmp_path: Path):
+    """The executable is installed, and its traceback names a package of interfaces."""
+    files = {"lab5_31/robot_controller.py": "from robot_interfaces.srv import SetSpeed\n" + NODE}
+    quality = facts(lab(tmp_path, "'sensor_processor = lab5_31.robot_controller:main'", files))
+    assert "no entry point makes the executable `robot_controller`" in [fault.text for fault in quality.faults]
+    trial = down("""
+        File "/ws/install/lib/python3/site-packages/lab5_31/robot_controller.py", line 1, in <module>
+        ModuleNotFoundError: No module named 'robot_interfaces'
+        """)
+    said = first_words(quality, trial, executables=["robot_controller", "sensor_processor"])
+    assert said.startswith("lab5_31/robot_controller.py:1: it imports `robot_interfaces`")
+    assert "no entry point" not in said
+
+
+def test_a_dead_entry_point_is_what_is_said_first(tmp_path: Path):
+    entries = "'robot_controller = lab5_31.robot_controller:run', 'sensor_processor = lab5_31.sensors:main'"
+    files = {"lab5_31/robot_controller.py": NODE, "lab5_31/sensor_processor.py": NODE}
+    quality = facts(lab(tmp_path, entries, files))
+    trial = down("ImportError: cannot import name 'run' from 'lab5_31.robot_controller' (/ws/x.py)")
+    said = first_words(quality, trial)
+    assert said.startswith("setup.py:9: the entry point `robot_controller = lab5_31.robot_controller:run` calls `run`")
+    said = first_words(quality, down("ModuleNotFoundError: No module named 'lab5_31.sensors'"))
+    assert said.startswith("setup.py:9: the entry point `sensor_processor = lab5_31.sensors:main` names no module")
+
+
+def test_a_folder_without_init_that_setup_py_leaves_out_is_named(tmp_path: Path):
+    files = {
+        "lab5_31/robot_controller.py": "from lab5_31.utils.steps import go\n" + NODE,
+        "lab5_31/utils/steps.py": "def go():\n    pass\n",
+    }
+    entries = "'robot_controller = lab5_31.robot_controller:main', 'sensor_processor = lab5_31.robot_controller:main'"
+    quality = facts(lab(tmp_path, entries, files))
+    (fault,) = quality.faults
+    assert (fault.path, fault.stops) == ("lab5_31/utils/__init__.py", "start")
+    assert fault.text == "it is not there, so find_packages() leaves lab5_31/utils/ out, and nothing installs it"
+    said = first_words(quality, down("ModuleNotFoundError: No module named 'lab5_31.utils'"))
+    assert said.startswith("lab5_31/utils/__init__.py: it is not there")
+
+
+def test_a_folder_that_the_list_of_packages_leaves_out_is_named(tmp_path: Path):
+    files = {
+        "setup.py": SETUP.replace("find_packages(exclude=['test'])", "[package_name]").replace("ENTRIES", ""),
+        "lab5_31/robot_controller.py": "from lab5_31.utils.steps import go\n" + NODE,
+        "lab5_31/utils/__init__.py": "",
+        "lab5_31/utils/steps.py": "def go():\n    pass\n",
+    }
+    found = [fault for fault in faults(lab(tmp_path, "", files)) if fault.stops == "start"]
+    assert [fault.text for fault in found] == [
+        "its `packages` do not list lab5_31.utils, so nothing installs lab5_31/utils/"
+    ]
+
+
+def test_ros_1_is_named(tmp_path: Path):
+    """`rospy` was "not installed here", below what was said of entry points."""
+    package = lab(tmp_path, "", {"lab5_31/robot_controller.py": "import rospy\n\n\ndef main():\n    pass\n"})
+    (fault,) = [fault for fault in faults(package) if fault.stops == "start"]
+    assert fault.text == "it imports `rospy`, which is part of ROS 1"
+    assert "rclpy" in fault.cure
+
+
+def test_an_import_of_the_assignments_package_in_one_of_another_name_is_named(tmp_path: Path):
+    text = "from ros2_robot_controller.srv import SetSpeed\n" + NODE
+    (fault,) = [f for f in faults(lab(tmp_path, "", {"lab5_31/robot_controller.py": text})) if f.stops == "start"]
+    assert fault.text == "it imports `ros2_robot_controller`, and this package is called `lab5_31`"
+
+
+# -- ament_python beside CMakeLists.txt -------------------------------------------------------------------------------
+
+
+def test_a_package_with_cmake_that_calls_itself_ament_python_is_not_told_of_entry_points(tmp_path: Path):
+    cmake = "project(lab5_31)\ninstall(PROGRAMS scripts/robot_controller DESTINATION lib/${PROJECT_NAME})\n"
+    files = {"CMakeLists.txt": cmake, "lab5_31/robot_controller.py": NODE, "lab5_31/sensor_processor.py": NODE}
+    quality = facts(lab(tmp_path, "", files))
+    assert not any("entry point" in fault.text + fault.cure for fault in quality.faults)
+    said = ask(check_build.test_executables_are_installed, evidence_with(quality=quality))
+    assert "colcon ignores CMakeLists.txt" in said.seen
+    assert said.try_.startswith("<build_type>ament_cmake</build_type>")
+
+
+def test_a_cure_of_cmake_names_a_file_that_is_there(tmp_path: Path):
+    cmake = "project(lab5_31)\nament_package()\n"
+    files = {"CMakeLists.txt": cmake, "lab5_31/robot_controller.py": NODE, "lab5_31/sensor_processor.py": NODE}
+    found = [fault for fault in faults(lab(tmp_path, "", files, build="ament_cmake")) if fault.stops == "install"]
+    assert found[0].text == "nothing installs the executables `robot_controller` and `sensor_processor`"
+    assert found[0].cure.startswith(
+        "install(PROGRAMS lab5_31/robot_controller.py DESTINATION lib/${PROJECT_NAME} RENAME robot_controller) and "
+    )
