@@ -18,6 +18,7 @@ from grader.evidence.kept import Kept, NotKept, forget_old
 from grader.host import namespaces, provenance
 from grader.intake.submission import Submission
 from grader.mutation.source import Mutants
+from grader.quality import left_by_build, source_files
 from grader.quality.source import PackageText
 from grader.settings import Settings
 from grader.source import Collected, Phase, Source, Subject
@@ -41,14 +42,13 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
     # The text is always read: it says why a package does not build, or why no node comes up.
     kept = kept_evidence(settings)
     wanted = [source for source in SOURCES if source.phase is Phase.TEXT or source.serves & settings.checked]
+    of_text = [source for source in wanted if source.phase is Phase.TEXT]
     found: dict[str, Collected] = {}
     with ThreadPoolExecutor(1) as pool, ExitStack() as stack:
         # Reading needs no build, so it goes on beside one and is done before the trials keep the cores busy.
-        texts = pool.submit(
-            _ask, [s for s in wanted if s.phase is Phase.TEXT], Subject(submission, settings, folder, kept)
-        )
+        texts = pool.submit(_ask, of_text, Subject(submission, settings, folder, kept))
         built = None
-        if needs_build(settings.checked):
+        if needs_build(settings.checked, _folders(submission)):
             contract = _contract(submission, settings)
             observers = None
             if _TRIALS in wanted and not build.is_built(_folders(submission), settings.cache):
@@ -62,6 +62,10 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
             subject = Subject(submission, settings, folder, kept, built, own, observers=observers)
             found |= _ask([source for source in wanted if source.phase is Phase.RUN], subject)
         found |= texts.result()
+        if built is not None and built.facts.ok and _has_left_code(submission, built):
+            again = folder / "installed"
+            again.mkdir()
+            found |= _ask(of_text, Subject(submission, settings, again, kept, built))
     return _merged(submission, built.facts if built is not None else Build.not_tried(), found)
 
 
@@ -76,13 +80,24 @@ def kept_evidence(settings: Settings) -> Kept:
     return Kept(folder, common, settings.fresh, settings.only_kept)
 
 
-def needs_build(requirements: frozenset[str]) -> bool:
-    """Return whether any of the requirements needs the package built; the others are judged by its text alone."""
+def needs_build(requirements: frozenset[str], packages: Sequence[Path] = ()) -> bool:
+    """Return whether any of the requirements needs the packages built; the others are judged by their text alone.
+
+    Text that a build makes is part of it.
+    """
+    if left_by_build.may_leave_code(packages):
+        return True
     text, later = set[str](), set[str]()
     for source in SOURCES:
         (text if source.phase is Phase.TEXT else later).update(source.serves)
     # What no source serves is judged by the build itself.
     return not requirements <= text - later
+
+
+def _has_left_code(submission: Submission, built: Built) -> bool:
+    """Return whether a build has left Python that was not read with the text handed in."""
+    handed_in = source_files.find_in_both(submission.package, submission.interfaces)
+    return bool(left_by_build.left_by_build(handed_in, built.install))
 
 
 def _folders(submission: Submission) -> list[Path]:

@@ -22,7 +22,7 @@ _NO_SOURCE = ("__pycache__", ".git", ".pytest_cache")
 class Phase(Enum):
     """When a source collects, and beside what."""
 
-    TEXT = "reads the package and runs nothing of it, so it needs no build and goes on beside one"
+    TEXT = "reads the package and runs nothing of it, so it goes on beside a build; again if that has left Python"
     RUN = "needs the build; all sources of this phase collect at the same time, but for those that use others"
 
 
@@ -31,8 +31,8 @@ class Subject:
     """What a source collects evidence about, and how. `kept` has what was collected earlier.
 
     `folder` is an empty folder of the source's own. `built` and `contract` (the contract's own interfaces) are None in
-    the phase TEXT. `earlier` has what the sources that this one `uses` handed over, by their names. `observers` are
-    what the trials have started beside the build, None if they have not.
+    the phase TEXT, but for `built` where a build has left Python. `earlier` has what the sources that this one `uses`
+    handed over, by their names. `observers` are what the trials have started beside the build, None if they have not.
     """
 
     submission: Submission

@@ -325,12 +325,12 @@ def _verified(facts: evidence.Build, work: Path, removed: list[evidence.Flag], j
             hashes[name] = "the installed hash is not that of the text"
             words = f"the hash installed for {name} is not that of its text"
             flags.append(evidence.Flag("forged type", words, where=f"{name}.json"))
-    unknown = installed_code.not_handed_in(work / "install", work / "src", made)
-    if unknown:
-        words = "the build installed code that was not handed in, so nobody has read it (Q1 to Q4, T1 to T3)"
-        flags.append(evidence.Flag("not handed in", words, where=", ".join(unknown[:5])))
+    unread = installed_code.unreadable(work / "install", work / "src", made)
+    if unread:
+        words = "the build installed code that cannot be read, so what it does is not known (Q1 to Q4, T1 to T3)"
+        flags.append(evidence.Flag("unreadable code", words, where=", ".join(unread[:5])))
     tampering = install_tree.tampering_flags(work / "install")
-    return replace(facts, type_hashes=hashes, not_handed_in=unknown, flags=[*removed, *flags, *tampering])
+    return replace(facts, type_hashes=hashes, not_handed_in=unread, flags=[*removed, *flags, *tampering])
 
 
 def _without_host_paths(log: str) -> str:

@@ -45,9 +45,12 @@ def remove_unsafe_entries(root: Path, inside: str) -> list[Flag]:
             where = printable(str(path.relative_to(root)))
             if entry.is_symlink():
                 if not _stays(path, root, inside):
-                    target = printable(str(path.readlink()))
-                    flags.append(Flag("link out", f"the build installed a link to {target}", where=where))
+                    words = f"the build installed a link to {printable(str(path.readlink()))}"
+                    flags.append(Flag("link out", words, where=where))
                     path.unlink()
+                elif (target := path.readlink()).is_absolute():  # which leads nowhere outside of the sandbox
+                    path.unlink()
+                    path.symlink_to(os.path.relpath(root / target.relative_to(inside), path.parent))
             elif entry.is_dir(follow_symlinks=False):
                 waiting.append(path)
             elif not entry.is_file(follow_symlinks=False):
@@ -178,7 +181,7 @@ def interface_text(install: Path, interface: str, package: str) -> str:
 def programs(folder: Path) -> list[str]:
     """Return the names of the programs in a folder."""
     files = [path for path in folder.iterdir() if path.is_file()] if folder.is_dir() else []
-    return sorted(path.name for path in files if not path.is_symlink() and path.stat().st_mode & stat.S_IXUSR)
+    return sorted(path.name for path in files if path.stat().st_mode & stat.S_IXUSR)
 
 
 def misplaced_nodes(install: Path, package: str) -> dict[str, str]:

@@ -253,14 +253,27 @@ class Judge:
         self.require_build()
         if self.evidence.tests is None:
             raise Unjudged("the package's own tests were not run")
-        self.expect_handed_in()
+        self.expect_readable()
         return self.evidence.tests
 
-    def expect_handed_in(self) -> None:
-        """Fail the check if the build has installed code that was not handed in: the text that was says little then."""
-        unknown = self.evidence.build.not_handed_in
-        seen = f"the build installs code that was not handed in: {some(unknown, 3)}"
-        self.expect(not unknown, seen, "hand in the modules that run, and let the build only copy them")
+    @property
+    def unread_nodes(self) -> set[str]:
+        """Return the nodes whose program cannot be read: whatever modules there are, they need not be what runs."""
+        return set(NODES) & {path.rpartition("/")[2] for path in self.evidence.build.not_handed_in}
+
+    def expect_readable(self) -> None:
+        """Fail the check if what the nodes run cannot be read: the text that is there says little then.
+
+        Each node is half, where just the program of one cannot be read.
+        """
+        unread = self.evidence.build.not_handed_in
+        made = [f"{place(found)} {found.text}" for found in self.habits if found.rule == "unreadable-code"]
+        seen = f"code that cannot be read: {some([*unread, *made], 3)}"
+        of_both = [path for path in unread if path.rpartition("/")[2] not in NODES] + made
+        try_ = "hand in the modules that the nodes run as text, and import them"
+        self.expect(not of_both and self.unread_nodes != set(NODES), seen, try_)
+        if unread and self._weight == 1:
+            self.weigh(0.5, f"{seen}; each of the two nodes is half of these points")
 
     def expect_trusted(self, tests: StudentTests) -> None:
         """Fail the check if a test run whose result was known beforehand reported another result."""

@@ -27,7 +27,7 @@ def within_bounds(judge: Judge) -> Quality:
     words = reading_limits.beyond(quality.files)
     seen = f"{some(words)}, so the package was not read completely"
     judge.expect(not words, seen, "remove the files that the nodes do not need")
-    judge.expect_handed_in()
+    judge.expect_readable()
     _require_modules(judge)
     return quality
 
@@ -58,7 +58,9 @@ def weigh(judge: Judge) -> None:
         Failed: none of the contract's modules is there.
     """
     missing = [node for node in NODES if node not in _require_modules(judge)]
-    if len(missing) == 1:
+    if missing and judge.unread_nodes.issuperset(missing):
+        judge.expect_readable()  # which has said so
+    elif len(missing) == 1:
         judge.weigh(0.5, f"{missing[0]} is not there, and each of the two nodes is half of these points")
     elif missing:
         judge.weigh(_CONVERSIONS_ALONE, "neither node is there; the conversions alone are a fifth of these points")
@@ -72,10 +74,11 @@ def _require_modules(judge: Judge) -> list[str]:
     """
     quality = judge.quality()
     if quality.reached is None:
-        return list(NODES)
+        return [node for node in NODES if node not in judge.unread_nodes]
     # A node that cannot be read is there; what it costs is another matter.
     unread = {PurePosixPath(file.path).stem for file in quality.files if file.problem and role(file.path) == "module"}
-    found = [node for node in NODES if node in quality.reached.nodes or node in unread]
+    there = (quality.reached.nodes.keys() | unread) - judge.unread_nodes
+    found = [node for node in NODES if node in there]
     judge.expect(
         bool(found or quality.conversions.defined),
         f"none of the assignment's modules is there: {', '.join((*NODE_MODULES, CONVERSIONS_MODULE))}",

@@ -49,7 +49,7 @@ class Build:
     `package` is the name under which the package was installed, and `named_in` the places ("setup.py:6") that give it
     that name if it is not the contract's; `types_package` is the package that has the interfaces. `executables` are the
     programs where `ros2 run` looks, `misplaced` the nodes that are elsewhere, with their folders. `not_handed_in` are
-    the paths of installed code that was neither handed in nor made from that by a tool of ROS.
+    the paths of installed code that cannot be read: no text of it was handed in or made by the build.
     """
 
     ok: bool

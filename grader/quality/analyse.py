@@ -20,6 +20,7 @@ from grader.evidence import Definition, Finding, Manifest, Quality, Reached, Sou
 from grader.quality import source_files
 from grader.quality.bisect_failures import run_python, run_without_culprits
 from grader.quality.definitions import definitions_of_unreadable
+from grader.quality.left_by_build import with_installed
 from grader.quality.source_files import PythonFile
 from grader.sanitize import printable
 
@@ -36,22 +37,26 @@ _Violations = dict[tuple[str, int], list[Finding]]
 """What docstrings violate, by path and line of the definition."""
 
 
-def analyse_package(package: Path, interfaces: Path | None = None, *, lint: bool = True) -> Quality:
+def analyse_package(
+    package: Path, interfaces: Path | None = None, install: Path | None = None, *, lint: bool = True
+) -> Quality:
     """Return the facts of the text of `package`, with the reason for each file that cannot be read. Nothing is run.
 
-    Without `lint`, style and docstrings are left out: package.xml needs no linter, and they take most of the time.
+    Text that its build has left in `install` is part of it. Without `lint`, style and docstrings are left out:
+    package.xml needs no linter, and they take most of the time.
 
     Raises:
         GraderError: a tool of the grader is missing or broken.
     """
     with tempfile.TemporaryDirectory(prefix="quality-") as name:
         scratch = Path(name)
-        every = source_files.copy(source_files.find_in_both(package, interfaces), scratch)
+        sources = source_files.find_in_both(package, interfaces)
+        every = source_files.copy(with_installed(sources, install) if install else sources, scratch)
         good = [source for source in every if not source.problem]
         found, unreadable = _facts(package, interfaces, good, scratch)
         # Linters see only what can be parsed: anything else would merely probe their weak spots.
         readable = {file.path for file in found.files if not file.problem} - {source.path for source in unreadable}
-        good = [source for source in good if source.path in readable] if lint else []
+        good = [source for source in good if source.path in readable and not source.starts] if lint else []
         with ThreadPoolExecutor(2) as pool:
             style = pool.submit(run_without_culprits, lambda items: _flake8(items, scratch), good)
             docstrings = pool.submit(run_without_culprits, lambda items: _pep257(items, scratch), good)
@@ -68,7 +73,8 @@ def _facts(
 
     def run(items: Sequence[PythonFile]) -> Quality | None:
         listing = scratch / f"sources-{len(items)}-{items[0].copy[:4] if items else ''}.json"
-        listing.write_text(json.dumps([[item.path, item.copy] for item in items]))
+        both = [[[item.path, item.copy] for item in items if item.starts is starts] for starts in (False, True)]
+        listing.write_text(json.dumps(both))
         done = run_python(["-m", "grader.quality.worker", str(package.resolve()), beside, str(listing)], scratch)
         if done is None or done.returncode:
             _raise_if_broken("grader.quality.worker", done)

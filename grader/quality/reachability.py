@@ -14,6 +14,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
+from types import MappingProxyType
 from typing import TypeGuard
 
 from grader.contract.layout import role
@@ -29,6 +30,7 @@ _CALLED_BY_RCLPY = {
     "on_deactivate", "on_cleanup", "on_shutdown", "on_error",
 }  # fmt: skip
 _NODE_BASES = {"Node", "LifecycleNode"}
+_MAKES_A_NODE = {*_NODE_BASES, "create_node"}
 # Classes whose machinery calls no method of a subclass by a name of its own.
 _SILENT_BASES = {"object", "ABC", "Protocol", "Generic", "Enum", "IntEnum", "StrEnum", "NamedTuple", "TypedDict"}
 # Decorators that hand the function to nobody.
@@ -62,12 +64,16 @@ class Reachability:
     """Whether there is a module of the contract: a node's or the conversions."""
 
 
-def reachability(package: Path, texts: Mapping[str, str]) -> Reachability:
+def reachability(
+    package: Path, texts: Mapping[str, str], started: Mapping[str, str | bytes] = MappingProxyType({})
+) -> Reachability:
     """Return what the nodes of `package` can come to in its modules, given by path with their texts.
 
-    A module that cannot be parsed counts as reached.
+    `started` are the texts of installed programs, and of other files that are no modules. A module that cannot be
+    parsed counts as reached.
     """
-    programs = list(_programs(package))
+    made = [Module(path, tree, 0, "script") for path, text in started.items() if (tree := parse(text))]
+    programs = [*made, *_programs(package)]
     parsed = [Module(path, tree, 0, "module") for path, text in texts.items() if (tree := parse(text))]
     named = installed_as([*parsed, *programs], read_package_xml(package / "package.xml").name)
     modules = {module.path: module for module in named[: len(parsed)]}
@@ -108,7 +114,15 @@ def _settings(package: Path) -> str:
 
 
 def _own_module(node: str, modules: Mapping[str, Module], programs: Sequence[Module], settings: str) -> str:
-    """Return the path of a node's module, by its name or else by what its executable imports; "" if there is none."""
+    """Return the path of a node's module; "" if there is none.
+
+    A program that makes a node by itself, or with a file that is no module, has the module with this text, and no
+    other. Else the node's name decides, or what its executable imports.
+    """
+    program = next((program for program in programs if program.role == "script" and program.stem == node), None)
+    if maker := next(filter(lambda each: makes_a_node(each.tree), _started_by(program, programs)), None):
+        text = ast.dump(maker.tree)
+        return next((path for path, module in modules.items() if ast.dump(module.tree) == text), "")
     named = sorted((path for path, module in modules.items() if module.stem == node), key=lambda p: (p.count("/"), p))
     if named:
         return named[0]
@@ -117,12 +131,33 @@ def _own_module(node: str, modules: Mapping[str, Module], programs: Sequence[Mod
     for text in entry_points:
         if (found := re.search(rf"\b{node}\s*=\s*([\w.]+)\s*:", text)) and found[1] in by_name:
             return by_name[found[1]]
-    started = (name for program in programs if program.stem == node for name in sorted(imports(program).modules))
+    started = sorted(imports(program).modules) if program is not None else []
     return next((by_name[name] for name in started if name in by_name and "." in name), "")
 
 
+def _started_by(program: Module | None, programs: Sequence[Module]) -> list[Module]:
+    """Return a program and the files among `programs` that it imports by their names, directly or not."""
+    by_stem = {each.stem: each for each in programs if each.role == "script"}
+    found, todo = dict[str, Module](), [program] if program is not None else []
+    while todo:
+        here = todo.pop()
+        found[here.stem] = here
+        names = {name.partition(".")[0] for name in imports(here).modules}
+        todo += [by_stem[name] for name in names & by_stem.keys() - found.keys()]
+    return list(found.values())
+
+
+def makes_a_node(tree: ast.AST) -> bool:
+    """Return whether a text makes a node of ROS itself, the contract's or another."""
+    return any(
+        called(part) in _MAKES_A_NODE
+        or (isinstance(part, ast.ClassDef) and any(last_name(base) in _NODE_BASES for base in part.bases))
+        for part in ast.walk(tree)
+    )
+
+
 def _homes(own: Mapping[str, str], graph: _Names) -> dict[str, frozenset[str]]:
-    families = {node: {path, *graph.modules_of_classes_used_in(path)} for node, path in own.items()}
+    families = {node: {path, *graph.modules_of_the_node_in(path)} for node, path in own.items()}
     return {
         node: frozenset(
             path
@@ -243,19 +278,26 @@ class _Names:
         """Return whether a class of the package is a node of rclpy's."""
         return name in self._classes and any(base.endswith("Node") for base in self._family(name)[1])
 
-    def modules_of_classes_used_in(self, path: str) -> set[str]:
-        """Return the modules of the node classes that a module names, and of the package's classes above them.
+    def modules_of_the_node_in(self, path: str) -> set[str]:
+        """Return the modules that make the node of a module: its own, or one that it imports, directly or not.
 
-        For a module that only imports, such as `from .impl import main`, these are the modules that it imports from.
+        They are those in which a node is made, and those of the package's classes above a class of these. A module that
+        only imports, such as `from .impl import main`, has those from which it does.
         """
-        tree = self._modules[path].tree
-        names = {self._original(path, name) for part in ast.walk(tree) for name in _names(part)}
-        names |= {original for _, original in self._imports[path].names.values()}
-        family = {above for name in names if self.is_node(name) for above in self._family(name)[0]}
-        found = {where for name in family for where, _ in self._classes[name]}
-        if not any(isinstance(part, Function) for part in ast.walk(tree)):
-            found |= {self._paths[name] for name in self._imports[path].modules if name in self._paths and "." in name}
-        return found
+        todo, seen = [path], set[str]()
+        while todo:
+            seen.add(here := todo.pop())
+            todo += {*self._imported(self._imports[here].modules)} - seen
+        makers = {
+            here
+            for here in seen
+            if makes_a_node(self._modules[here].tree) or any(self.is_node(c.name) for c in self.classes_in(here))
+        }
+        names = {class_.name for here in makers for class_ in self.classes_in(here) if self.is_node(class_.name)}
+        family = {above for name in names for above in self._family(name)[0]}
+        if not any(isinstance(part, Function) for part in ast.walk(self._modules[path].tree)):
+            makers |= {self._paths[name] for name in self._imports[path].modules if name in self._paths and "." in name}
+        return makers | {where for name in family for where, _ in self._classes[name]}
 
     def _original(self, path: str, name: str) -> str:
         """Return what a name was called where it was imported from."""

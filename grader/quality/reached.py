@@ -10,20 +10,30 @@ from pathlib import Path
 
 from grader.contract.spec import NODES
 from grader.evidence import Reached, SourceFile
-from grader.python_ast import Function, first_line, last_name
+from grader.python_ast import Function, first_line
 from grader.quality.parsed_module import Module
-from grader.quality.reachability import reachability
+from grader.quality.reachability import makes_a_node, reachability
 
-_MAKES_A_NODE = {"Node", "LifecycleNode", "create_node"}
 # The contract's programs. Others may run beside them, and are not what is measured.
 _PROGRAMS = {*NODES, "demo"}
 
 
 def reached_code(
-    package: Path, modules: Sequence[Module], texts: Mapping[str, str], files: list[SourceFile]
+    package: Path,
+    modules: Sequence[Module],
+    starters: Sequence[Module],
+    texts: Mapping[str, str],
+    files: list[SourceFile],
 ) -> Reached:
-    """Return what the nodes reach in the package's modules, which have these texts and counted lines."""
-    found = reachability(package, {module.path: texts[module.path] for module in modules if module.role == "module"})
+    """Return what the nodes reach in the package's modules, which have these texts and counted lines.
+
+    `starters` are programs that the build has left: they lead to modules, and are not measured.
+    """
+    found = reachability(
+        package,
+        {module.path: texts[module.path] for module in modules if module.role == "module"},
+        {module.path: texts[module.path] for module in [*starters, *modules] if module.role == "script"},
+    )
     known = {module.path: module for module in modules}
     counted = {file.path: file.lines for file in files if not file.problem}
     inside, gaps = [], {}
@@ -41,7 +51,7 @@ def reached_code(
             m.path: count
             for m in modules
             if (count := len(m.code & found.unreached.get(m.path, frozenset())))
-            and (m in inside or not _makes_a_node(m))
+            and (m in inside or not makes_a_node(m.tree))
         },
     )
 
@@ -59,11 +69,6 @@ def _is_there(homes: Iterable[str], modules: Mapping[str, Module]) -> bool:
     """Return whether a node's modules hold any code that could make one."""
     trees = [modules[path].tree for path in homes if path in modules]
     return any(isinstance(part, ast.ClassDef | Function) for tree in trees for part in ast.walk(tree))
-
-
-def _makes_a_node(module: Module) -> bool:
-    """Return whether this is a node, of the contract or another: further nodes are allowed."""
-    return any(last_name(part) in _MAKES_A_NODE for part in ast.walk(module.tree))
 
 
 def _ranges(lines: Iterable[int]) -> list[list[int]]:

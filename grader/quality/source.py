@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 
+from grader import build
 from grader.contract.layout import role
 from grader.evidence import Flag, Quality
 from grader.quality.analyse import analyse_package
+from grader.quality.unreadable_code import UNREADABLE
 from grader.source import Collected, Phase, Subject
 
 _WHOLE_FILE = re.compile(r"flake8[:=]\s*noqa|skip-file|ruff:\s*noqa|mypy:\s*ignore-errors", re.IGNORECASE)
@@ -27,17 +29,21 @@ class PackageText:
         """Return the facts of the package's text."""
         # The linters take most of the time, and package.xml needs none.
         lint = bool(subject.settings.checked & (self.serves - self._without_linters))
-        decided_by = ("text", str(lint), subject.text)
+        install = subject.install if subject.built is not None else None
+        decided_by = ("text", str(lint), subject.text, build.checksum(install) if install else "")
         if kept := subject.kept.find(Quality, *decided_by):
             return Collected({"quality": kept[0]}, tuple(text_flags(kept[0])), kept={"text": kept[1]})
-        found = analyse_package(subject.submission.package, subject.submission.interfaces, lint=lint)
+        found = analyse_package(subject.submission.package, subject.submission.interfaces, install, lint=lint)
         subject.kept.keep(found, *decided_by)
         return Collected({"quality": found}, tuple(text_flags(found)))
 
 
 def text_flags(quality: Quality) -> list[Flag]:
-    """Return a flag for what an instructor should look at in the package's text. None of them costs points."""
-    return [*suppression_flags(quality), *_padding_flags(quality)]
+    """Return a flag for what an instructor should look at in the package's text."""
+    made = [f"{found.path}:{found.line}" for found in quality.habits if found.rule == UNREADABLE]
+    words = "code that is made at run time, or run in another form than as a module (Q1 to Q4, T1 to T3)"
+    unreadable = [Flag("unreadable code", words, where=", ".join(made[:5]))] if made else []
+    return [*suppression_flags(quality), *_padding_flags(quality), *unreadable]
 
 
 def _padding_flags(quality: Quality) -> list[Flag]:

@@ -1,10 +1,11 @@
-"""The Python files of a package as bytes: found, within limits, and copied for tools to read. Nothing is parsed."""
+"""The Python files of a package as bytes: found, within limits, and copied for tools to read."""
 
 from __future__ import annotations
 
 import os
 import re
 import tokenize
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path, PurePosixPath
@@ -36,12 +37,16 @@ _NOQA = re.compile(rb"noqa", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class PythonFile:
-    """One Python file. `copy` is the path of the copy for the tools; `problem` says why there is none."""
+    """One Python file. `copy` is the path of the copy for the tools; `problem` says why there is none.
+
+    `starts` is True for a program that the build has made and that does nothing but start what is read elsewhere.
+    """
 
     path: str
     data: bytes
     problem: str = ""
     copy: str = ""
+    starts: bool = False
 
     @property
     def rough_lines(self) -> int:
@@ -67,17 +72,23 @@ class PythonFile:
 
 def find(package: Path) -> list[PythonFile]:
     """Return the package's Python files, ordered by path, up to the reading limits."""
+    length = reading_limits.MAX_BYTES + 1
+    found = within_limits((path, _start(package / path, length)) for path in sorted(_python(package), key=_rank))
+    return sorted(found, key=lambda source: source.path)
+
+
+def within_limits(files: Iterable[tuple[str, bytes]]) -> list[PythonFile]:
+    """Return these files, given by path and content, up to the reading limits of a package."""
     found: list[PythonFile] = []
     total = 0
-    for path in sorted(_python(package), key=_rank):
+    for path, data in files:
         if len(found) == reading_limits.MAX_FILES or total > reading_limits.MAX_TOTAL_BYTES:
             many = len(found) == reading_limits.MAX_FILES
             found.append(PythonFile(path, b"", problem=reading_limits.TOO_MANY if many else reading_limits.TOO_MUCH))
             break
-        data = _start(package / path, reading_limits.MAX_BYTES + 1)
         total += len(data)
         found.append(PythonFile(path, data, problem=_problem(data)))
-    return sorted(found, key=lambda source: source.path)
+    return found
 
 
 def find_in_both(package: Path, interfaces: Path | None) -> list[PythonFile]:
@@ -97,6 +108,8 @@ def _python(package: Path) -> list[str]:
     for path in package_files(package):
         name = PurePosixPath(path).name
         # `node.bak` beside a program is an editor's copy of it, unless something installs it.
+        if name.endswith(".in"):
+            continue  # a template: what CMake makes of it is read where it is installed
         is_program = ("." not in name[1:] and not name.endswith("~")) or name in installed
         if name.endswith(".py") or (is_program and _SHEBANG.match(_start(package / path, _MAX_SHEBANG))):
             found.append(path)

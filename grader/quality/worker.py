@@ -1,12 +1,14 @@
 """Read a package's text into facts and print them as JSON, in a process of its own that hostile text may crash.
 
-python -I -m grader.quality.worker PACKAGE INTERFACES SOURCES; SOURCES is a JSON list of [path, copy] of Python files.
+python -I -m grader.quality.worker PACKAGE INTERFACES SOURCES; SOURCES is a JSON list of [path, copy] of Python
+files, and one of those that only start others.
 """
 
 from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,17 +31,19 @@ from grader.quality.parsed_module import Module, installed_as, parse
 from grader.quality.reached import kept, reached_code
 from grader.quality.readme import read_readme
 from grader.quality.source_files import package_files
+from grader.quality.unreadable_code import unreadable_code
 from grader.sanitize import printable
 
 _MAX_ENTRIES = 2000
 _MAX_INTERFACES = 200
 _MAX_TEXT = 2000
+Sources = Sequence[tuple[str, str]]
 
 
 def main() -> int:
     """Print the facts."""
     package, interfaces = Path(sys.argv[1]), Path(sys.argv[2]) if sys.argv[2] else None
-    found = package_facts(package, interfaces, json.loads(Path(sys.argv[3]).read_text()))
+    found = package_facts(package, interfaces, *json.loads(Path(sys.argv[3]).read_text()))
     print(json.dumps(_cut(json.loads(evidence.to_json(found)))))
     return 0
 
@@ -53,15 +57,19 @@ def _cut(value: Any) -> Any:
     return {_cut(key): _cut(item) for key, item in value.items()} if isinstance(value, dict) else value
 
 
-def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[str, str]]) -> evidence.Quality:
-    """Return the facts of the text of `package`; `interfaces` is its package of interfaces, if it has one."""
+def package_facts(package: Path, interfaces: Path | None, sources: Sources, starting: Sources = ()) -> evidence.Quality:
+    """Return the facts of the text of `package`; `interfaces` is its package of interfaces, if it has one.
+
+    Each source is a path with that of its copy; those that are `starting` others are not measured (`PythonFile`).
+    """
     name = read_package_xml(package / "package.xml").name
     modules, files = _parse(sources)
+    starters, _ = _parse(starting)
     modules = installed_as(modules, name)
     paths = package_files(package)
     graph = CallGraph(modules)
-    texts = {path: Path(copy).read_text("utf-8", "replace") for path, copy in sources}
-    reached = reached_code(package, modules, texts, files)
+    texts = {path: Path(copy).read_text("utf-8", "replace") for path, copy in [*sources, *starting]}
+    reached = reached_code(package, modules, starters, texts, files)
     # What nothing reaches declares no parameter and uses no conversion.
     used = kept(modules, reached)
     public = [item for module in modules for item in public_definitions(module)]
@@ -74,7 +82,7 @@ def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[st
         files=files,
         definitions=public[: reading_limits.MAX_DEFINITIONS],
         copies=duplicated_blocks(modules),
-        habits=bad_habits(modules, graph)[:_MAX_ENTRIES],
+        habits=[*unreadable_code([*modules, *starters]), *bad_habits(modules, graph)][:_MAX_ENTRIES],
         conversions=replace(conversion_use(graph), calls=conversion_use(CallGraph(used)).calls),
         parameters=parameter_use(modules, used),
         interfaces=created,
@@ -92,7 +100,7 @@ def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[st
     return found
 
 
-def _parse(sources: list[tuple[str, str]]) -> tuple[list[Module], list[evidence.SourceFile]]:
+def _parse(sources: Sources) -> tuple[list[Module], list[evidence.SourceFile]]:
     modules, files = [], []
     left = reading_limits.MAX_CONSTANT_LINES
     for path, copy in sources:

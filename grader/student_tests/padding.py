@@ -6,7 +6,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+from grader.build import installed_code
 from grader.evidence import Flag
+from grader.host import ros_env
 from grader.quality.reachability import Reachability, reachability
 from grader.student_tests import package_modules
 
@@ -23,7 +25,9 @@ def code_of(package: Path, install: Path) -> Reachability:
     Where there is no node yet, nothing is called unreached.
     """
     texts = package_modules.texts(package, install)
-    found = reachability(package, {path: text for path, text in texts.items() if text is not None})
+    site = str(ros_env.SITE_IN_PREFIX)
+    started = {path: text for path, text in installed_code.python_texts(install) if not path.startswith(site)}
+    found = reachability(package, {path: text for path, text in texts.items() if text is not None}, started)
     return found if found.homes else replace(found, unreached={})
 
 

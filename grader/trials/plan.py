@@ -34,6 +34,8 @@ class TrialPlan:
         awaits: the nodes that must be up before a trial with `launch` begins.
         namespace: of the nodes, in which OWN_LAUNCH starts them.
         use_sim_time: the launch file's argument of that name; None to give it no argument.
+        shows_source: the sandbox shows the package's source folder, for a script of it. What is not installed is
+            nothing that a node should run.
     """
 
     name: str
@@ -53,6 +55,7 @@ class TrialPlan:
     awaits: tuple[str, ...] = ()
     namespace: str = ""
     use_sim_time: bool | None = True
+    shows_source: bool = False
 
     @property
     def takes_turns(self) -> bool:

@@ -160,7 +160,7 @@ def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, d
     """Return the trial's sandbox, and the values that were changed in its parameter files."""
     install = Path(request.install)
     visible = {install: str(build.INSTALL)}
-    if request.package:
+    if request.package and plan.shows_source:
         visible[Path(request.package)] = str(SOURCE)
     telltales: dict[str, float] = {}
     if plan.launch or plan.params_file:

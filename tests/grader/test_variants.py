@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from submissions.edits import REFERENCE
 from submissions.reports import words
-from variants import VARIANTS, Variant, make
+from variants import LAUNCHED, VARIANTS, Variant, make
 
 from grader import build, evidence, pipeline
 from grader.report import data
@@ -31,6 +31,20 @@ def test_a_correct_variant_loses_what_the_contract_takes_and_no_more(name: str, 
     assert report["complete"], words(report)
     lost = {r["id"]: r["max"] - r["points"] for r in report["requirements"] if r["outcome"] != "not_graded"}
     assert {name: points for name, points in lost.items() if points} == variant.loses, words(report)
+
+
+@pytest.mark.parametrize("name", LAUNCHED)
+def test_programs_that_the_build_makes_cost_nothing_alone_and_in_company(name: str, settings, tmp_path: Path):
+    """They run, and what they start is read; a check of style by itself sees the same."""
+    submission = make(LAUNCHED[name], tmp_path)
+    for asked in (("Q1",), ("F1", "I1", "Q1", "Q2", "Q3")):
+        grading = pipeline.grade(submission, tmp_path / "-".join(asked), replace(settings, requirements=asked))
+        report = json.loads(data.as_json(grading))
+        lost = {r["id"]: r["max"] - r["points"] for r in report["requirements"] if r["id"] in asked}
+        # The variants come without tests: the layout misses two files of twenty.
+        assert lost == dict.fromkeys(asked, 0) | ({"Q3": lost["Q3"]} if "Q3" in asked else {}), words(report)
+        assert lost.get("Q3", 0) < 0.3
+        assert not grading.evidence.flags
 
 
 def test_a_package_of_interfaces_is_talked_to_under_its_own_name(settings, tmp_path: Path):

@@ -21,7 +21,8 @@ _PACKAGE = REFERENCE.name
 class Variant:
     """A correct package: the texts changed in it (file, old, new), and the points that the contract takes from it.
 
-    `moved` are files and folders of the reference that lie in another place. `base` is a variant to start from.
+    `moved` are files and folders of the reference that lie in another place, `added` further files with their texts.
+    `base` is a variant to start from.
     """
 
     name: str
@@ -30,6 +31,7 @@ class Variant:
     base: str = ""
     without: tuple[str, ...] = ()
     moved: Mapping[str, str] = field(default_factory=dict)
+    added: Mapping[str, str] = field(default_factory=dict)
     changes: tuple[tuple[str, str, str], ...] = ()
 
 
@@ -45,6 +47,8 @@ def make(variant: Variant, folder: Path) -> Path:
             shutil.copytree(_HERE / layer, submission, dirs_exist_ok=True)
     for name, place in variant.moved.items():
         shutil.move(package / name, submission / place)
+    for name, text in variant.added.items():
+        (package / name).write_text(text)
     for file, old, new in variant.changes:
         text = (package / file).read_text()
         if old not in text:
@@ -128,3 +132,40 @@ VARIANTS = {
         ),
     )
 }  # fmt: skip
+
+_SCRIPTS = ("scripts/robot_controller", "scripts/sensor_processor")
+_INSTALLED = "install(PROGRAMS scripts/robot_controller scripts/sensor_processor\n  DESTINATION lib/${PROJECT_NAME})\n"
+_BIN = "${CMAKE_CURRENT_BINARY_DIR}/bin/${node}"
+_LAUNCHER = "#!/usr/bin/env python3\nfrom ros2_robot_controller.{} import main\n\nraise SystemExit(main())\n"
+_START = '#!/usr/bin/env python3\n"""Start."""\nfrom ros2_robot_controller.{} import main\n\nmain()\n'
+_NODES = ("robot_controller", "sensor_processor")
+
+
+def _launched(name: str, commands: str, added: Mapping[str, str] | None = None) -> Variant:
+    """Return a variant with these commands for each `${node}` in place of its scripts."""
+    loop = f"foreach(node {' '.join(_NODES)})\n{commands}\nendforeach()\n"
+    changes = (("CMakeLists.txt", _INSTALLED, loop),)
+    return Variant(name, "Programs as other authors install them.", without=_SCRIPTS, added=added or {}, changes=changes)
+
+
+_PUT = f"install(PROGRAMS {_BIN} DESTINATION lib/${{PROJECT_NAME}})"
+LAUNCHED = {
+    variant.name: variant
+    for variant in (
+        _launched("written", f"file(WRITE {_BIN} [[{_LAUNCHER}]])\n{_PUT}".replace("[[", '"').replace("]]", '"')
+                  .replace("{}", "${node}")),
+        _launched("generated", f'file(GENERATE OUTPUT {_BIN} CONTENT "{_LAUNCHER}")\n{_PUT}'.replace("{}", "${node}")),
+        _launched("configured", f"configure_file(scripts/node.in {_BIN} @ONLY)\n{_PUT}",
+                  {"scripts/node.in": _LAUNCHER.format("@node@")}),
+        _launched("renamed", "install(PROGRAMS scripts/start_${node}.py DESTINATION lib/${PROJECT_NAME} RENAME ${node})",
+                  {f"scripts/start_{node}.py": _START.format(node) for node in _NODES}),
+        _launched("by_shell", "install(PROGRAMS scripts/${node}.sh DESTINATION lib/${PROJECT_NAME} RENAME ${node})",
+                  {f"scripts/{node}.sh": f'#!/bin/sh\nset -e\nexec python3 -m {_PACKAGE}.start_{node} "$@"\n' for node in _NODES}
+                  | {f"{_PACKAGE}/start_{node}.py": _START.format(node) for node in _NODES}),
+        _launched("linked", "install(PROGRAMS scripts/start_${node}.py DESTINATION lib/${PROJECT_NAME})\n"
+                  'install(CODE "file(CREATE_LINK start_${node}.py '
+                  '${CMAKE_INSTALL_PREFIX}/lib/${PROJECT_NAME}/${node} SYMBOLIC)")',
+                  {f"scripts/start_{node}.py": _START.format(node) for node in _NODES}),
+    )
+}  # fmt: skip
+"""The reference with programs that are not handed in under their names."""

@@ -4,6 +4,10 @@
 
 from __future__ import annotations
 
+import zipfile
+from pathlib import Path
+
+from grader.contract.spec import NODES, PACKAGE
 from grader.selftest.attacks.attack import Attack, append, attack, cmake, put
 
 # Repeats a command's output at the end: of a build's log only the tail is kept.
@@ -59,6 +63,19 @@ def compile_to(place):
 
 
 """
+
+
+def _pack_the_nodes(package: Path) -> None:
+    """Put a copy of the modules into an archive with the name of a data file, which runs the node that it is told."""
+    (package / "data").mkdir()
+    with zipfile.ZipFile(package / "data" / "table", "w") as archive:
+        for path in sorted((package / PACKAGE).rglob("*.py")):
+            archive.write(path, path.relative_to(package))
+        archive.writestr(
+            "__main__.py",
+            f"import importlib\nimport sys\nimport {PACKAGE}\n{PACKAGE}.__path__.insert(0, sys.path[0] + '/{PACKAGE}')\n"
+            f"importlib.import_module('{PACKAGE}.' + sys.argv.pop(1)).main()\n",
+        )
 
 
 def _shell(script: str) -> str:
@@ -141,24 +158,45 @@ env | grep -i -E 'secret|token'
         # A copy with a time of its own: CMake replaces no installed file by one of the same time.
         cmake("configure_file(hidden/conversions.txt ${CMAKE_BINARY_DIR}/conversions.py @ONLY)\n"
               f"install(FILES ${{CMAKE_BINARY_DIR}}/conversions.py DESTINATION {_SITE}/${{PROJECT_NAME}}/utils)"),
-        needs="Q1 Q2 Q3 Q4 T1 T2 T3", weak="few tests", costs="Q1 Q2 Q3 Q4 T1 T2 T3", flag="not handed in",
-        stopped="installed code has to be text that was handed in as Python, or generated from that by rosidl",
+        needs="Q1 Q2 Q3 Q4 T1 T2 T3", weak="few tests", costs="Q1 Q2 Q3 Q4 T1 T2 T3",
+        stopped="what is installed is linted, measured and mutated in the place of what was handed in",
     ),
     attack(
         "writes_a_module_in_cmake",
         "CMake writes a module that nobody has handed in.",
         cmake("file(WRITE ${CMAKE_BINARY_DIR}/mess.py \"def mess( a ):\\n  return a\\n\")\n"
               f"install(FILES ${{CMAKE_BINARY_DIR}}/mess.py DESTINATION {_SITE}/${{PROJECT_NAME}})"),
-        needs="Q1 Q2 T2", weak="few tests", costs="Q1 Q2 T2", flag="not handed in",
-        stopped="installed code has to be text that was handed in as Python, or generated from that by rosidl",
+        needs="Q1 Q2 T2", weak="few tests", costs="Q1 Q2 T2", proof="ros2_robot_controller/mess.py",
+        stopped="what a build writes is linted, measured and mutated where it is installed",
     ),
     attack(
         "hides_code_among_the_types",
         "A module lies in the folder of the generated services, where nobody measures or mutates it.",
         put("hidden/helpers.py", '"""Help."""\n\n\ndef double(a):\n    """Return twice a."""\n    return 2 * a\n'),
         cmake(f"install(FILES hidden/helpers.py DESTINATION {_SITE}/${{PROJECT_NAME}}/srv)"),
-        needs="T2 T3", weak="few tests", costs="T2 T3", flag="not handed in",
+        needs="T2 T3", weak="few tests", costs="T2 T3", flag="unreadable code",
         stopped="the folders of types may hold nothing but what rosidl generates",
+    ),
+    attack(
+        "runs_an_archive",
+        "The nodes' programs are shell scripts that start an archive; the modules in sight never run.",
+        _pack_the_nodes,
+        *(put(f"scripts/{node}", f"#!/bin/sh\nexec python3 /ws/install/share/{PACKAGE}/table {node} \"$@\"\n", executable=True)
+          for node in NODES),
+        cmake("install(FILES data/table DESTINATION share/${PROJECT_NAME})"),
+        needs="F1 Q1 Q2 Q3 T1 T2", costs="Q1 Q2 Q3 T1 T2", flag="unreadable code", proof="share/ros2_robot_controller/table",
+        stopped="a node's program has to be Python, or to start a module; an archive of modules is named under any name",
+    ),
+    attack(
+        "hides_code_in_an_annotation",
+        "CMake writes a module of constants, one of which is annotated with the text of a data file, run as code.",
+        put("data/table.txt", _CLAMPS),
+        append("ros2_robot_controller/utils/conversions.py", "\nfrom ros2_robot_controller.boot import *  # noqa\n"),
+        cmake("file(WRITE ${CMAKE_BINARY_DIR}/boot.py \"x: exec(open('/ws/install/share/table.txt').read()) = 0\\n\")\n"
+              f"install(FILES ${{CMAKE_BINARY_DIR}}/boot.py DESTINATION {_SITE}/${{PROJECT_NAME}})\n"
+              "install(FILES data/table.txt DESTINATION share)"),
+        needs="F14 Q1 Q2 T1 T2", costs="Q1 Q2 T1 T2", flag="unreadable code", proof="boot.py:1",
+        stopped="code that is made at run time is named, and the modules that are there earn nothing then",
     ),
     attack(
         "trusts_in_a_name",

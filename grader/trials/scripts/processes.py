@@ -153,6 +153,7 @@ def interrupted_processor(stage: Stage) -> None:
     beside={"sensor_processor": {"raw_scan": "scan"}},
     remappings={"set_speed": "behind/set_speed", "get_status": "behind/get_status"},
     real_time=True,
+    shows_source=True,
 )
 def demo(stage: Stage) -> None:
     """Run the package's demonstration script against both nodes, in real time."""

@@ -37,6 +37,19 @@ def test_a_link_within_the_tree_stays(install: Path, target: str):
     (install / "link").symlink_to(target)
     assert install_tree.remove_unsafe_entries(install, "/ws/install") == []
     assert (install / "link").is_symlink()
+    assert (install / "link").exists(), "it leads to the same place outside of the sandbox"
+
+
+@pytest.mark.parametrize("target", ["start", "/ws/install/lib/pkg/start"])
+def test_a_program_may_be_a_link(install: Path, target: str):
+    """`ros2 run` follows it."""
+    home = install / "lib" / "pkg"
+    home.mkdir(parents=True)
+    (home / "start").write_text("#!/usr/bin/env python3\n")
+    (home / "start").chmod(0o755)
+    (home / "robot_controller").symlink_to(target)
+    install_tree.remove_unsafe_entries(install, "/ws/install")
+    assert install_tree.programs(home) == ["robot_controller", "start"]
 
 
 def test_a_pipe_is_taken_away_before_anybody_waits_at_it(install: Path):

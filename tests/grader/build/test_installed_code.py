@@ -1,9 +1,10 @@
-"""What an install tree may hold: text that was handed in, and what ROS's tools make of it."""
+"""What an install tree may hold: text, whoever wrote it, and what ROS's tools make of the interfaces."""
 
 from __future__ import annotations
 
 import importlib.util
 import py_compile
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -33,49 +34,28 @@ def written(root: Path, **files: str) -> None:
 
 
 def unknown(tree: Path, generated: dict[str, Generated] | None = None) -> list[str]:
-    return installed_code.not_handed_in(tree / "install", tree / "src", generated or {})
-
-
-def test_a_module_that_was_handed_in_is_known_wherever_it_was(tree: Path):
-    written(tree, **{"src/p/p/mod.py": CODE, f"install/{SITE}/q/renamed.py": CODE, "install/lib/p/tool.py": CODE})
-    assert unknown(tree) == []
+    return installed_code.unreadable(tree / "install", tree / "src", generated or {})
 
 
 @pytest.mark.parametrize(
     "place", [f"{SITE}/p/mod.py", f"{SITE}/mod.py", "lib/p/helper.py", "share/p/launch/all_launch.py", "share/p/x.py"]
 )
-def test_a_module_that_the_build_makes_is_not(tree: Path, place: str):
-    written(tree, **{"src/p/p/mod.py": CODE, f"install/{place}": OTHER})
-    assert unknown(tree) == [place]
-
-
-def test_a_module_from_a_data_file_is_not_known_because_nobody_reads_that_as_python(tree: Path):
-    written(tree, **{"src/p/data/table.txt": OTHER, "src/p/mod.py.in": OTHER, f"install/{SITE}/p/mod.py": OTHER})
-    assert unknown(tree) == [f"{SITE}/p/mod.py"]
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["", '"""The package."""\n', "__version__ = '1.2.3'\nVERSION: tuple[int, int] = (1, 2)\nSHARE = 'share/p'\n"],
-)
-def test_a_module_with_nothing_but_constants_is_no_code(tree: Path, text: str):
-    """CMake writes such a file with the package's version."""
-    written(tree, **{f"install/{SITE}/p/version.py": text})
+def test_text_is_read_wherever_the_build_has_it_from(tree: Path, place: str):
+    """CMake may have written or configured it."""
+    written(tree, **{f"install/{place}": OTHER})
     assert unknown(tree) == []
+    assert list(installed_code.python_texts(tree / "install")) == [(place, OTHER.encode())]
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["X = open('x').read()\n", "import os\n", "CODE = '" + "x" * 300 + "'\n", "X = 1\n" * 500, "X = lambda: 1\n"],
-)
-def test_constants_are_short_and_call_nothing(tree: Path, text: str):
-    written(tree, **{f"install/{SITE}/p/version.py": text})
-    assert unknown(tree) == [f"{SITE}/p/version.py"]
+@pytest.mark.parametrize("place", [f"{SITE}/p/mod.py", "lib/p/robot_controller"])
+def test_what_only_looks_like_text_is_not(tree: Path, place: str):
+    written(tree, **{f"install/{place}": "#!/usr/bin/env python3\nPK\x03\x04\0\0"})
+    assert unknown(tree) == [place]
 
 
 def test_what_rosidl_generates_is_known_by_its_text(tree: Path):
     made = Generated(
-        modules={"srv/_set_speed.py": installed_code._digests(CODE.encode()).pop()},
+        modules={"srv/_set_speed.py": installed_code._digest(CODE.encode())},
         exports={"srv/__init__.py": "from p.srv._set_speed import SetSpeed\nfrom p.srv._other import Other\n"},
     )
     init = "from p.srv._set_speed import SetSpeed\n"
@@ -98,20 +78,61 @@ def test_ros_own_tools_make_the_modules_once_more(tmp_path: Path):
     assert "from p.srv._set_speed import SetSpeed " in made.exports["srv/__init__.py"]
 
 
-def test_programs_are_known_apart_from_their_first_line(tree: Path):
-    """Setuptools writes the path of its Python there."""
-    written(tree, **{"src/p/scripts/node": "#!/usr/bin/env python3\n" + CODE})
-    written(
-        tree, **{"install/lib/p/node": "#!/ws/bin/python3\n" + CODE, "install/bin/node": "#!/usr/bin/python3\n" + CODE}
-    )
+@pytest.mark.parametrize(
+    "text",
+    [
+        "#!/usr/bin/env python3\nfrom p.robot_controller import main\n\nraise SystemExit(main())\n",
+        "#!/ws/bin/python3 -u\n" + CODE,
+        "import p.robot_controller\n",
+        '#!/bin/sh\nexec python3 -m p.robot_controller "$@"\n',
+        "#!/usr/bin/env bash\n# Run it.\nset -e\n\n/usr/bin/env python3 -u -m p.robot_controller $@\n",
+        '#!/bin/sh\nHERE="$(cd "$(dirname "$0")" && pwd)"\nexec python3 "$HERE/node.py" "$@"\n',
+        '#!/bin/bash\nexec python3 "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")/node" "$@"\n',
+    ],
+)
+def test_the_program_of_a_node_may_start_it_in_any_plain_way(tree: Path, text: str):
+    program = "#!/usr/bin/env python3\n" + CODE
+    written(tree / "install", **{f"{SITE}/p/robot_controller.py": CODE, "lib/p/node.py": CODE, "lib/p/node": program})
+    written(tree / "install", **{"lib/p/robot_controller": text})
     assert unknown(tree) == []
-    written(tree, **{"install/lib/p/node": "#!/usr/bin/env python3\n" + OTHER})
-    assert unknown(tree) == ["lib/p/node"]
 
 
-def test_a_node_in_another_language_is_not_what_was_handed_in(tree: Path):
-    written(tree, **{"install/lib/p/robot_controller": "\x7fELF", "install/lib/p/helper": "\x7fELF"})
-    assert unknown(tree) == ["lib/p/robot_controller"]
+@pytest.mark.parametrize(
+    "text",
+    [
+        '#!/bin/sh\nexec /ws/install/share/p/core "$@"\n',
+        '#!/bin/sh\nexec python3 /ws/install/share/p/core "$@"\n',
+        "#!/bin/sh\nexec python3 -c 'import p'\n",
+        "#!/bin/sh\nexec python3 -m p.not_there\n",
+        "#!/bin/sh\nHERE=$(unzip core)\nexec python3 -m p.robot_controller\n",
+        "#!/bin/sh\n. ./core; exec python3 -m p.robot_controller\n",
+        "#!/usr/bin/perl\nexec 'core'\n",
+        "#!/ws/install/share/p/python3\nimport p\n",
+        "#!/bin/sh -c python3\n",
+        "\x7fELF",
+    ],
+)
+def test_a_program_that_runs_something_else_is_named(tree: Path, text: str):
+    written(tree / "install", **{f"{SITE}/p/robot_controller.py": CODE, "share/p/core": OTHER})
+    written(tree / "install", **{"lib/p/robot_controller": text, "lib/p/helper": text})
+    assert unknown(tree) == ["lib/p/robot_controller"], "what is no node may be in any language"
+
+
+@pytest.mark.parametrize("place", ["share/p/core", "lib/p/core", f"{SITE}/p/core"])
+def test_an_archive_of_modules_is_named_under_any_name(tree: Path, place: str):
+    """Python starts it, and imports from it."""
+    written(tree / "install", **{place: ""})
+    with zipfile.ZipFile(tree / "install" / place, "w") as archive:
+        archive.writestr("__main__.py", CODE)
+    with zipfile.ZipFile(tree / "install" / "share" / "map.npz", "w") as archive:
+        archive.writestr("cells.npy", "numbers")
+    assert unknown(tree) == [place]
+
+
+def test_a_library_that_was_handed_in_as_a_binary_is_named_and_one_that_was_compiled_is_not(tree: Path):
+    written(tree, **{"src/p/libfast.so": "\x7fELF 1", "install/lib/libfast.so": "\x7fELF 1"})
+    written(tree, **{"install/lib/libp__rosidl_generator_c.so": "\x7fELF 2"})
+    assert unknown(tree) == ["lib/libfast.so"]
 
 
 def test_the_scripts_that_setuptools_writes_are_known_letter_by_letter(tree: Path):
@@ -123,9 +144,10 @@ def test_the_scripts_that_setuptools_writes_are_known_letter_by_letter(tree: Pat
     names = {"spec": "robot-controller==1.0.0", "group": "console_scripts", "name": "robot_controller"}
     script = "#!/ws/bin/python3\n" + text % names
     written(tree, **{"install/lib/p/robot_controller": script})
-    assert unknown(tree) == []
-    written(tree, **{"install/lib/p/robot_controller": script.replace("import sys", "import sys, os")})
-    assert unknown(tree) == ["lib/p/robot_controller"]
+    assert list(installed_code.python_texts(tree / "install")) == []
+    other = script.replace("import sys", "import sys, os")
+    written(tree, **{"install/lib/p/robot_controller": other})
+    assert list(installed_code.python_texts(tree / "install")) == [("lib/p/robot_controller", other.encode())]
 
 
 def test_a_link_among_the_modules_is_not_followed_by_those_who_count_them(tree: Path):

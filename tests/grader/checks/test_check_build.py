@@ -9,7 +9,7 @@ from helpers import recordings
 from helpers.judging import ask, evidence_with, find
 
 from grader.contract.layout import LAYOUT
-from grader.evidence import Build, Manifest, Quality
+from grader.evidence import Build, Finding, Manifest, Quality
 
 BUILDS = find("check_build::test_colcon_build_succeeds")
 EXECUTABLES = find("check_build::test_executables_are_installed")
@@ -75,11 +75,14 @@ def test_the_cure_is_that_of_the_build_tool():
      "check_student_tests::test_own_tests_pass", "check_student_tests::test_coverage_of_lines_and_branches",
      "check_mutation::test_mutants_are_noticed"],
 )  # fmt: skip
-def test_code_that_was_not_handed_in_earns_no_points_for_code_or_tests(check: str):
+def test_code_that_cannot_be_read_earns_no_points_for_code_or_tests(check: str):
     reference = recordings.load("reference")
     assert ask(find(check), reference).share == 1
-    path = "lib/python3.11/site-packages/ros2_robot_controller/robot_controller.py"
-    other = replace(reference, build=replace(reference.build, not_handed_in=[path]))
-    said = ask(find(check), other)
-    assert said.share == 0
-    assert said.seen == f"the build installs code that was not handed in: {path}"
+    fast, program = "lib/python3.11/site-packages/fast.so", "lib/ros2_robot_controller/robot_controller"
+    for unread, share in ([fast], 0), ([program, fast], 0), ([program], 0.5):
+        said = ask(find(check), replace(reference, build=replace(reference.build, not_handed_in=unread)))
+        assert said.share == share
+        assert f"code that cannot be read: {', '.join(unread)}" in said.seen
+    habits = [Finding("ros2_robot_controller/driver.py", 3, "unreadable-code", "`exec`")]
+    said = ask(find(check), replace(reference, quality=replace(reference.quality, habits=habits)))
+    assert (said.share, said.seen) == (0, "code that cannot be read: ros2_robot_controller/driver.py:3 `exec`")

@@ -194,6 +194,61 @@ def test_a_node_that_only_passes_on_main_has_the_module_it_takes_it_from(tmp_pat
     assert unreached(tmp_path, modules) == set()
 
 
+CORE = """
+    from rclpy.node import Node
+
+
+    class RobotController(Node):
+        def on_scan(self, scan):
+            return scan
+
+
+    def main():
+        RobotController()
+"""
+
+
+@pytest.mark.parametrize("second", ["pkg", "pkg_interfaces"])
+@pytest.mark.parametrize(
+    "face",
+    [
+        "from {second}.core import main\n",
+        "from {second}.core import *\n",
+        "from {second} import core\n\n\ndef main():\n    core.main()\n",
+        "import {second}.core\n\n\ndef main():\n    {second}.core.main()\n",
+        "from {second} import core\n\n\nclass Face(core.RobotController):\n    pass\n\n\ndef main():\n    Face()\n",
+        "from {second} import between\n\n\ndef main():\n    between.run()\n",
+        "from {second} import core\n\n\nclass Face(Node):\n    pass\n\n\ndef main():\n    core.main()\n",
+    ],
+)  # fmt: skip
+def test_the_module_that_makes_the_node_is_its_own_in_whichever_package_and_however_it_is_called(
+    tmp_path: Path, face: str, second: str
+):
+    """Else a few lines in sight would weigh as much as all the code elsewhere: no module weighs more than the nodes."""
+    texts = {
+        "pkg/robot_controller.py": face.format(second=second),
+        f"{second}/between.py": f"from {second} import core\n\n\ndef run():\n    core.main()\n",
+        f"{second}/core.py": dedent(CORE).lstrip(),
+    }
+    assert reachability(tmp_path, texts).homes == {"robot_controller": {"pkg/robot_controller.py", f"{second}/core.py"}}
+
+
+@pytest.mark.parametrize(
+    "started",
+    [
+        {"lib/pkg/robot_controller": CORE},
+        {"lib/pkg/robot_controller": "from real import main\nmain()\n", "lib/pkg/real.py": CORE},
+        {"lib/pkg/robot_controller": "import sys\nsys.path.append('x')\nimport real\n", "share/pkg/x/real.py": CORE},
+    ],
+)
+def test_a_module_that_only_looks_like_the_node_is_not_its_own(tmp_path: Path, started: dict[str, str]):
+    started = {path: dedent(text) for path, text in started.items()}
+    face = dedent(CORE).replace("on_scan", "tidy")
+    assert reachability(tmp_path, {"pkg/robot_controller.py": face}, started).homes == {}
+    copied = reachability(tmp_path, {"pkg/robot_controller.py": dedent(CORE)}, started)
+    assert copied.homes == {"robot_controller": {"pkg/robot_controller.py"}}, "the module may be installed twice"
+
+
 def test_a_package_without_a_module_of_the_contract_has_no_nodes(tmp_path: Path):
     reach = found(tmp_path, {"talker.py": "def main():\n    return 1\n"})
     assert (reach.homes, reach.of_contract) == ({}, False)

@@ -57,7 +57,7 @@ def test_the_interfaces_are_the_contracts_own_files():
         "does not depend on itself",
         "starts without any argument",
         "nothing but tests calls",
-        "not handed in",
+        "cannot be read",
         "no reader sees",
         "crashes or hangs",
     ],

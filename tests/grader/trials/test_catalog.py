@@ -20,3 +20,8 @@ def test_two_trials_of_one_name_are_refused():
     catalog.trials()
     with pytest.raises(ValueError, match="two trials are called idle"):
         catalog.trial(serves=["F1"])(idle)
+
+
+def test_only_the_demonstration_sees_what_is_not_installed():
+    """A node could run an archive or a data file from the source folder, which no check of the build has seen."""
+    assert [name for name, plan in catalog.trials().items() if plan.shows_source] == ["demo"]

@@ -1,0 +1,67 @@
+"""Code that no reader of a package can see: made at run time, loaded from what is no module, or another program."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+
+from grader.evidence import Finding
+from grader.python_ast import called, last_name, literal_string
+from grader.quality.parsed_module import Imports, Module, absolute, imports
+
+UNREADABLE = "unreadable-code"
+_MAKES_CODE = {"exec", "eval", "compile", "__import__"}
+_BUILTINS = {"builtins", "__builtins__"}
+# Modules whose job is to load code that is no module, or to make some.
+_LOADERS = {"runpy", "zipimport", "marshal", "code", "codeop", "imp", "ctypes", "cffi", "pty", "importlib.machinery"}
+_INSIDES = {"__globals__", "__subclasses__", "__code__", "__builtins__"}
+_CODE_TYPES = {"FunctionType", "LambdaType", "CodeType"}
+_PROCESSES = {"os.system", "os.popen"}
+_PROCESS_FAMILIES = ("os.exec", "os.spawn", "os.posix_spawn", "subprocess.", "asyncio.create_subprocess")
+# Starting one of these may run any code; another command of the system, such as `aplay`, runs its own.
+_INTERPRETERS = ("python", "sh", "bash", "dash", "env", "perl", "exec", "xargs")
+
+
+def unreadable_code(modules: Sequence[Module]) -> Iterator[Finding]:
+    """Yield each place of the package's modules and programs, but the demonstration, that runs what cannot be read."""
+    names = {module.name for module in modules}
+    for module in modules:
+        if module.role == "module" or (module.role == "script" and module.stem != "demo"):
+            for line, what in sorted(set(_in_module(module, names))):
+                yield Finding(module.path, line, UNREADABLE, what)
+
+
+def _in_module(module: Module, names: set[str]) -> Iterator[tuple[int, str]]:
+    imported = imports(module)
+    plain = {id(node.func) for node in ast.walk(module.tree) if isinstance(node, ast.Call) and _is_import(node)}
+    for node in ast.walk(module.tree):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            before = absolute(module, node) if isinstance(node, ast.ImportFrom) else ""
+            named = [before, *(f"{before}.{alias.name}".strip(".") for alias in node.names)]
+            yield from ((node.lineno, f"`import {name}`") for name in named if name in _LOADERS | _BUILTINS)
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
+            if node.id in _BUILTINS or (node.id in _MAKES_CODE - imported.names.keys() and id(node) not in plain):
+                yield node.lineno, f"`{node.id}`"
+        elif isinstance(node, ast.Attribute) and node.attr in _INSIDES:
+            yield node.lineno, f"`{node.attr}`"
+        elif isinstance(node, ast.Constant) and node.value in (_BUILTINS | _INSIDES):
+            yield node.lineno, f"`{node.value}`"
+        elif isinstance(node, ast.Call) and (called(node) in _CODE_TYPES or _runs_other_code(node, imported, names)):
+            yield node.lineno, f"`{last_name(node.func)}(…)`"
+
+
+def _is_import(call: ast.Call) -> bool:
+    """Return whether a call imports an ordinary module by its name: `__import__('pkgutil')`."""
+    name = literal_string(call.args[0]) if call.args else ""
+    return called(call) == "__import__" and bool(name) and name not in _LOADERS | _BUILTINS
+
+
+def _runs_other_code(call: ast.Call, imported: Imports, names: set[str]) -> bool:
+    """Return whether a call starts a program other than a command of the system or a module of the package."""
+    meaning = imported.meaning(call.func)
+    if meaning not in _PROCESSES and not meaning.startswith(_PROCESS_FAMILIES):
+        return False
+    words = [word for part in ast.walk(call) for word in literal_string(part).split()]
+    if "-m" in words[:-1] and words[words.index("-m") + 1] in names:
+        return False
+    return not words or words[0].startswith((*_INTERPRETERS, "/", "."))
