@@ -17,8 +17,9 @@ _IGNORED = re.compile(
 def last_words(output: str) -> str:
     """Return the last line of an output and, after a traceback, the place in the package that it leads to.
 
-    Return "" if the output is empty.
+    What Python's garbage collection complained of afterwards does not count. Return "" if the output is empty.
     """
+    output = without_ignored(output) or output
     lines = [line for line in output.splitlines() if line.strip()]
     if not lines:
         return ""
@@ -32,6 +33,12 @@ def hanging_place(output: str) -> str:
     """Return the place in the package at which a dump of all threads shows it, "driver.py:88, in `f`"; "" if none."""
     _, found, dump = output.partition(_DUMP)
     return next(iter(_places(dump)), "") if found else ""
+
+
+def dumped_files(output: str) -> list[str]:
+    """Return for each thread that a dump shows inside of Python code the file in which it was."""
+    frames = [_FRAME.search(dump) for dump in output.split(_DUMP)[1:]]
+    return [frame[1] for frame in frames if frame]
 
 
 def without_ignored(output: str) -> str:

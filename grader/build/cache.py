@@ -14,7 +14,6 @@ from functools import cache
 from pathlib import Path
 
 from grader import evidence
-from grader.build.cmake_allowlist import only_declares
 from grader.build.install_tree import regular_files
 from grader.host import ros_env
 
@@ -56,28 +55,6 @@ def content_key(packages: Sequence[Path], *parts: str, leaving_out: Sequence[str
 def not_source(folder: str, names: list[str]) -> list[str]:
     """Return which of `names` in a folder are not copied into a build. An `ignore` function for shutil.copytree."""
     return [name for name in names if name in _IGNORED or Path(folder, name).is_symlink()]
-
-
-def build_tree_folder(source: Path, cache: Path) -> Path | None:
-    """Return where the cache keeps the build tree for this content; None where it is not safe to share one.
-
-    The key is what CMake reads. CMake only copies Python modules, launch files, parameters and tests, so they are left
-    out of it. A build that can run code of the package shares no tree: it could leave its mark in a tree from which
-    another submission's build continues.
-    """
-    digest = hashlib.sha256(toolchain_id().encode() + ros_env.CMAKE_HOOK.read_bytes())
-    for path in sorted(regular_files(source)):
-        relative = path.relative_to(source)
-        if path.suffix == ".cmake" or path.name in ("colcon.pkg", "colcon.meta"):
-            return None
-        if path.name == "CMakeLists.txt" and not only_declares(path.read_text("latin")):
-            return None
-        if path.name == "package.xml" and "<build_type>ament_cmake</build_type>" not in path.read_text("latin"):
-            return None
-        if path.name in ("CMakeLists.txt", "package.xml") or path.suffix in (".msg", ".srv", ".action", ".idl"):
-            digest.update(f"{relative}\0".encode("utf-8", "surrogateescape"))
-            digest.update(hashlib.sha256(path.read_bytes()).digest())
-    return cache / "trees" / digest.hexdigest()[:40]
 
 
 @cache

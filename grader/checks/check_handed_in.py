@@ -1,12 +1,19 @@
 """Q6: what is handed in besides the nodes: the demonstration, and the test results."""
 
+import signal
+
+from grader import tracebacks
 from grader.checks.findings import some
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.package_text import weigh
-from grader.evidence import Trial
+from grader.evidence import ProcessEnd, Trial
 
 _SERVICES = ("set_speed", "get_status")
 _STATUS_TOPIC = "navigate_to_position/_action/status"
+_ENDED = {4, 5, 6}  # action_msgs/GoalStatus: succeeded, canceled, aborted
+_CRASHES = (-signal.SIGSEGV, -signal.SIGBUS, -signal.SIGABRT)
+# What Python prints of an exception, and C++ of a daemon thread that still spins when Python ends.
+_OWN_FAULTS = ("Traceback (most recent call last)", "terminate called without an active exception")
 
 
 def test_demonstration_runs(judge: Judge) -> None:
@@ -18,13 +25,15 @@ def test_demonstration_runs(judge: Judge) -> None:
     if end is None or (end.by == "us" and trial.ended):
         raise NotReached(trial.ended or "the demonstration was not started")
     words, share = [], 1.0
+    called = {call.service for call in trial.calls if call.response is not None}
     if end.by == "us":
         words.append(f"it had not ended after {end.wall_seconds:.0f} s")
         share -= 0.5
+    elif called and _goals(trial) and _died_in_the_libraries(trial, end):
+        judge.remark(f"it did all it should; then the ROS libraries crashed as it ended (exit status {end.exit_code})")
     elif end.exit_code != 0:
         words.append(f"it ended with exit status {end.exit_code}")
         share -= 0.5
-    called = {call.service for call in trial.calls if call.response is not None}
     if not called and _changed_services(judge):
         raise NotReached(
             f"{', '.join(_changed_services(judge))} differs from the contract, so its calls cannot be observed (I3)"
@@ -69,9 +78,24 @@ def _changed_services(judge: Judge) -> list[str]:
     return [name for name in names if build.type_hashes.get(name) != build.contract_hashes.get(name)]
 
 
-def _goals(trial: Trial) -> set[str]:
-    """Return the goals that the action's status topic reported."""
-    return {str(message.data.get("goal")) for message in trial.messages if message.topic == _STATUS_TOPIC}
+def _died_in_the_libraries(trial: Trial, end: ProcessEnd) -> bool:
+    """Return whether a demonstration crashed in the libraries' own end, after its goals and through no wrong use.
+
+    A crash in rclpy shows in faulthandler's dump; one as the process exits leaves none. It is a wrong use if another
+    thread still spins. A script that fakes all of this gets what it has earned before.
+    """
+    inside = tracebacks.dumped_files(end.output_tail)
+    return (
+        end.exit_code in _CRASHES
+        and set(_goals(trial).values()) <= _ENDED
+        and not any(words in end.output_tail for words in _OWN_FAULTS)
+        and (not inside or (len(inside) == 1 and "/rclpy/" in inside[0]))
+    )
+
+
+def _goals(trial: Trial) -> dict[str, int]:
+    """Return the last status of each goal that the action's status topic reported."""
+    return {str(m.data.get("goal")): m.data.get("status", 0) for m in trial.messages if m.topic == _STATUS_TOPIC}
 
 
 def _matched(case: str, tests: list[str]) -> str:

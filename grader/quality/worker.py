@@ -86,8 +86,9 @@ def package_facts(package: Path, interfaces: Path | None, sources: list[tuple[st
         faults=find_faults(package, interfaces, modules, [file for file in files if file.problem]),
     )
     if interfaces is not None:
-        # The contract's interface files count wherever they are; a package of their own is part of the submission.
-        inside = [path for path in package_files(interfaces) if path.split("/")[0] in ("msg", "srv", "action")]
+        # The contract's interface files, and what builds them, count wherever they are in the submission.
+        moved = ("CMakeLists.txt", "msg", "srv", "action")
+        inside = [path for path in package_files(interfaces) if path.split("/")[0] in moved]
         found = replace(found, paths=sorted({*found.paths, *map(printable, inside)}))
     return found
 

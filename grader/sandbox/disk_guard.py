@@ -11,7 +11,8 @@ from pathlib import Path
 
 from grader.host import shortage
 
-_MAX_DEPTH = 200  # nested folders; a path of more than 4096 characters could no longer be read
+_MAX_DEPTH = 200  # nested folders
+_MAX_PATH = 3000  # bytes; nothing could be read by a path of more than 4096
 _TOO_MANY = 1 << 62
 
 
@@ -77,13 +78,13 @@ class DiskGuard:
 def _used(folders: Sequence[Path]) -> tuple[int, int]:
     """Return the size in bytes and the number of files below the folders, without following links.
 
-    Folders that are nested too deep count as too many files.
+    A folder that is nested too deep, or has too long a path, counts as too many files.
     """
     size = count = 0
     waiting = [(str(folder), 0) for folder in folders]
     while waiting:
         folder, depth = waiting.pop()
-        if depth > _MAX_DEPTH:
+        if depth > _MAX_DEPTH or len(os.fsencode(folder)) > _MAX_PATH:
             return size, _TOO_MANY
         with contextlib.suppress(OSError), os.scandir(folder) as entries:
             for entry in entries:

@@ -21,6 +21,7 @@ from grader.sandbox.bwrap import HOLD, WAIT_FOR_GO, Limits, Sandbox, bwrap_comma
 from grader.sandbox.cpu_clock import CpuClock
 from grader.sandbox.disk_guard import DiskGuard
 from grader.sandbox.syscall_filter import open_filter
+from grader.sandbox.warm_python import leave_keyring
 from grader.sandbox.warm_start import CannotFork, Program, WarmPython
 
 _CLOCK_PERIOD_S = 1.0  # between two readings of how long a command has waited for a CPU
@@ -77,6 +78,7 @@ class Process:
             filter_fd = open_filter()
             stack.callback(os.close, filter_fd)
             command_line = [*bwrap_command(box, info.write_end, filter_fd, self._user), *inside]
+            leave_keyring()
             try:
                 self._popen = subprocess.Popen(
                     [*enter_cgroup(self._group), *command_line], start_new_session=True,

@@ -1,19 +1,32 @@
-"""The kernel calls that a sandbox forbids: those that make a user namespace, in which a process has root's powers.
+"""The kernel calls that a sandbox forbids: those that lead out of it, or to parts of the kernel that no node needs.
 
-With them it could mount, and reach parts of the kernel that no ordinary user does. The filter is a program for the
-kernel's seccomp, in its classic BPF instructions; bubblewrap loads it.
+That is making a user namespace, in which a process could mount, as root; keyrings, which no namespace separates from
+other sandboxes; sockets to a virtual machine's host or to devices; another process's memory and descriptors; and calls
+known for faults of the kernel. The filter is a program for seccomp, in its classic BPF instructions; bubblewrap loads
+it.
 """
 
 from __future__ import annotations
 
 import errno
 import os
+import socket
 import struct
 
 # <linux/audit.h>, <linux/seccomp.h>, <linux/sched.h>, <asm/unistd_64.h>
 _X86_64, _X32_CALLS = 0xC000003E, 0x40000000
 _ALLOW, _ERRNO = 0x7FFF0000, 0x00050000
-_CLONE, _UNSHARE, _CLONE3 = 56, 272, 435
+_SOCKET, _CLONE, _UNSHARE = 41, 56, 272
+_REFUSED = {
+    errno.ENOSYS: (  # as by a kernel that was built without them, so that libraries do without them, too
+        435,  # clone3: its flags are in memory, out of a filter's sight; the C library then calls clone
+        248, 249, 250,  # add_key, request_key, keyctl
+        323,  # userfaultfd
+        425, 426, 427,  # io_uring_setup, io_uring_enter, io_uring_register
+    ),
+    errno.EPERM: (101, 310, 311, 438),  # ptrace, process_vm_readv, process_vm_writev, pidfd_getfd
+}  # fmt: skip
+_FAMILIES = (socket.AF_UNIX, socket.AF_INET, socket.AF_INET6, socket.AF_NETLINK)
 _NEW_USER_NAMESPACE = 0x10000000
 # Offsets in struct seccomp_data.
 _NUMBER, _ARCHITECTURE, _FIRST_ARGUMENT = 0, 4, 16
@@ -23,16 +36,26 @@ _LOAD, _EQUAL, _AT_LEAST, _BIT, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06
 # Each: operation, value, and how many instructions to skip if the comparison holds and if not.
 _PROGRAM = (
     (_LOAD, _ARCHITECTURE, 0, 0),
-    (_EQUAL, _X86_64, 0, 8),  # 32-bit calls have other numbers; nothing of ROS makes them
-    (_LOAD, _NUMBER, 0, 0),
-    (_AT_LEAST, _X32_CALLS, 6, 0),
-    (_EQUAL, _CLONE3, 5, 0),  # its flags are in memory, out of a filter's sight; the C library then calls clone
-    (_EQUAL, _CLONE, 1, 0),
-    (_EQUAL, _UNSHARE, 0, 4),
-    (_LOAD, _FIRST_ARGUMENT, 0, 0),
-    (_BIT, _NEW_USER_NAMESPACE, 0, 2),
-    (_RETURN, _ERRNO | errno.EPERM, 0, 0),
+    (_EQUAL, _X86_64, 1, 0),  # 32-bit calls have other numbers; nothing of ROS makes them
     (_RETURN, _ERRNO | errno.ENOSYS, 0, 0),
+    (_LOAD, _NUMBER, 0, 0),
+    (_AT_LEAST, _X32_CALLS, 0, 1),
+    (_RETURN, _ERRNO | errno.ENOSYS, 0, 0),
+    *(
+        instruction
+        for error, calls in _REFUSED.items()
+        for call in calls
+        for instruction in ((_EQUAL, call, 0, 1), (_RETURN, _ERRNO | error, 0, 0))
+    ),
+    (_EQUAL, _SOCKET, 0, 2 * len(_FAMILIES) + 2),
+    (_LOAD, _FIRST_ARGUMENT, 0, 0),
+    *(part for family in _FAMILIES for part in ((_EQUAL, int(family), 0, 1), (_RETURN, _ALLOW, 0, 0))),
+    (_RETURN, _ERRNO | errno.EAFNOSUPPORT, 0, 0),
+    (_EQUAL, _CLONE, 1, 0),
+    (_EQUAL, _UNSHARE, 0, 3),
+    (_LOAD, _FIRST_ARGUMENT, 0, 0),
+    (_BIT, _NEW_USER_NAMESPACE, 0, 1),
+    (_RETURN, _ERRNO | errno.EPERM, 0, 0),
     (_RETURN, _ALLOW, 0, 0),
 )
 

@@ -40,12 +40,14 @@ _CAPABILITIES_3, _CAPABILITIES = 0x20080522, 64
 _DIE_WITH_PARENT = 1
 _SET_DUMPABLE, _SET_SECCOMP, _DROP_FROM_BOUNDING_SET, _SET_NO_NEW_PRIVILEGES, _AMBIENT = 4, 22, 24, 38, 47
 _CLEAR_AMBIENT, _SECCOMP_FILTER = 4, 2
+_KEYCTL, _JOIN_SESSION_KEYRING = 250, 1  # <asm/unistd_64.h>, <linux/keyctl.h>
 _SET_MEMORY_MAP, _WHOLE_MAP = 35, 14
 # The fields of /proc/self/stat that struct prctl_mm_map asks for; see proc(5).
 _START_CODE, _END_CODE, _START_STACK, _START_DATA, _END_DATA, _START_BRK = 26, 27, 28, 45, 46, 47
 
 _libc = ctypes.CDLL(None, use_errno=True)
 _shown: list[mmap.mmap] = []  # what /proc shows lies in it for as long as the process lives
+_signals = ctypes.create_string_buffer(128)  # a sigset_t: which signals were blocked before a fork
 
 
 def serve() -> dict[str, Any]:
@@ -59,7 +61,7 @@ def serve() -> dict[str, Any]:
                 os._exit(0)
             if data == LOADED:
                 os.write(descriptors[0], loaded)
-            elif os.fork() == 0:
+            elif fork() == 0:
                 break
             for descriptor in descriptors:
                 os.close(descriptor)
@@ -74,6 +76,29 @@ def serve() -> dict[str, Any]:
     take_streams(output)
     kept = {name: request[name] for name in ("command", "cwd", "environment", "libraries")}
     return offer_forks(kept, request["offers_forks"]) if request["offers_forks"] else kept
+
+
+def fork() -> int:
+    """Fork, and return the child's pid, 0 in the child; in that, all signals are blocked until `restart_lttng`.
+
+    rclpy is linked to LTTng, which has started two threads; they sleep until a tracing daemon comes. A fork does not
+    have them, and yet LTTng cancels them when the program exits: a crash, if their memory is not mapped any more.
+    """
+    _call_lttng("ust_before_fork")
+    if (pid := os.fork()) != 0:
+        _call_lttng("ust_after_fork_parent")
+    return pid
+
+
+def restart_lttng() -> None:
+    """Start LTTng's threads in a process that descends from one that was forked by `fork`."""
+    _call_lttng("ust_after_fork_child")
+
+
+def _call_lttng(name: str) -> None:
+    """Call a function of lttng/ust-fork.h, if rclpy's libraries have been loaded and are linked to LTTng."""
+    with contextlib.suppress(OSError, AttributeError):
+        getattr(ctypes.CDLL("librcl.so", os.RTLD_NOLOAD), name)(_signals)
 
 
 def join_and_wait(request: dict[str, Any], status: int) -> None:
@@ -128,8 +153,19 @@ def enter(wanted: int, current: int) -> int:
     return wanted
 
 
+def leave_keyring() -> None:
+    """Give this thread, and so what it starts, an empty session keyring of its own; a kernel without any refuses."""
+    _libc.syscall(_KEYCTL, _JOIN_SESSION_KEYRING, None)
+
+
+def set_dumpable(wanted: bool) -> None:
+    """Let this process's memory and descriptors be open to processes of the same user, as by default, or not."""
+    _call("prctl", _SET_DUMPABLE, int(wanted), 0, 0, 0)
+
+
 def give_up_rights(request: dict[str, Any]) -> None:
-    """Give up what a command in a sandbox does not have: limits, cores, user, capabilities, kernel calls."""
+    """Give up what a command in a sandbox does not have: keys, limits, cores, user, capabilities, kernel calls."""
+    leave_keyring()
     for name, value in request["limits"].items():
         resource.setrlimit(getattr(resource, name), (value, value))
     os.sched_setaffinity(0, request["cores"])
@@ -142,7 +178,7 @@ def give_up_rights(request: dict[str, Any]) -> None:
         os.setresuid(user, user, user)
     _call("prctl", _AMBIENT, _CLEAR_AMBIENT, 0, 0, 0)
     _call("capset", struct.pack("=Ii", _CAPABILITIES_3, 0), bytes(24))
-    _call("prctl", _SET_DUMPABLE, 1, 0, 0, 0)  # as after the start of a program: what /proc/self shows is its own
+    set_dumpable(True)  # as after the start of a program: what /proc/self shows is its own
     _call("prctl", _SET_NO_NEW_PRIVILEGES, 1, 0, 0, 0)
     program = ctypes.create_string_buffer(bytes.fromhex(request["filter"]))
     length = len(request["filter"]) // 16  # instructions of eight bytes
@@ -171,6 +207,7 @@ def offer_forks(program: dict[str, Any], variable: str) -> dict[str, Any]:
         return program | {"environment": {**program["environment"], variable: str(ours.detach())}}
     ours.close()
     die_with(launch)
+    set_dumpable(False)
     while True:
         data, streams, _, _ = socket.recv_fds(theirs, _MESSAGE_BYTES, _STREAMS)
         if not data:
@@ -182,6 +219,7 @@ def offer_forks(program: dict[str, Any], variable: str) -> dict[str, Any]:
         theirs.send(b"%d" % pid)
         for stream in streams:
             os.close(stream)
+    set_dumpable(True)
     for number, stream in enumerate(streams):
         os.dup2(stream, number)
     os.closerange(3, 65536)
@@ -230,6 +268,7 @@ def become_program(request: dict[str, Any]) -> types.CodeType:
     os.chdir(request["cwd"])
     os.environ.clear()
     os.environ.update(request["environment"])
+    restart_lttng()
     sys.argv[:] = [script, *arguments]
     sys.orig_argv[:] = ["python3", script, *arguments]
     with contextlib.suppress(OSError):  # a kernel without CONFIG_CHECKPOINT_RESTORE
@@ -270,21 +309,13 @@ def show_in_proc(words: list[str], environment: dict[str, str]) -> None:
 
 
 def load(libraries: list[str]) -> None:
-    """Load shared libraries, each after those that it needs.
+    """Load shared libraries, in this order.
 
     The loader has noted that their folder does not exist, outside of the sandbox. What is loaded it finds by name.
     """
-    left = libraries
-    while left:
-        failed = []
-        for library in left:
-            try:
-                ctypes.CDLL(library)
-            except OSError:
-                failed.append(library)
-        if len(failed) == len(left):
-            return
-        left = failed
+    for library in libraries:
+        with contextlib.suppress(OSError):
+            ctypes.CDLL(library)
 
 
 def without_our_frames(kind: type[BaseException], error: BaseException, trace: types.TracebackType | None) -> None:
@@ -301,7 +332,7 @@ def _call(name: str, *arguments: Any) -> None:
 
 if __name__ == "__main__":
     runpy.run_path(sys.argv[1])["import_modules"]()
-    # rclpy's libraries have started two threads of LTTng's, which sleep until a tracing daemon comes. No fork has them.
     gc.collect()
     gc.freeze()  # a fork that never touches these pages never copies them
+    set_dumpable(False)
     exec(become_program(serve()), sys.modules["__main__"].__dict__)

@@ -37,6 +37,7 @@ _FORKS_VARIABLE = "ROS2_COURSE_KIT_FORKS"  # read by grader/ros2/launching/forke
 _LOADED = b"loaded"
 # Python imports these by their names before the program.
 _AT_START = frozenset({"sitecustomize", "usercustomize"})
+_TYPE_LIBRARY = re.compile(r"lib(\w+)__rosidl_(generator|typesupport(_fastrtps|_introspection)?)_(c|cpp|py)\.so")
 _DIFFERS = "ROS_DOMAIN_ID"  # the one variable that may differ from the warm process's; read when a node comes up
 
 
@@ -142,7 +143,8 @@ class WarmPython:
     def suits(self, command: Sequence[str], box: Sandbox) -> bool:
         """Return whether `command` in `box` is a program that would not notice how it was started.
 
-        It has to be a Python program that would find the same modules and libraries if it imported them itself.
+        It has to be a Python program that would find the same modules if it imported them itself, and load the same
+        libraries.
         """
         if not self._usable or namespaces.sandbox_disabled() or not box.network or box.writable:
             return False
@@ -156,8 +158,11 @@ class WarmPython:
         own = script if script.is_dir() else script.parent
         folders = [own, *(folder for path in paths if (folder := _on_host(path, box)) and folder.is_dir())]
         modules = {entry.name.split(".")[0] for folder in folders for entry in folder.iterdir()} - {"__main__"}
-        libraries = {library.name for library in _own_libraries(box)}
-        return bool(self._loaded) and not modules & (self._loaded | _AT_START) and not libraries & _kit_libraries()
+        return (
+            bool(self._loaded)
+            and not modules & (self._loaded | _AT_START)
+            and _are_of_types([library.name for library in _own_libraries(box)])
+        )
 
     def start(
         self, command: Sequence[str], box: Sandbox, limits: Limits,
@@ -182,7 +187,8 @@ class WarmPython:
             "init": init, "command": _words(command), "cwd": box.cwd,
             "environment": {**box.environment, "PWD": box.cwd},
             "limits": resource_limits(limits), "user": user, "groups": group.procs_files,
-            "libraries": [str(library) for library in _own_libraries(box, inside=True)], "filter": PROGRAM_BYTES.hex(),
+            "libraries": [str(path) for path in _own_libraries(box, inside=True) if not path.name.endswith("_cpp.so")],
+            "filter": PROGRAM_BYTES.hex(),
             "cores": sorted(os.sched_getaffinity(0)),
             "scheduling": os.sched_getscheduler(0),
             "offers_forks": _FORKS_VARIABLE if tuple(command[: len(LAUNCH)]) == LAUNCH else "",
@@ -229,6 +235,16 @@ def _own_libraries(box: Sandbox, *, inside: bool = False) -> list[Path]:
 def _kit_libraries() -> frozenset[str]:
     folders = [Path(path) for path in ros_env.library_path().split(":")]
     return frozenset(library.name for folder in folders for library in _libraries_of(folder))
+
+
+def _are_of_types(libraries: Sequence[str]) -> bool:
+    """Return whether these are libraries that rosidl makes for one package, which is not the kit's.
+
+    A node that uses the types loads all of them but those for C++, so a fork may load these at its start. In any other
+    there may be code that the program never loads.
+    """
+    packages = {match and match[1] for match in map(_TYPE_LIBRARY.fullmatch, libraries)}
+    return len(packages) <= 1 and None not in packages and not _kit_libraries() & set(libraries)
 
 
 def _libraries_of(folder: Path) -> list[Path]:

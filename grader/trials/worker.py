@@ -26,7 +26,7 @@ from rclpy.type_support import check_for_type_support
 from grader import build, evidence, sandbox
 from grader.errors import GraderError
 from grader.host import namespaces, shortage
-from grader.sandbox import warm_imports
+from grader.sandbox import warm_imports, warm_python
 from grader.trials import catalog, cpu_affinity, parameter_files, wire_layout
 from grader.trials.interfaces import SERVICES, TYPES_PACKAGE, NavigateToPosition, SensorFusionData
 from grader.trials.observation import TrialOver, has_one_thread
@@ -51,6 +51,7 @@ def main() -> int:
         prepare()
         serve_forks()
         namespaces.enter_private_network()
+        warm_python.restart_lttng()  # not before: only a process with one thread may enter namespaces
     return work(plans, sandbox.WarmPython(NODE_ENVIRONMENT, int(sys.argv[2])) if sys.argv[2:] else None)
 
 

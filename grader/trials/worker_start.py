@@ -165,7 +165,7 @@ def serve_forks() -> None:
             data, descriptors, _, _ = socket.recv_fds(channel, 16, 4)
             if not data:
                 sys.exit()
-            if os.fork() == 0:
+            if warm_python.fork() == 0:
                 break
             for descriptor in descriptors:
                 os.close(descriptor)

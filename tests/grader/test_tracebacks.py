@@ -40,6 +40,7 @@ rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because destruction 
     ("output", "said"),
     [
         (CRASH, "KeyError: 'left' (ros2_robot_controller/driver.py:88, in `_control`)"),
+        (CRASH + COLLECTED, "KeyError: 'left' (ros2_robot_controller/driver.py:88, in `_control`)"),
         ("up\n\n", "up"),
         ("", ""),
         ("ModuleNotFoundError: No module named 'scipy'\n", "ModuleNotFoundError: No module named 'scipy'"),

@@ -13,6 +13,19 @@ INSTALL = Path("/ws/install")
 ENVIRONMENT = ros_env.environment(INSTALL, home=sandbox.HOME) | {"PYTHONFAULTHANDLER": "1"}
 LIMITS = sandbox.Limits(wall_seconds=60.0)
 
+# Ended with SIGSEGV in nearly every fork whose LTTng believed that its threads were there: docs/ros-from-wheels.md.
+ENDS_WITH_MANY_STACKS = """
+    import threading
+    import rclpy.node
+    together = threading.Barrier(32)
+    threads = [threading.Thread(target=together.wait) for _ in range(32)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    print("done", flush=True)
+"""
+
 # Everything that a program can ask about itself, without what differs between two starts of the same program.
 ABOUT_ITSELF = """
     import gc, json, os, re, resource, signal, sys, threading

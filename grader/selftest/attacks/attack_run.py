@@ -21,7 +21,7 @@ from grader.selftest.attacks.weaknesses import WEAK
 
 Points = dict[str, float]
 
-# An attack on the build runs code, so it shares no build tree and compiles everything: minutes on a busy machine.
+# An attack on the build has a CMakeLists.txt of its own, so everything is compiled: minutes on a busy machine.
 _BUILD_SECONDS = 900.0
 
 
@@ -112,6 +112,7 @@ def _run_one(each: Attack, reference: Path, settings: pipeline.Settings, baselin
         except Exception as error:  # finding these is what attacks are for
             return AttackResult(each, before, problems=(f"{type(error).__name__}: {error}", *tokens.damage()))
         problems = [*_point_problems(each, grading, before), *_report_problems(each, grading, tokens), *tokens.damage()]
+        problems += tokens.marks(settings.cache)
         return AttackResult(each, before, _points(grading), tuple(grading.evidence.flags), tuple(problems))
 
 

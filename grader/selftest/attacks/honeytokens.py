@@ -10,7 +10,7 @@ import socket
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from grader import KIT
@@ -26,6 +26,7 @@ class Honeytokens:
     """Another submission's report, a file and a variable with a secret, and an open port. No attack may reach them."""
 
     def __init__(self, folder: Path) -> None:
+        self._began = time.time()
         self.token = f"canary{secrets.token_hex(8)}"
         self.secret = folder / "roster.csv"
         self.secret.write_text(f"student,password\nann,{self.hidden}\n")
@@ -67,11 +68,14 @@ class Honeytokens:
             time.sleep(0.02)
         return found + [f"the process {pid} still runs" for pid in left]
 
+    def marks(self, cache: Path) -> list[str]:
+        """Return a phrase for each new file with the token in the build trees that submissions share."""
+        trees = [path for path in (cache / "trees").glob("*") if path.is_dir() and path.stat().st_mtime > self._began]
+        return [f"its mark is in {name} of a shared build tree" for name in _holding(self.token, trees)]
+
     def leaks(self, *folders: Path) -> list[str]:
         """Return the names of the files below `folders` that contain the secret."""
-        token = self.hidden.encode()
-        paths = [path for folder in folders for path in folder.rglob("*") if path.is_file() and not path.is_symlink()]
-        return [path.name for path in paths if token in path.read_bytes()]
+        return _holding(self.hidden, folders)
 
     def close(self) -> None:
         """Close the port."""
@@ -136,6 +140,11 @@ def _what(before: object, after: object) -> str:
     if not isinstance(before, list) or not isinstance(after, list):
         return ""
     return f": {', '.join(sorted({str(name) for name, *_ in set(before) ^ set(after)}))}"
+
+
+def _holding(text: str, folders: Iterable[Path]) -> list[str]:
+    paths = [path for folder in folders for path in folder.rglob("*") if path.is_file() and not path.is_symlink()]
+    return [path.name for path in paths if text.encode() in path.read_bytes()]
 
 
 def _digest(folder: Path) -> str:

@@ -268,7 +268,18 @@ for f in /ws/ccache/0/evil /ws/ccache/ccache.conf /ws/build/../trees/evil; do
 done
 """)),
         needs="I1", proof="ATTACK",
-        stopped="only the kit's own builds write to the compiler cache; a build that can run code shares no build tree",
+        stopped="only the kit's own builds write to the compiler cache; no sandbox holds a build tree that is shared",
+    ),
+    attack(
+        "leaves_a_mark_in_a_shared_tree",
+        "A passed-on CMakeLists.txt runs a file that packages need not share, and that adds commands to the build tree.",
+        put("doc/notes.txt", 'message(STATUS "ATTACK ran")\n'
+            'file(APPEND /ws/build/ros2_robot_controller/cmake_install.cmake "message(STATUS \\"@TOKEN@\\")\\n")\n'),
+        # CMake's words for code are put together, where no search of the text finds them.
+        cmake('set(extra_file "CO")\nset(open_file "(")\n'
+              'install(${extra_file}DE "include${open_file}${CMAKE_CURRENT_SOURCE_DIR}/doc/notes.txt OPTIONAL)")'),
+        needs="I1", proof="ATTACK ran",
+        stopped="a build tree that is shared is built from the files alone that all packages which share it have",
     ),
     attack(
         "runs_code_in_setup_py",

@@ -61,4 +61,23 @@ os._exit(0)
         needs="F1", costs="F1", proof="ATTACK namespaces: 0 mounted: False",
         stopped="a filter of kernel calls refuses user namespaces in every sandbox",
     ),
+    attack(
+        "calls_around_its_sandbox",
+        "The node uses keyrings, sockets to the host and other calls that no namespace holds back.",
+        node("""
+import ctypes
+import socket
+libc = ctypes.CDLL(None)
+answers = {
+    'keyctl': libc.syscall(250, 0, -3, 1), 'add_key': libc.syscall(248, b'user', b'@TOKEN@', b'left', 4, -3),
+    'request_key': libc.syscall(249, b'user', b'@TOKEN@', None, -3), 'userfaultfd': libc.syscall(323, 1),
+    'io_uring': libc.syscall(425, 1, ctypes.create_string_buffer(120)),
+    'ptrace': libc.syscall(101, 16, os.getppid() or 1, 0, 0), 'vsock': libc.socket(40, socket.SOCK_STREAM, 0),
+}
+print('ATTACK calls that were answered:', [name for name, answer in answers.items() if answer >= 0], flush=True)
+os._exit(0)
+"""),
+        needs="F1", costs="F1", proof="ATTACK calls that were answered: []",
+        stopped="a filter of kernel calls, and a session keyring of its own for every sandbox",
+    ),
 )  # fmt: skip

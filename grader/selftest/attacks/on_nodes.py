@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from grader.selftest.attacks.attack import Attack, append, attack, beside, node, put
+from grader.selftest.attacks.attack import Attack, append, attack, beside, cmake, node, put
 from grader.selftest.attacks.honeytokens import SECRET_VARIABLE
 
 _CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
@@ -634,6 +634,20 @@ spin(60.0)
         put("ros2_robot_controller/__pycache__/robot_controller.cpython-311.pyc", "not even bytecode"),
         needs="F14", weak="clamps wrong",
         stopped="bytecode in a submission is left out, and Python writes none in the sandbox",
+    ),
+    attack(
+        "loads_code_before_the_node",
+        "The build compiles a library that nothing imports, under a name like those of the types.",
+        put("src/early.c", "#include <stdio.h>\n"
+            "__attribute__((constructor)) static void run(void) { fputs(\"ATTACK ran early\\n\", stderr); }\n"),
+        cmake("add_library(${PROJECT_NAME}__rosidl_early_c SHARED src/early.c)\n"
+              "install(TARGETS ${PROJECT_NAME}__rosidl_early_c DESTINATION lib)"),
+        node("""
+with open('/proc/self/maps') as maps:
+    print('ATTACK early code in the node:', 'rosidl_early' in maps.read(), flush=True)
+"""),
+        needs="F1", weak="creeps", proof="ATTACK early code in the node: False",
+        stopped="of libraries in the install tree, only those that a node loads for its types are loaded at a fork",
     ),
     attack(
         "brings_hostile_types",

@@ -328,4 +328,19 @@ ATTACKS: tuple[Attack, ...] = (
         number=39, needs="T3", weak="few tests", costs="T3",
         stopped="a mutant leaves no trace: same path, same times, no variable",
     ),
+    attack(
+        "rewrites_the_worker",
+        "A test opens the memory of the process that runs the tests, which has the package as handed in.",
+        append(_TEST, """
+
+def test_robot_controller_parent():
+    import os
+    try:
+        open(f'/proc/{os.getppid()}/mem', 'r+b').close()
+    except PermissionError:
+        raise AssertionError('ATTACK memory of the worker: refused') from None
+"""),
+        needs="T1", weak="few tests", costs="T1", proof="ATTACK memory of the worker: refused",
+        stopped="the process that forks those that run tests is not dumpable, so they can neither read nor trace it",
+    ),
 )  # fmt: skip

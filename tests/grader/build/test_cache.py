@@ -1,4 +1,4 @@
-"""The cache of builds: its keys, which build trees are shared, and damaged entries."""
+"""The cache of builds: damaged entries."""
 
 from __future__ import annotations
 
@@ -7,87 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from submissions.edits import apply
 
 from grader import build, evidence, pipeline, sandbox
-from grader.build import cache, cmake_allowlist, type_hashes
+from grader.build import cache, type_hashes
 from grader.contract import spec
 from grader.errors import GraderError
 from grader.host import ros_env
-
-
-@pytest.fixture
-def package(tmp_path: Path) -> Path:
-    return apply(None, tmp_path)
-
-
-def test_a_changed_module_changes_the_key_and_keeps_the_tree(package: Path, tmp_path: Path):
-    key, tree = cache.build_key([package]), cache.build_tree_folder(package.parent, tmp_path)
-    (package / "ros2_robot_controller" / "robot_controller.py").write_text("# another one\n")
-    assert cache.build_key([package]) != key
-    assert cache.build_tree_folder(package.parent, tmp_path) == tree
-
-
-def test_a_changed_interface_changes_the_tree(package: Path, tmp_path: Path):
-    tree = cache.build_tree_folder(package.parent, tmp_path)
-    with (package / "srv" / "SetSpeed.srv").open("a") as stream:
-        stream.write("bool more\n")
-    assert cache.build_tree_folder(package.parent, tmp_path) != tree
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        "execute_process(COMMAND python3 evil.py)",
-        "include(evil.cmake)",
-        "install(CODE \"message(hello)\")",
-        "add_custom_target(evil ALL COMMAND evil)",
-        "set(CMAKE_PROJECT_INCLUDE evil.txt)",
-        "set(x \"\n#\" ) execute_process(COMMAND evil)",
-        "ament_package(CONFIG_EXTRAS evil.in)",
-        "set_property(GLOBAL PROPERTY RULE_LAUNCH_COMPILE evil)",
-        "file(WRITE x y)",
-        "cmake_language(EVAL CODE evil)",
-        "set(P CM)\nset(${P}AKE_C_COMPILER_LAUNCHER ${PROJECT_SOURCE_DIR}/scripts/cc)",
-        "set(std_msgs_DIR ${PROJECT_SOURCE_DIR}/scripts)",
-        "set(rosidl_generator_py_files evil.py)",
-        "find_package(evil PATHS ${PROJECT_SOURCE_DIR})",
-        "add_compile_options(-wrapper ./evil)",
-        "add_compile_options(-Wall -fplugin=evil.so)",
-    ],
-)  # fmt: skip
-def test_a_build_that_can_run_something_shares_no_tree(package: Path, tmp_path: Path, line: str):
-    """Or one submission could leave its mark in the tree that another one's build goes on from."""
-    assert cache.build_tree_folder(package.parent, tmp_path) is not None
-    with (package / "CMakeLists.txt").open("a") as stream:
-        stream.write(line + "\n")
-    assert cache.build_tree_folder(package.parent, tmp_path) is None
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        "set(CMAKE_CXX_STANDARD 17)",
-        "set(msg_files msg/SensorFusionData.msg)",
-        "set(SRVS srv/SetSpeed.srv)",
-        "if(CMAKE_COMPILER_IS_GNUCXX)\n  add_compile_options(-Wall -Wextra -Wpedantic)\nendif()",
-    ],
-)
-def test_what_ros2_pkg_create_and_tutorials_write_shares_one(package: Path, tmp_path: Path, line: str):
-    with (package / "CMakeLists.txt").open("a") as stream:
-        stream.write(line + "\n")
-    assert cache.build_tree_folder(package.parent, tmp_path) is not None
-
-
-def test_a_word_of_any_length_is_read_in_one_go():
-    """Twenty days for ten megabytes, when a pattern starts over at each letter."""
-    assert cmake_allowlist.only_declares(f'message("{"a" * 1_000_000}")')
-
-
-@pytest.mark.parametrize("name", ["colcon.pkg", "evil.cmake"])
-def test_a_file_that_steers_the_build_shares_no_tree(package: Path, tmp_path: Path, name: str):
-    (package / name).write_text("{}")
-    assert cache.build_tree_folder(package.parent, tmp_path) is None
 
 
 @pytest.fixture
@@ -153,8 +78,6 @@ def test_a_damaged_cache_is_built_again(reference: Path, tmp_path: Path, setting
     first = build.build([package], settings.cache)
     for path in (first.install / ros_env.SITE_IN_PREFIX / spec.PACKAGE).glob("*.py"):
         path.write_text("")
-    tree = cache.build_tree_folder(package.parent, settings.cache)
-    assert tree is None or tree.is_dir()
     second = build.build([package], settings.cache)
     assert not second.facts.cached
     assert second.facts.ok

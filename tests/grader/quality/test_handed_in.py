@@ -72,6 +72,55 @@ def test_a_script_that_never_ends_loses_half():
     assert "had not ended after 61 s" in result.seen
 
 
+RCLPY = "/usr/lib/python3/dist-packages/rclpy"
+IN_DESTROY_NODE = f"""arrived
+Fatal Python error: Segmentation fault
+
+Current thread 0x00007f0b (most recent call first):
+  File "{RCLPY}/node.py", line 2011 in destroy_node
+  File "/ws/submission/scripts/demo.py", line 88 in main
+"""
+STILL_SPINS = f"""
+Thread 0x00007f0a (most recent call first):
+  File "{RCLPY}/executors.py", line 700 in _wait_for_ready_callbacks
+"""
+
+
+@pytest.mark.parametrize("output", ["arrived\n", IN_DESTROY_NODE])
+def test_a_crash_in_the_libraries_own_end_costs_nothing(output: str):
+    """Three correct demonstrations lost a point each for exit status -11."""
+    result = seen(replace(WELL, exit_code=-11, output_tail=output))
+    assert result.share == 1.0
+    assert "exit status -11" in result.seen
+
+
+@pytest.mark.parametrize(
+    ("exit_code", "output"),
+    [
+        (-11, IN_DESTROY_NODE + STILL_SPINS),
+        (-11, IN_DESTROY_NODE.replace(RCLPY, "/ws/submission/scripts")),
+        (-11, "arrived\nTraceback (most recent call last)\nValueError: no\n"),
+        (-6, "arrived\nterminate called without an active exception\n"),
+        (-9, "arrived\n"),
+        (1, "arrived\n"),
+    ],
+    ids=["a thread still spins", "in its own code", "a traceback", "a daemon thread", "killed", "exit status 1"],
+)
+def test_any_other_end_with_a_status_costs_half(exit_code: int, output: str):
+    assert seen(replace(WELL, exit_code=exit_code, output_tail=output)).share == 0.5
+
+
+def test_a_crash_before_the_goal_has_ended_costs_half(monkeypatch: pytest.MonkeyPatch):
+    """Killing oneself with SIGSEGV is no way to a full demonstration."""
+    monkeypatch.setitem(GOAL.data, "status", 2)
+    assert seen(replace(WELL, exit_code=-11)).share == 0.5
+
+
+@pytest.mark.parametrize(("calls", "goals"), [(False, True), (True, False)])
+def test_a_crash_before_all_was_shown_costs_half_and_a_quarter(calls: bool, goals: bool):
+    assert seen(replace(WELL, exit_code=-11), calls=calls, goals=goals).share == 0.25
+
+
 def test_a_node_that_dies_meanwhile_is_not_held_against_the_demonstration():
     result = seen(replace(WELL, by="us", exit_code=None), ended="the node ended at 3.00 s with exit status 1")
     assert result.reached is False

@@ -91,15 +91,16 @@ def test_a_file_with_holes_counts_by_its_size(tmp_path: Path):
 
 
 @pytest.mark.sandbox
-def test_folders_in_folders_without_end_count_as_too_many(tmp_path: Path):
+@pytest.mark.parametrize(("name", "depth"), [("d", 3000), ("d" * 250, 30)])
+def test_folders_in_folders_without_end_count_as_too_many(tmp_path: Path, name: str, depth: int):
     """Beyond a path of 4096 characters they cannot be counted; and Python's rmtree gives up earlier."""
     box = Sandbox(writable={tmp_path: "/ws/out"}, environment=PYTHON.environment)
-    code = "import os\nos.chdir('/ws/out')\nfor _ in range(3000):\n    os.mkdir('d')\n    os.chdir('d')"
+    code = f"import os\nos.chdir('/ws/out')\nfor _ in range({depth}):\n    os.mkdir('{name}')\n    os.chdir('{name}')"
     try:
         assert python(code, box).stopped == "disk"
     finally:
-        tempdir.remove(tmp_path / "d")
-    assert not (tmp_path / "d").exists()
+        tempdir.remove(tmp_path / name)
+    assert not (tmp_path / name).exists()
 
 
 @pytest.mark.sandbox

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from helpers.programs import ABOUT_ITSELF, INSTALL, LIMITS, await_output, box, ended, write
+from helpers.programs import ABOUT_ITSELF, ENDS_WITH_MANY_STACKS, INSTALL, LIMITS, await_output, box, ended, write
 
 from grader import KIT, sandbox
 from grader.sandbox.warm_start import WarmPython
@@ -94,6 +94,7 @@ def test_a_node_learns_the_same_of_itself(launch: Launch):
         "import ctypes, faulthandler; faulthandler.disable(); ctypes.string_at(0)",
         "import faulthandler, os; faulthandler.disable(); os.abort()",
         "import os; os._exit(255)",
+        ENDS_WITH_MANY_STACKS,
         "this is not Python",
     ],
 )
@@ -106,6 +107,22 @@ def test_a_node_ends_in_the_same_way(launch: Launch, text: str):
 @pytest.mark.parametrize("how", HOWS)
 def test_a_node_is_the_launchs_own_child_and_leads_a_session(launch: Launch, how: str):
     assert "[node-1] True True\n" in said(launch(how, PARENT))
+
+
+def test_what_nodes_are_forked_from_is_closed_to_them(launch: Launch):
+    """Else a node could rewrite it, and so the nodes after it."""
+    text = """
+        import os
+        def opens(pid):
+            try:
+                return open(f"/proc/{pid}/mem", "r+b").close() is None
+            except OSError:
+                return False
+        pids = [int(name) for name in os.listdir("/proc") if name.isdigit()]
+        parents = {pid: int(open(f"/proc/{pid}/stat").read().rpartition(")")[2].split()[1]) for pid in pids}
+        print(opens(os.getpid()), opens(min(pid for pid in pids if parents[pid] == os.getppid())))
+    """
+    assert "[node-1] True False\n" in said(launch("warm", text))
 
 
 @pytest.mark.parametrize("how", HOWS)

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import ctypes
 import json
 import os
+import re
 import signal
+import subprocess
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from helpers.programs import ABOUT_ITSELF, ENVIRONMENT, LIMITS, await_output, box, ended, write
+from helpers.programs import ABOUT_ITSELF, ENDS_WITH_MANY_STACKS, ENVIRONMENT, LIMITS, await_output, box, ended, write
 
-from grader import sandbox
+from grader import KIT, sandbox
 from grader.host import cgroup, procfs, ros_env
+from grader.sandbox import warm_imports
 from grader.sandbox.warm_start import CannotFork, WarmPython
 
 pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
@@ -43,6 +47,39 @@ def test_a_program_learns_the_same_of_itself(start: Start):
     assert json.loads(forked) == json.loads(cold)
 
 
+# Imports the modules that docs/trials.md lists, and imports and uses all that is loaded for nodes.
+LISTED = (KIT / "docs" / "trials.md").read_text().partition("what forks it needs itself: ")[2].partition("\n")[0]
+MODULES = f"""
+    import importlib, json, os, sys
+    before = sorted(sys.modules)
+    for name in {(*warm_imports.MODULES, *re.findall("`(.+?)`", LISTED))}:
+        importlib.import_module(name)
+    from rclpy.type_support import check_for_type_support
+    for package, names in {warm_imports.TYPES}.items():
+        for name in names:
+            check_for_type_support(getattr(sys.modules[package], name))
+    print(json.dumps([before, sorted(sys.modules), len(os.listdir("/proc/self/task"))]))
+"""
+# "Am I under test?", asked of sys.modules.
+OF_TESTS = {"unittest", "doctest", "pytest", "_pytest", "py", "pluggy", "coverage", "mock", "nose", "hypothesis"}
+
+
+def test_no_program_takes_itself_for_one_under_test(start: Start):
+    """unittest.mock was in a node's sys.modules in trials, and on no robot."""
+    before, _, _ = json.loads(ended(start("warm", MODULES))[1])
+    assert {name.split(".")[0] for name in before} & OF_TESTS == set()
+
+
+def test_a_node_has_the_modules_and_threads_of_one_that_was_started(start: Start):
+    (_, cold), (_, forked) = ended(start("cold", MODULES)), ended(start("warm", MODULES))
+    assert json.loads(forked)[1:] == json.loads(cold)[1:]
+
+
+def test_it_exits_as_well_when_many_threads_have_ended(start: Start):
+    """Demonstrations that had done all they should ended with -11, and lost a point of Q6."""
+    assert ended(start("warm", ENDS_WITH_MANY_STACKS)) == (0, "done\n")
+
+
 def test_it_has_no_rights(start: Start):
     _, output = ended(start("warm", ABOUT_ITSELF))
     found = json.loads(output)
@@ -50,6 +87,48 @@ def test_it_has_no_rights(start: Start):
     assert rights == ["0" * 16] * 4
     assert (found["status"]["NoNewPrivs"], found["status"]["Seccomp"]) == ("1", "2")
     assert not found["is root"] or os.geteuid() != 0
+
+
+# add_key, request_key, keyctl, userfaultfd, io_uring's three; ptrace, process_vm_readv and _writev, pidfd_getfd.
+REFUSED = dict.fromkeys((248, 249, 250, 323, 425, 426, 427), "ENOSYS") | dict.fromkeys((101, 310, 311, 438), "EPERM")
+# AF_UNIX, AF_INET, AF_INET6 and AF_NETLINK; AF_PACKET, AF_BLUETOOTH, AF_ALG and AF_VSOCK.
+SOCKETS = {1: "OK", 2: "OK", 10: "OK", 16: "OK"} | dict.fromkeys((17, 31, 38, 40), "EAFNOSUPPORT")
+
+
+@pytest.mark.parametrize("how", ["cold", "warm"])
+def test_it_cannot_make_calls_that_lead_out_of_its_sandbox(start: Start, how: str):
+    text = f"""
+        import ctypes, errno, socket
+        libc, answers = ctypes.CDLL(None, use_errno=True), {{}}
+        for number in {list(REFUSED)}:
+            answer = libc.syscall(number, 0, 0, 0, 0, 0, 0)
+            answers[number] = errno.errorcode[ctypes.get_errno()] if answer < 0 else "OK"
+        families = {{}}
+        for family in {list(SOCKETS)}:
+            try:
+                socket.socket(family, socket.SOCK_DGRAM).close()
+                families[family] = "OK"
+            except OSError as error:
+                families[family] = errno.errorcode[error.errno]
+        print(answers, families)
+    """
+    assert ended(start(how, text)) == (0, f"{REFUSED} {SOCKETS}\n")
+
+
+@pytest.mark.parametrize("how", ["cold", "warm"])
+def test_it_possesses_no_key_of_the_grader(install: Path, how: str):
+    """The session keyring is in no namespace: a login's keys were open to each sandbox, and one could leave keys."""
+    libc = ctypes.CDLL(None)
+    libc.syscall(250, 1, None)  # keyctl, KEYCTL_JOIN_SESSION_KEYRING: not the keyring of whoever runs the tests
+    key = libc.syscall(248, b"user", b"kit:secret", b"abc", 3, -3)  # add_key, to the session keyring
+    if key < 0:
+        pytest.skip("this kernel has no keyrings, or they are forbidden here")
+    libc.syscall(250, 5, key, 0x3F000000)  # KEYCTL_SETPERM: who does not possess it cannot see it either
+    assert "kit:secret" in Path("/proc/keys").read_text()
+    command = write(install, "print('kit:secret' in open('/proc/keys').read())")
+    with WarmPython(ENVIRONMENT) as own:
+        process = sandbox.Process(command, box(install), LIMITS, own if how == "warm" else None)
+        assert ended(process) == (0, "False\n")
 
 
 def test_it_is_in_the_namespaces_of_its_sandbox_alone(start: Start):
@@ -257,7 +336,10 @@ def no_change(_install: Path) -> None:
         ("#!/usr/bin/env python3", lambda install: module(install, "sitecustomize"), False),
         ("#!/usr/bin/env python3", lambda install: module(install, "own"), True),
         ("#!/usr/bin/env python3", lambda install: (install / "lib" / "librcl.so").touch(), False),
-        ("#!/usr/bin/env python3", lambda install: (install / "lib" / "libown.so").touch(), True),
+        ("#!/usr/bin/env python3", lambda install: libraries(install, "p"), True),
+        ("#!/usr/bin/env python3", lambda install: libraries(install, "p", "q"), False),
+        ("#!/usr/bin/env python3", lambda install: libraries(install, "std_msgs"), False),
+        ("#!/usr/bin/env python3", lambda install: (install / "lib" / "libown.so").touch(), False),
     ],
 )
 def test_only_what_would_find_the_same_modules_is_forked(
@@ -272,6 +354,22 @@ def module(install: Path, name: str) -> None:
     folder = install / ros_env.SITE_IN_PREFIX
     folder.mkdir(parents=True)
     (folder / f"{name}.py").touch()
+
+
+def libraries(install: Path, *packages: str) -> None:
+    for package in packages:
+        (install / "lib" / f"lib{package}__rosidl_generator_c.so").touch()
+        (install / "lib" / f"lib{package}__rosidl_typesupport_fastrtps_cpp.so").touch()
+
+
+@pytest.mark.parametrize("name", ["libown.so", "libp__rosidl_more_c.so", "libp__rosidl_typesupport_cpp.so"])
+def test_no_library_runs_that_the_program_does_not_load(install: Path, warm: WarmPython, name: str):
+    """A fork loaded all that were installed, and what is in a library nobody reads."""
+    text = '#include <stdio.h>\n__attribute__((constructor)) void run(void) { puts("ran"); fflush(stdout); }'
+    command = ["cc", "-shared", "-fPIC", "-x", "c", "-", "-o", str(install / "lib" / name)]
+    subprocess.run(command, input=text, text=True, check=True)
+    with sandbox.Process(write(install, "print('only this')"), box(install), LIMITS, warm) as process:
+        assert ended(process) == (0, "only this\n")
 
 
 def test_a_file_that_is_a_link_or_cannot_be_executed_is_started_as_before(install: Path, warm: WarmPython):

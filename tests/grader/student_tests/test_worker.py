@@ -400,6 +400,23 @@ def test_forging_failures_by_their_words_is_found_out(tmp_path: Path):
     assert any("was reported as passed" in doubt for doubt in found.tests.doubts)
 
 
+def test_the_worker_is_closed_to_the_tests_that_it_runs(tmp_path: Path):
+    """It has the package as handed in, and restores it before each run: a test read and rewrote its memory."""
+    text = """
+        import os
+        import pytest
+
+        @pytest.mark.parametrize("name", ["mem", "environ", "maps", "fd/0"])
+        def test_it(name):
+            os.stat(f"/proc/self/{name}")
+            open(f"/proc/{os.getpid()}/mem", "r+b").close()
+            with pytest.raises(PermissionError):
+                open(f"/proc/{os.getppid()}/{name}", "rb")
+    """
+    found = run(tmp_path, module("looks", text))
+    assert (found.tests.modules[0].passed, found.tests.modules[0].failures) == (4, [])
+
+
 def test_a_stopped_worker_counts_as_dead(tmp_path: Path):
     """Otherwise the grader would wait for ten times the module's time limit: 16 minutes here."""
     text = "def test_it():\n    import os\n    os.kill(os.getppid(), 19)\n    assert os.getppid()\n"

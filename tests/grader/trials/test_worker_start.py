@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import textwrap
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
+from helpers.programs import ENDS_WITH_MANY_STACKS
 from helpers.ros2_runs import until
 
 from grader import KIT, build
@@ -84,6 +86,13 @@ def test_another_worker_can_be_started_after_a_crash(make):
     os.kill(first.pid, signal.SIGSEGV)
     assert end(first) == -signal.SIGSEGV
     assert end(forked(workers)) == 0
+
+
+def test_a_worker_exits_as_well_when_many_threads_have_ended(make):
+    """It exits with the threads of DDS gone, and crashed then as the nodes did: see docs/ros-from-wheels.md."""
+    text = textwrap.dedent(ENDS_WITH_MANY_STACKS)
+    code = f"import sys\nend = sys.exit\nsys.exit = lambda *status: (exec({text!r}, {{}}), end(*status))"
+    assert end(forked(make(code))) == 0
 
 
 def test_no_worker_outlives_what_it_was_forked_from(make):
