@@ -51,7 +51,7 @@ def test_status_reports_an_obstacle(judge: Judge) -> None:
         if ahead is not False:
             wrong.append(f"obstacle_detected = {ahead} while driving backwards, away from an obstacle")
         if behind is not True:
-            wrong.append(f"obstacle_detected = {behind} after driving backwards, with an obstacle 0.4 m behind")
+            wrong.append(f"obstacle_detected = {behind} after driving backwards, with an obstacle 0.45 m behind")
     if wrong and not (behind is True and _stops_for_what_is_behind(judge)):
         judge.share(0.5, "\n".join(wrong), motion.TRY_SECTOR)
 

@@ -134,6 +134,6 @@ def status(stage: Stage) -> None:
     stage.run(0.5)  # at 0.25 m/s it is still nearer than the threshold then
     stage.call("get_status")
     stage.remove_obstacle(ahead)
-    stage.add_obstacle(0.4, bearing=math.pi)
-    stage.run(0.5)
+    stage.add_obstacle(0.45, bearing=math.pi)
+    stage.run(0.8)  # F4 judges how soon it is seen
     stage.call("get_status")

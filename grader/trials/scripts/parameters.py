@@ -106,10 +106,10 @@ def other_settings(stage: Stage) -> None:
     stage.mark("start")
     stage.call("set_speed", speed=0.4375)
     stage.run(1.2)
-    # Beyond the default margin, and still so when it is removed.
-    ahead = stage.add_obstacle(1.15)
+    # Beyond the default margin, and still so when it is removed. F4 judges how soon it is seen.
+    ahead = stage.add_obstacle(1.25)
     stage.mark("ahead")
-    stage.run(0.5)
+    stage.run(0.8)
     stage.remove_obstacle(ahead)
     stage.mark("slowed")
     stage.call("set_speed", speed=0.125)

@@ -35,7 +35,7 @@ def with_trial(evidence: Evidence, trial) -> Evidence:
     ("flags", "said"),
     [
         ({"ahead": True}, "obstacle_detected = True while driving backwards, away from an obstacle"),
-        ({"behind": False}, "obstacle_detected = False after driving backwards, with an obstacle 0.4 m behind"),
+        ({"behind": False}, "obstacle_detected = False after driving backwards, with an obstacle 0.45 m behind"),
     ],
 )
 def test_driving_backwards_the_flag_is_about_what_lies_behind(flags: dict[str, bool], said: str):
