@@ -424,12 +424,12 @@ _EDITS = (
     ),
     _edit(
         "controller_without_a_scan",
-        "F4 F5 F6 F7 F11 I4 I6",
+        "F4 F6 F7 F11 I4 I6",
         "The controller does not subscribe to the scan, and drives all the same.",
         (_DRIVER, "        self.create_subscription(LaserScan, 'scan', self._on_scan, qos_profile_sensor_data)\n", ""),
         (_DRIVER, "self._wanted(limits) if self._is_fresh(self._scan_time) else STOP", "self._wanted(limits)"),
         says=("the node does not subscribe to scan, so no bad reading came to it",),
-        why="a robot that sees nothing neither stops (F4, F5, F11, I6) nor reports an obstacle (F7)",
+        why="a robot that sees nothing neither stops (F4, F11, I6) nor reports an obstacle (F7)",
     ),
     _edit(
         "hard_codes_the_lidars_limits",
