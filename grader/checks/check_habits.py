@@ -39,7 +39,7 @@ def test_contract_numbers_are_parameters(judge: Judge) -> None:
         if not use.declared:
             bad.append(f"{use.node}: {use.name} is not declared in the code")
         elif not use.read:
-            bad.append(f"{use.node}: {use.name} is declared but never read")
+            bad.append(f"{use.node}: {use.name} is declared, and its value is never used")
         else:
             continue
         if use.literals:

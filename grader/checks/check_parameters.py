@@ -113,11 +113,14 @@ def _slow_robot(judge: Judge) -> list[str]:
 def _far_sighted_robot(judge: Judge) -> list[str]:
     trial = judge.trial("far_sighted_robot")
     judge.call(trial, "set_speed", 0)
-    nearest = motion.closest_ahead(trial)
-    if nearest > 1.5:
-        raise NotReached(f"the robot never came near the wall: {nearest:.2f} m at best (F2)")
-    if nearest < 0.85:
-        return [f"with obstacle_detection_threshold 1.0 the robot came within {nearest:.2f} m of the wall"]
+    came, end = trial.marks["obstacle"], trial.marks["end"]
+    before = motion.odometry_speed(trial.samples, came - 0.5, came)
+    if before < 0.05:
+        raise NotReached(f"the robot drove at {before:.2f} m/s before the obstacle came (F2)")
+    last = motion.between(trial.commands, end - 0.3, end)  # F4 judges how soon it stops
+    if any(abs(command.v) > motion.ZERO for command in last):
+        seen = f"the robot drove on with an obstacle {trial.choices['distance']:g} m ahead"
+        return [f"with obstacle_detection_threshold 1.0 {seen}"]
     return []
 
 

@@ -40,6 +40,7 @@ def test_bad_readings_do_not_crash_the_node(judge: Judge) -> None:
         if trial.ended:
             phase = max(trial.marks.items(), key=lambda item: item[1])[0]
             crashes.append(f"after {phase}: {trial.ended}{last_output(trial)}")
+    _expect_scans(judge)
     seen = "; ".join(crashes)
     judge.expect(not crashes, seen, "min() of nothing raises: min(readings, default=math.inf)")
 
@@ -67,6 +68,16 @@ def test_a_real_obstacle_among_bad_readings_is_seen(judge: Judge) -> None:
         judge.share(0.5, seen, "range_min <= reading <= range_max: the limits themselves are valid")
 
 
+def _expect_scans(judge: Judge) -> None:
+    """Raise NotReached if no reading comes to the robot: its node does not subscribe, and nothing lets it stop."""
+    trial = judge.trial("obstacle_among_bad_readings", complete=False)
+    graph, came = trial.graph, trial.marks.get("obstacle", math.inf)
+    subscribed = graph is None or any(e.topic == "scan" and e.kind == "subscription" for e in graph.endpoints)
+    stops = _drives(trial, 0.0, came) and any(c.t > came and motion.is_zero(c) for c in trial.commands)
+    if not (subscribed or stops):
+        raise NotReached("the node does not subscribe to scan, so no bad reading came to it (I4)")
+
+
 def _drives(trial: Trial, start: float, end: float) -> bool:
     return any(command.v > 0.05 for command in motion.between(trial.commands, start, end))
 
@@ -74,6 +85,7 @@ def _drives(trial: Trial, start: float, end: float) -> bool:
 def _speed_before(judge: Judge, trial: Trial) -> float:
     """Return the speed commanded before the first bad scan, in m/s; F2 judges whether it is the set one."""
     judge.call(trial, "set_speed", 0)
+    _expect_scans(judge)
     before = min(trial.marks.values(), default=math.inf)
     last = next((c for c in reversed(trial.commands) if c.t <= before), None)
     if last is None or not last.v > 0.05:

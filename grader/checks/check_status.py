@@ -9,7 +9,7 @@ from grader.evidence import Call, Trial
 
 _MOMENTS = ("standing", "driving", "before an obstacle 0.45 m ahead", "when the obstacle is gone")
 _OBSTACLES = (False, False, True, False)
-_ASIDE = len(_MOMENTS)
+_LATER = range(len(_MOMENTS), len(_MOMENTS) + 3)  # beside a pole, then backwards with an obstacle ahead and behind
 _AGREES_M, _AGREES_RAD = 0.1, 0.2  # the pose may be a message old
 
 
@@ -42,10 +42,18 @@ def test_status_reports_an_obstacle(judge: Judge) -> None:
         wrong_way = motion.goes_the_wrong_way(trial, calls[1].t - 0.5, calls[1].t) if wanted else ""
         try_ = motion.TRY_DIRECTION if wrong_way else "set the flag from every scan, to True or to False"
         judge.expect(flag is wanted, f"obstacle_detected = {flag} {moment}{wrong_way}", try_)
-    flag = _answer(judge.call(trial, "get_status", _ASIDE))["obstacle_detected"]
-    if flag is not False and not _stops_for_what_is_behind(judge):
-        seen = f"obstacle_detected = {flag} while driving past a pole 0.4 m away, more than 60 degrees to one side"
-        judge.share(0.5, seen, motion.TRY_SECTOR)
+    aside, ahead, behind = (_answer(judge.call(trial, "get_status", index))["obstacle_detected"] for index in _LATER)
+    wrong = []
+    if aside is not False:
+        wrong = [f"obstacle_detected = {aside} while driving past a pole 0.4 m away, more than 60 degrees to one side"]
+    since = trial.marks["backwards"]
+    if motion.odometry_speed(trial.samples, since - 0.2, since) < -0.05:  # F2 judges whether it drives backwards
+        if ahead is not False:
+            wrong.append(f"obstacle_detected = {ahead} while driving backwards, away from an obstacle")
+        if behind is not True:
+            wrong.append(f"obstacle_detected = {behind} after driving backwards, with an obstacle 0.45 m behind")
+    if wrong and not (behind is True and _stops_for_what_is_behind(judge)):
+        judge.share(0.5, "\n".join(wrong), motion.TRY_SECTOR)
 
 
 def test_status_gives_the_pose_from_odometry(judge: Judge) -> None:

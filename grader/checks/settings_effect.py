@@ -20,10 +20,12 @@ def without_effect(trial: Trial) -> dict[str, str]:
     """
     seen = {
         "laser_processing_rate": _rate(trial),
-        # Not while it turns: an action loop that sleeps by wall time keeps its acceleration only by that.
         "linear_acceleration": _rise(trial, "v", "linear_acceleration"),
+        # An action loop that sleeps by wall time keeps the acceleration of its turns only by that.
+        "angular_acceleration": _rise(trial, "omega", "angular_acceleration") if trial.pace == "lockstep" else "",
         "max_angular_speed": _turning(trial),
         "emergency_stop_distance": _emergency(trial),
+        "safety_margin": _margin(trial),
     }
     return {name: f"with {name} = {trial.choices[name]:g}, {words}" for name, words in seen.items() if words}
 
@@ -61,6 +63,14 @@ def _emergency(trial: Trial) -> str:
         return ""
     stopped = any(map(motion.is_zero, motion.between(trial.commands, trial.marks["beside"], trial.marks["gone"])))
     return "" if stopped else "the robot drove on with an obstacle 0.3 m away, to one side"
+
+
+def _margin(trial: Trial) -> str:
+    before = _speed_before(trial, "ahead")
+    if "slowed" not in trial.marks or before < 0.3:  # how much slower is left open; a slow robot may be slow enough
+        return ""
+    slowest = min((c.v for c in motion.between(trial.commands, trial.marks["ahead"], trial.marks["slowed"])), default=0)
+    return "" if slowest < 0.98 * before else f"the robot drove on at {slowest:.2f} m/s with an obstacle 1 m ahead"
 
 
 def _speed_before(trial: Trial, mark: str) -> float:

@@ -6,6 +6,7 @@ import ast
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from typing import TypeGuard
 
 from grader.contract.spec import PARAMETERS
 from grader.evidence import Finding, ParameterUse
@@ -15,6 +16,7 @@ from grader.quality.parsed_module import Module
 _DECLARE = ("declare_parameter", "declare_parameters")
 _READ = ("get_parameter", "get_parameters", "get_parameter_or", "get_parameters_by_prefix")
 _ON_SET = ("add_on_set_parameters_callback", "add_pre_set_parameters_callback", "add_post_set_parameters_callback")
+_BY_ANY_NAME = {"getattr", "vars", "attrgetter", "__dict__", "__getattribute__"}
 _MAX_LITERALS = 5
 _MIN_FIXED = 5  # letters of a formatted name that are written in the code
 _MAX_PARTS = 5
@@ -27,7 +29,9 @@ def parameter_use(modules: Sequence[Module], reached: Sequence[Module] | None = 
 
     Names go through variables, tables, fields of a dataclass and helper functions: where the code declares or reads
     names that are not written in the call itself, a name counts that is written elsewhere in the modules. A callback
-    that takes each new parameter's name and value also reads it, because declaring a parameter calls it.
+    that takes each new parameter's name and value also reads it, because declaring a parameter calls it. A value that
+    is only kept in an attribute at which nothing looks is not read, nor is a name of which the code only asks whether
+    it is `in` something.
     """
     names = _Names([module for module in (modules if reached is None else reached) if module.role == "module"])
     return [
@@ -50,11 +54,12 @@ class _Names:
         nodes = [node for module in modules for node in ast.walk(module.tree)]
         calls = [node for node in nodes if isinstance(node, ast.Call)]
         declarations = [call for call in calls if called(call) in _DECLARE]
-        reads = [call for call in calls if called(call) in _READ]
+        idle = set(map(id, _never_used(nodes)))
+        reads = [call for call in calls if called(call) in _READ and id(call) not in idle]
         self._declared = {word for call in declarations for word in _declared_names(call)}
         self._read = {word for call in reads for word in _strings(call)}
         # `self.declare_parameter('x', 0.5).value` and `x = self.declare_parameter('x', 0.5)` read what they declare.
-        kept = {id(node.value) for node in nodes if isinstance(node, ast.Attribute | ast.Assign | ast.AnnAssign)}
+        kept = {id(node.value) for node in nodes if isinstance(node, ast.Attribute | ast.Assign | ast.AnnAssign)} - idle
         self._read |= {word for call in declarations if id(call) in kept for word in _declared_names(call)}
         self._declares_others = any(_goes_by_variable(call) for call in declarations)
         self._reads_others = (
@@ -69,8 +74,10 @@ class _Names:
         patterns = [(id(node), _pattern(node)) for node in nodes if isinstance(node, ast.JoinedStr)]
         self._declared_patterns = [pattern for where, pattern in patterns if pattern and where in in_declarations]
         self._other_patterns = [pattern for where, pattern in patterns if pattern and where not in in_declarations]
-        self._written = Counter(literal_string(node) for node in nodes if id(node) not in in_declarations)
-        self._mentioned = {_identifier(node) for node in nodes if id(node) not in fields}
+        aside = in_declarations | idle | {id(node.left) for node in nodes if _looks_for(node)}
+        self._written = Counter(literal_string(node) for node in nodes if id(node) not in aside)
+        stored = {id(node) for node in nodes if isinstance(getattr(node, "ctx", None), ast.Store)}
+        self._mentioned = {_identifier(node) for node in nodes if id(node) not in fields.keys() | stored}
 
     def declares(self, name: str) -> bool:
         if name in self._declared or any(pattern.fullmatch(name) for pattern in self._declared_patterns):
@@ -121,6 +128,23 @@ def _goes_by_variable(call: ast.Call) -> bool:
     if isinstance(first, ast.List | ast.Tuple):
         return any(not _strings(entry) for entry in first.elts)
     return not literal_string(first)
+
+
+def _looks_for(node: ast.AST) -> TypeGuard[ast.Compare]:
+    """Return whether this is `'x' in changed`, which takes no value from `changed`."""
+    return isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.In | ast.NotIn)
+
+
+def _never_used(nodes: Sequence[ast.AST]) -> Iterator[ast.AST]:
+    """Yield what is assigned to an attribute that nothing looks at."""
+    used = {_identifier(node) for node in nodes if isinstance(getattr(node, "ctx", None), ast.Load)}
+    if used & _BY_ANY_NAME:
+        return
+    for node in nodes:
+        if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            if all(isinstance(target, ast.Attribute) and target.attr not in used for target in targets):
+                yield from ast.walk(node.value)
 
 
 def _compares_name(node: ast.AST) -> bool:

@@ -17,6 +17,7 @@ from grader import KIT
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
 
+_CONTROLLER = "ros2_robot_controller/robot_controller.py"
 _DRIVER = "ros2_robot_controller/driver.py"
 _SPEED_SERVER = "ros2_robot_controller/speed_server.py"
 _NAVIGATOR = "ros2_robot_controller/navigator.py"
@@ -422,6 +423,15 @@ _EDITS = (
         says=("all beams read +inf",),
     ),
     _edit(
+        "controller_without_a_scan",
+        "F4 F6 F7 F11 I4 I6",
+        "The controller does not subscribe to the scan, and drives all the same.",
+        (_DRIVER, "        self.create_subscription(LaserScan, 'scan', self._on_scan, qos_profile_sensor_data)\n", ""),
+        (_DRIVER, "self._wanted(limits) if self._is_fresh(self._scan_time) else STOP", "self._wanted(limits)"),
+        says=("the node does not subscribe to scan, so no bad reading came to it",),
+        why="a robot that sees nothing neither stops (F4, F11, I6) nor reports an obstacle (F7)",
+    ),
+    _edit(
         "hard_codes_the_lidars_limits",
         "F6 F12",
         "The lidar's limits are two numbers in the code.",
@@ -459,6 +469,13 @@ _EDITS = (
         "What is within 90 degrees to each side counts as in the way.",
         (_SCANS, "SECTOR_HALF_WIDTH = math.radians(60.0)", "SECTOR_HALF_WIDTH = math.radians(90.0)"),
         says=("more than 60 degrees to one side",),
+    ),
+    _edit(
+        "flag_is_about_the_front_only",
+        "F7",
+        "The flag in the status is about what lies ahead, in whatever direction the robot drives.",
+        (_SPEED_SERVER, "motion.obstacle_in_way(self._near, self._direction(),", "motion.obstacle_in_way(self._near, 0.0,"),
+        says=("True while driving backwards, away from an obstacle", "False after driving backwards"),
     ),
     _edit(
         "pose_without_a_direction",
@@ -714,6 +731,28 @@ _EDITS = (
         says=("with emergency_stop_distance = 0.4, the robot drove on",),
     ),
     _edit(
+        "hard_codes_the_safety_margin",
+        "Q4",
+        "How far from an obstacle the robot slows down has a limit in the code.",
+        (_MOTION, "share = room / limits.safety_margin if", "share = room / 0.3 if"),
+        says=("with safety_margin = 1, the robot drove on at 0.4",),
+    ),
+    _edit(
+        "hard_codes_the_angular_acceleration",
+        "Q4",
+        "The robot turns up at 2 rad/s² if the parameter asks for less.",
+        (_MOTION, "limits.angular_acceleration * dt", "max(2.0, limits.angular_acceleration) * dt"),
+        says=("with angular_acceleration = 0.5, omega still rose as fast as with 2",),
+    ),
+    _edit(
+        "hard_codes_the_fusion_rate",
+        "Q4",
+        "Feedback comes at 20 Hz, whatever the parameter says.",
+        (_NAVIGATOR, "self.create_timer(self._period('fusion_rate'),", "self.create_timer(0.05,"),
+        (_CONTROLLER, "self.create_timer(self._period('fusion_rate'),", "self.create_timer(0.05,"),
+        says=("fusion_rate is declared, and its value is never used",),
+    ),
+    _edit(
         "hard_codes_the_battery_threshold",
         "F12 Q4",
         "The battery alarm goes by 20 percent, whatever the parameter says.",
@@ -953,7 +992,16 @@ _EDITS = (
         "The obstacle threshold is a number in the code.",
         (_MOTION, "    return clearance(near, v) < limits.obstacle_detection_threshold\n",
          "    return clearance(near, v) < 0.5\n"),
-        says=("the robot came within",),
+        says=("the robot drove on with an obstacle",),
+    ),
+    _edit(
+        "stops_by_a_number_slows_by_the_parameter",
+        "I6",
+        "The robot slows down before the threshold, to a crawl, and stops at a number in the code.",
+        (_MOTION, "    return clearance(near, v) < limits.obstacle_detection_threshold\n",
+         "    return clearance(near, v) < 0.5\n"),
+        (_MOTION, "MIN_SPEED_SHARE = 0.2", "MIN_SPEED_SHARE = 0.1"),
+        says=("the robot drove on with an obstacle",),
     ),
     _edit(
         "uses_wall_time",

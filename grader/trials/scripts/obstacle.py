@@ -110,7 +110,7 @@ def obstacle_behind(stage: Stage) -> None:
 
 @trial(serves=["F7"])
 def status(stage: Stage) -> None:
-    """Ask for the status standing, driving, at an obstacle, after it, and beside a pole."""
+    """Ask for the status standing, driving, at an obstacle, after it, beside a pole, and backwards."""
     stage.run(0.5)
     stage.call("get_status")
     stage.call("set_speed", speed=stage.choose("speed", [0.25, 0.375]))
@@ -123,6 +123,17 @@ def status(stage: Stage) -> None:
     stage.run(1.0)
     stage.call("get_status")
     # At least 64 degrees to one side, and soon directly beside the robot: only 60 degrees count as ahead.
-    stage.add_obstacle(0.4, bearing=math.radians(stage.choose("aside", [-70.0, 70.0])), radius=0.05)
+    pole = stage.add_obstacle(0.4, bearing=math.radians(stage.choose("aside", [-70.0, 70.0])), radius=0.05)
     stage.run(0.2)
+    stage.call("get_status")
+    stage.remove_obstacle(pole)
+    stage.call("set_speed", speed=-0.25)
+    stage.run(0.6)
+    stage.mark("backwards")
+    ahead = stage.add_obstacle(0.35)
+    stage.run(0.5)  # at 0.25 m/s it is still nearer than the threshold then
+    stage.call("get_status")
+    stage.remove_obstacle(ahead)
+    stage.add_obstacle(0.45, bearing=math.pi)
+    stage.run(0.8)  # F4 judges how soon it is seen
     stage.call("get_status")

@@ -14,8 +14,10 @@ if TYPE_CHECKING:
 OTHER_SETTINGS = {
     "laser_processing_rate": 20.0,
     "linear_acceleration": 0.5,
+    "angular_acceleration": 0.5,
     "max_angular_speed": 0.5,
     "emergency_stop_distance": 0.4,
+    "safety_margin": 1.0,
 }
 """Values other than the defaults, each of which shows in what the robot does."""
 
@@ -44,12 +46,17 @@ def slow_robot(stage: Stage) -> None:
     stage.run(0.3)
 
 
-@trial(serves=["I6"], world="wall_ahead", parameters={"obstacle_detection_threshold": 1.0})
+@trial(serves=["I6"], parameters={"obstacle_detection_threshold": 1.0})
 def far_sighted_robot(stage: Stage) -> None:
-    """Start the controller with twice the default obstacle threshold."""
+    """Start the controller with twice the default obstacle threshold; show an obstacle between the two."""
     stage.run(0.3)
     stage.call("set_speed", speed=0.25)
-    stage.run(7.0)
+    stage.run(1.0)
+    # Appears at once: a robot that slows down by the parameter would never come to a wall that it approaches.
+    stage.add_obstacle(stage.between("distance", 0.8, 0.9))
+    stage.mark("obstacle")
+    stage.run(1.0)  # at 0.25 m/s it is still farther than the default threshold then
+    stage.mark("end")
 
 
 @trial(serves=["I6"])
@@ -91,7 +98,7 @@ def senseless_start_processor(stage: Stage) -> None:
 
 @trial(serves=["Q4"], parameters=OTHER_SETTINGS)
 def other_settings(stage: Stage) -> None:
-    """Start the controller with other settings; drive past an obstacle, and to a goal."""
+    """Start the controller with other settings; drive at an obstacle, past another one, and to a goal."""
     stage.choices |= OTHER_SETTINGS
     stage.run(0.5)
     stage.mark("idle")
@@ -99,6 +106,12 @@ def other_settings(stage: Stage) -> None:
     stage.mark("start")
     stage.call("set_speed", speed=0.4375)
     stage.run(1.2)
+    # Beyond the default margin, and still so when it is removed. F4 judges how soon it is seen.
+    ahead = stage.add_obstacle(1.25)
+    stage.mark("ahead")
+    stage.run(0.8)
+    stage.remove_obstacle(ahead)
+    stage.mark("slowed")
     stage.call("set_speed", speed=0.125)
     stage.run(0.8)
     side = stage.choose("side", [-1.0, 1.0])

@@ -18,7 +18,7 @@ MARKS = {"idle": 0.5, "start": 1.5, "ahead": 3.0, "slowed": 3.4, "beside": 4.0, 
 
 def trial(
     *, hertz: float = 20.0, acceleration: float = 0.5, slow: float = 0.25, stops: bool = True, omega: float = 0.5,
-    turning_up: float = 1.0,
+    turning_up: float = 0.5, pace: str = "lockstep",
 ) -> Trial:  # fmt: skip
     """Return what a robot does in the trial that obeys the settings but for the arguments given."""
     commands = []
@@ -31,7 +31,7 @@ def trial(
             v = 0.0 if stops and t > MARKS["beside"] else 0.125
         turn = min(omega, turning_up * max(0.0, t - MARKS["goal"]))
         commands.append(Command(t, v if t <= MARKS["goal"] else 0.0, turn, 0.0))
-    facts = Trial("other_settings", "robot_controller", "lone_post", 0, True, "lockstep", "")
+    facts = Trial("other_settings", "robot_controller", "lone_post", 0, True, pace, "")
     return replace(facts, commands=commands, marks=MARKS, choices=dict(OTHER_SETTINGS))
 
 
@@ -44,8 +44,10 @@ def test_a_robot_that_obeys_its_settings_has_none_without_effect():
     [
         (trial(hertz=10.0), "laser_processing_rate", "with laser_processing_rate = 20, cmd_vel still came at 10.0 Hz"),
         (trial(acceleration=1.0), "linear_acceleration", "v still rose as fast as with 1"),
-        (trial(omega=1.0), "max_angular_speed", "the robot still turned at 1.00 rad/s"),
+        (trial(turning_up=2.0), "angular_acceleration", "omega still rose as fast as with 2"),
+        (trial(omega=1.0), "max_angular_speed", "the robot still turned at 0.98 rad/s"),
         (trial(stops=False), "emergency_stop_distance", "the robot drove on with an obstacle 0.3 m away"),
+        (trial(slow=0.4375), "safety_margin", "with safety_margin = 1, the robot drove on at 0.44 m/s"),
     ],
 )
 def test_a_number_in_the_code_is_found(robot: Trial, name: str, said: str):
@@ -56,24 +58,27 @@ def test_a_number_in_the_code_is_found(robot: Trial, name: str, said: str):
 
 @pytest.mark.parametrize(
     "robot",
-    [trial(acceleration=20.0), trial(turning_up=40.0), trial(omega=3.0, turning_up=1.0), trial(hertz=40.0)],
+    [trial(acceleration=20.0), trial(turning_up=40.0), trial(omega=3.0, turning_up=40.0), trial(hertz=40.0)],
     ids=["no acceleration", "no angular acceleration", "no limit of turning", "a rate of its own"],
 )
 def test_what_another_requirement_judges_is_not_charged_twice(robot: Trial):
     assert without_effect(robot) == {}
 
 
-@pytest.mark.parametrize(("mark", "shown"), [("start", []), ("beside", []), ("goal", ["emergency_stop_distance"])])
+@pytest.mark.parametrize(
+    ("mark", "shown"),
+    [("slowed", []), ("beside", ["safety_margin"]), ("end", ["emergency_stop_distance", "safety_margin"])],
+)
 def test_a_trial_that_ended_early_shows_nothing_of_the_rest(mark: str, shown: list[str]):
-    whole, until = trial(stops=False), MARKS[mark]
+    whole, until = trial(stops=False, slow=0.4375), MARKS[mark]
     kept = {name: t for name, t in MARKS.items() if t < until}
     short = replace(whole, marks=kept, commands=[c for c in whole.commands if c.t < until])
     assert list(without_effect(short)) == shown
 
 
-@pytest.mark.parametrize("robot", [trial(slow=0.4375), trial(turning_up=2.0)], ids=["no slowing down", "turning up"])
+@pytest.mark.parametrize("robot", [trial(slow=0.4), trial(slow=0.0), trial(turning_up=2.0, pace="real time")])
 def test_a_correct_package_that_does_it_its_own_way_is_not_charged(robot: Trial):
-    """An action loop on wall time keeps no acceleration of simulated time; slowing down is not graded."""
+    """How much slower is left open, and an action loop on wall time keeps no acceleration of simulated time."""
     assert without_effect(robot) == {}
 
 

@@ -37,7 +37,7 @@ def test_a_parameter_that_is_never_read_costs_its_share(tmp_path: Path):
     text = text.replace("    safety_margin: float\n", "").replace("limits.safety_margin", "0.3")
     result = judged(numbers, facts(reference(tmp_path, files={MOTION: text})))
     assert result.share == pytest.approx(11 / 12)
-    assert "safety_margin is declared but never read" in result.seen
+    assert "safety_margin is declared, and its value is never used" in result.seen
 
 
 def test_a_parameter_that_is_not_declared_costs_its_share(tmp_path: Path):
@@ -54,7 +54,8 @@ NAMES = [name for defaults in PARAMETERS.values() for name in defaults]
 
 
 def declare_and_read_one_by_one() -> str:
-    return "\n".join(f"self.declare_parameter('{n}', 1.0)\nself.{n} = self.get_parameter('{n}').value" for n in NAMES)
+    lines = [f"self.declare_parameter('{n}', 1.0)\nself.{n} = self.get_parameter('{n}').value" for n in NAMES]
+    return "\n".join([*lines, *[f"f(self.{n})" for n in NAMES]])
 
 
 def declare_many() -> str:
@@ -117,8 +118,33 @@ def get_parameters() -> str:
     ],
 )  # fmt: skip
 def test_every_honest_way_to_read_parameters_counts(way):
-    uses = parameter_use([parse(CONTROLLER, way().encode())])
+    looks = "\n".join(["f(self.values)", *[f"f(self.x{i})" for i in range(len(NAMES))]])
+    uses = parameter_use([parse(CONTROLLER, f"{way()}\n{looks}".encode())])
     assert [use.name for use in uses if not (use.declared and use.read)] == []
+
+
+@pytest.mark.parametrize(
+    "read",
+    [
+        "self.declare_parameter('fusion_rate', 20.0)\nself.rate = self.get_parameter('fusion_rate').value",
+        "self.rate = self.declare_parameter('fusion_rate', 20.0).value",
+        "self.declare_parameter('fusion_rate', 20.0)\nself.rate = self.value('fusion_rate')\nself.get_parameter(n)",
+        "self.declare_parameter('fusion_rate', 20.0)\nself.get_parameter(n)\n'fusion_rate' in changed",
+    ],
+)
+@pytest.mark.parametrize("used", [True, False])
+def test_a_value_that_is_kept_and_never_looked_at_is_not_read(read: str, used: bool):
+    """Most often so is `fusion_rate`: read into an attribute, and the timer has a number."""
+    text = f"{read}\nf({'self.rate' if used else '0.05'})"
+    if "changed" in read:
+        text += "\nself.value('fusion_rate')" * used
+    (use,) = (use for use in parameter_use([parse(CONTROLLER, text.encode())]) if use.name == "fusion_rate")
+    assert (use.declared, use.read) == (True, used)
+
+
+def test_attributes_that_may_be_looked_at_by_any_name_are_not_charged():
+    text = "self.fusion_rate = self.declare_parameter('fusion_rate', 20.0).value\nf(getattr(self, name))"
+    assert [use.name for use in parameter_use([parse(CONTROLLER, text.encode())]) if use.read] == ["fusion_rate"]
 
 
 def test_a_table_may_be_declared_and_never_read():
