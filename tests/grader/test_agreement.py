@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from helpers import judging, recordings
 from submissions.edits import EDITS, apply
-from variants import VARIANTS, make
+from variants import LAUNCHED, VARIANTS, make
 
 from grader import collect, pipeline
 from grader.contract.spec import NODES
@@ -103,10 +103,11 @@ def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
 @pytest.mark.ros
 @pytest.mark.sandbox
 @pytest.mark.slow  # a whole grading of each
-@pytest.mark.parametrize("name", [REFERENCE, *VARIANTS, "leaves_the_types_out", "tests_its_conversions_only"])
+@pytest.mark.parametrize("name", [REFERENCE, *VARIANTS, "written", "tests_its_conversions_only"])
 def test_a_check_of_one_requirement_gives_what_a_grading_gives(name: str, settings: Settings, tmp_path: Path):
     """Nothing is run twice: a check takes what the grading has kept, where that decides it."""
-    package = make(VARIANTS[name], tmp_path) if name in VARIANTS else apply(EDITS.get(name), tmp_path)
+    variant = (VARIANTS | LAUNCHED).get(name)
+    package = make(variant, tmp_path) if variant else apply(EDITS.get(name), tmp_path)
     keeps = replace(settings, keep=True)
     together = results(pipeline.grade(package, tmp_path / "all", keeps))
     for requirement in settings.rubric.requirements:
