@@ -25,7 +25,7 @@ _UNCHECKED_HASH = 0b01  # the flags in a header of byte code that Python loads w
 _TYPE_FOLDERS = ("msg", "srv", "action")
 _SHEBANG = re.compile(rb"#![^\n]*\n?")
 # No other interpreter, no code on the line, and none that the build has installed.
-_PYTHON = re.compile(
+PYTHON = re.compile(
     rb"#! ?(/usr/bin/env (-S )?|(?!/ws/(install|build|src))[\w./+-]*/)python[\d.]*( -[uBEsSIO]+)*[ \t\r]*\n"
 )
 _SHELL = re.compile(rb"#![^\n]*\b(ba|da)?sh\b")
@@ -142,7 +142,7 @@ def _is_python(path: Path, data: bytes, install: Path) -> bool:
     if path.suffix == ".py":
         return True
     bare = path.name in NODES and not data.startswith(b"#!") and b"\0" not in data
-    return _is_program(path, install) and bool(_PYTHON.match(data) or (bare and parse(data) is not None))
+    return _is_program(path, install) and bool(PYTHON.match(data) or (bare and parse(data) is not None))
 
 
 def _is_of_colcon(path: Path, install: Path) -> bool:
@@ -193,7 +193,7 @@ def _starts_read_code(script: str, path: Path, site: Path) -> bool:
     if module := started["module"]:
         place = site.joinpath(*module.split("."))
         return place.with_suffix(".py").is_file() or (place / "__main__.py").is_file()
-    return started["file"].endswith(".py") or bool(_PYTHON.match(_read(path.with_name(started["file"]))))
+    return started["file"].endswith(".py") or bool(PYTHON.match(_read(path.with_name(started["file"]))))
 
 
 def _starts_an_entry_point(data: bytes) -> bool:

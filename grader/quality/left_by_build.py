@@ -19,9 +19,9 @@ from grader.sandbox import untrusted
 _LONGEST_START = 2000  # bytes; more could be code in a string
 _DEFINES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda, ast.For, ast.While, ast.comprehension)
 _RUNS = (*_DEFINES, ast.Call, ast.Import, ast.ImportFrom)
-# In CMake and in setup.py: what writes, configures, renames or runs something.
+# In CMake and in setup.py: what writes, configures, renames, compiles or runs something.
 _MAKES_CODE = re.compile(
-    r"\bRENAME\b|\b(CODE|SCRIPT)\b|\b(configure_file|execute_process|add_custom_\w+|cmake_language|try_run)\s*\("
+    r"\bRENAME\b|\b(CODE|SCRIPT)\b|\b(configure_file|execute_process|add_\w+|cmake_language|try_run)\s*\(|\bext_modules\b"
     r"|\bfile\s*\(\s*(?!GLOB|RELATIVE_PATH|READ|STRINGS)|\bcmdclass\b|\bopen\(|\bwrite|\bexec\(|\bsubprocess\b|\bshutil\b"
 )
 
@@ -65,13 +65,27 @@ def left_by_build(handed_in: Sequence[PythonFile], install: Path) -> list[Python
 
 
 def may_leave_code(packages: Sequence[Path]) -> bool:
-    """Return whether the files that decide a build mention anything that makes code or gives it another name."""
+    """Return whether a build may install other code than the text handed in: only then it has to be seen what it does.
+
+    So it is where what decides the build mentions anything that makes code or gives it another name, or where there is
+    something that cannot be read.
+    """
     for package in packages:
         names = ("CMakeLists.txt",) if (package / "CMakeLists.txt").is_file() else ("setup.py",)
         texts = [untrusted.read_text(package / name, errors="replace") or "" for name in names]
-        if any(map(_MAKES_CODE.search, texts)) or any(package.rglob("*.cmake")):
+        if any(map(_MAKES_CODE.search, texts)) or any(map(_is_other_code, package.rglob("*"))):
             return True
     return False
+
+
+def _is_other_code(path: Path) -> bool:
+    """Return whether a file is a script of CMake, a link, nothing that can be read, or a node in another language."""
+    if path.is_symlink() or path.suffix == ".cmake":
+        return True
+    if not path.is_file() or path.parent.name == "__pycache__":
+        return False
+    data = untrusted.read_bytes(path)
+    return data is None or b"\0" in data or (path.name in NODES and not installed_code.PYTHON.match(data))
 
 
 def _only_starts(data: bytes, handed_in: Container[bytes]) -> bool:

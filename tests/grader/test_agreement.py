@@ -8,17 +8,18 @@ from pathlib import Path
 import pytest
 from helpers import judging, recordings
 from submissions.edits import EDITS, apply
-from variants import VARIANTS, make
+from variants import LAUNCHED, VARIANTS, make
 
 from grader import collect, pipeline
+from grader.contract.spec import NODES
 from grader.evidence import Evidence
 from grader.intake.submission import open_submission
-from grader.scoring.scorecard import CheckResult
+from grader.scoring.scorecard import Outcome
 from grader.settings import Settings
 from grader.source import Collected, Phase, Source, Subject
 from grader.trials import catalog
 
-REFERENCE = "reference"
+REFERENCE, UNREADABLE = "reference", "runs_what_cannot_be_read"
 BAD = (
     "calls_itself_ament_python", "copies_a_block", "does_not_compile", "forgets_an_executable", "leaves_the_types_out",
     "renames_the_package", "sets_the_parameters_in_the_launch_file", "sleeps_in_a_callback",
@@ -58,12 +59,18 @@ class Recorded:
         return Collected({field: facts[field]})
 
 
-@pytest.mark.parametrize("name", [REFERENCE, *BAD])
+@pytest.mark.parametrize("name", [REFERENCE, UNREADABLE, *BAD])
 def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
     name: str, settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     """With the package's text as it is read for one requirement and for all, and recorded runs of its nodes."""
-    reference, own = recordings.load(REFERENCE), recordings.load(name)
+    reference = own = recordings.load(REFERENCE)
+    if name == UNREADABLE:  # in company it earned nothing for its style, by itself everything
+        own = replace(
+            own, build=replace(own.build, not_handed_in=[f"lib/{own.build.package}/{node}" for node in NODES])
+        )
+    elif name in EDITS:
+        own = recordings.load(name)
     whole = replace(  # of a known-bad submission only what differs is recorded
         own, trials=reference.trials | own.trials, tests=own.tests or reference.tests,
         conversions=own.conversions or reference.conversions, mutation=own.mutation or reference.mutation,
@@ -74,7 +81,10 @@ def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
     monkeypatch.setattr(collect, "_contract", lambda *_: built)
     monkeypatch.setattr(collect, "_build", lambda *_: (built, built))
     monkeypatch.setattr(collect.build, "is_built", lambda *_: True)
-    package = apply(EDITS[name] if name != REFERENCE else None, tmp_path)
+    package = apply(EDITS.get(name), tmp_path)
+    if name == UNREADABLE:
+        for node in NODES:
+            (package / "scripts" / node).write_bytes(b"\x7fELF\0")
     submission = open_submission(package, tmp_path / "submission")
 
     def collected(*requirements: str) -> Evidence:
@@ -93,10 +103,11 @@ def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
 @pytest.mark.ros
 @pytest.mark.sandbox
 @pytest.mark.slow  # a whole grading of each
-@pytest.mark.parametrize("name", [REFERENCE, *VARIANTS, "leaves_the_types_out", "tests_its_conversions_only"])
+@pytest.mark.parametrize("name", [REFERENCE, *VARIANTS, "written", "tests_its_conversions_only"])
 def test_a_check_of_one_requirement_gives_what_a_grading_gives(name: str, settings: Settings, tmp_path: Path):
     """Nothing is run twice: a check takes what the grading has kept, where that decides it."""
-    package = make(VARIANTS[name], tmp_path) if name in VARIANTS else apply(EDITS.get(name), tmp_path)
+    variant = (VARIANTS | LAUNCHED).get(name)
+    package = make(variant, tmp_path) if variant else apply(EDITS.get(name), tmp_path)
     keeps = replace(settings, keep=True)
     together = results(pipeline.grade(package, tmp_path / "all", keeps))
     for requirement in settings.rubric.requirements:
@@ -104,6 +115,7 @@ def test_a_check_of_one_requirement_gives_what_a_grading_gives(name: str, settin
         assert alone == {check: result for check, result in together.items() if check in alone}, requirement.id
 
 
-def results(grading: pipeline.Grading) -> dict[str, CheckResult]:
-    """Return the results of the checks by their ids."""
-    return {result.id: result for score in grading.scorecard.requirements for result in score.results}
+def results(grading: pipeline.Grading) -> dict[str, tuple[Outcome, float]]:
+    """Return the outcomes and shares of the checks; the words of what was not kept, and ran again, have other times."""
+    found = [result for score in grading.scorecard.requirements for result in score.results]
+    return {result.id: (result.outcome, result.fraction) for result in found}

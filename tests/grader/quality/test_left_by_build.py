@@ -94,8 +94,23 @@ def test_a_build_is_needed_only_where_it_may_leave_other_code(tmp_path: Path):
     assert not may_leave_code([REFERENCE])
     package = reference(tmp_path)
     text = (package / "CMakeLists.txt").read_text()
-    for command in ("file(WRITE x.py y)", "configure_file(a b)", "install(PROGRAMS a DESTINATION b RENAME c)"):
+    for command in (
+        "file(WRITE x.py y)", "configure_file(a b)", "install(PROGRAMS a DESTINATION b RENAME c)",
+        "add_executable(robot_controller a.cpp)",
+    ):  # fmt: skip
         (package / "CMakeLists.txt").write_text(f"{text}\n{command}\n")
         assert may_leave_code([package]), command
     (package / "CMakeLists.txt").write_text(f"{text}\nfile(GLOB found *.py)\n")
     assert not may_leave_code([package])
+
+
+@pytest.mark.parametrize(
+    ("path", "content"),
+    [("scripts/tool", b"\x7fELF\0"), ("x/lib.zip", b"PK\0"), ("scripts/robot_controller", b"#!/bin/sh\nexec x\n")],
+)
+def test_a_build_is_needed_where_something_handed_in_is_no_python_to_read(tmp_path: Path, path: str, content: bytes):
+    """A check of style by itself gave such a package full points, a grading none."""
+    package = reference(tmp_path)
+    (package / path).parent.mkdir(exist_ok=True)
+    (package / path).write_bytes(content)
+    assert may_leave_code([package])
