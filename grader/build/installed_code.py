@@ -39,7 +39,8 @@ _HERE = re.compile(
 )
 _NOTES = re.compile(r'(set -[a-z]+( pipefail)?|[A-Za-z]\w*="?HERE[\w./]*"?|export (PYTHONUNBUFFERED|RCUTILS_\w+)=\w+)')
 _STARTS_PYTHON = re.compile(
-    r"(exec +)?(/usr/bin/(env +)?)?python3?( +-[uBEs])*( +-m +(?P<module>[\w.]+)| +[^\s;&|`()]*?(?P<file>[\w.-]+)\"?)"
+    r"(exec +)?(/usr/bin/(env +)?)?python3?( +-[uBEs])*( +-m +(?P<module>[\w.]+)| +(?:[^\s;&|`()]*[^\w.\s;&|`()-])?"
+    r"(?P<file>[\w.-]+)\"?)"
     r"( +\"?\$[@*]\"?)?"
 )
 _ELF = b"\x7fELF"

@@ -4,6 +4,7 @@ from grader.checks.findings import MOST_SHOWN
 from grader.checks.interface_table import agreement
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.package_text import weigh
+from grader.evidence import Finding, Readme
 
 _WORDS = 20  # of prose; fewer cannot say what a package does
 
@@ -24,14 +25,11 @@ def test_readme_says_what_and_how(judge: Judge) -> None:
     elif not readme.is_about_package:
         missing.append("what it does; neither the package nor a node, topic or service of it is named")
     elif readme.placeholders:
-        where = ", ".join(f"line {finding.line}: {finding.text}" for finding in readme.placeholders[:3])
-        missing.append(f"what it does; there is a placeholder ({where})")
+        missing.append(f"what it does; there is a placeholder ({_places(readme.placeholders)})")
     commands = {"build": "colcon build", "run": "ros2 launch or ros2 run", "test": "pytest or colcon test"}
     missing += [f"how to {what} it ({command})" for what, command in commands.items() if what not in readme.shows]
     if missing:
-        where = ", ".join(f"line {finding.line}: {finding.text}" for finding in readme.left_out[:3])
-        left_out = [f"left out, because a viewer may not show what is in it: {where}"] if where else []
-        seen = "\n".join(["not found:", *missing, *left_out])
+        seen = "\n".join(["not found:", *missing, *_left_out(readme)])
         judge.share(1 - len(missing) / 4, seen, "write for a reader who is new to the package, with commands to copy")
 
 
@@ -45,6 +43,15 @@ def test_interface_table_agrees(judge: Judge) -> None:
     judge.expect(found.wanted > 0, "neither the running nodes nor the code show an interface", "see I4")
     if found.wrong:
         source = "the running nodes" if found.from_graph else "the code"
-        seen = "\n".join([f"compared with {source}:", *found.wrong[: MOST_SHOWN * 2]])
+        seen = "\n".join([f"compared with {source}:", *found.wrong[: MOST_SHOWN * 2], *_left_out(readme)])
         try_ = "one row for each interface: | robot_controller | subscribes | scan | sensor_msgs/msg/LaserScan |"
         judge.share(1 - len(found.wrong) / found.wanted, seen, try_)
+
+
+def _left_out(readme: Readme) -> list[str]:
+    where = _places(readme.left_out)
+    return [f"left out, because a viewer may not show what is in it: {where}"] if where else []
+
+
+def _places(found: list[Finding]) -> str:
+    return ", ".join(f"line {finding.line}: {finding.text}" for finding in found[:3])

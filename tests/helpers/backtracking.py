@@ -31,16 +31,15 @@ class _Part:
 
 
 class _Automaton:
-    def __init__(self, pattern: str | bytes, flags: int) -> None:
-        parsed = _parser.parse(pattern, flags)
-        self.state = parsed.state
-        self.bytes = isinstance(pattern, bytes)
+    def __init__(self, items: Iterable[Any], state: Any, is_bytes: bool) -> None:
+        self.state = state
+        self.bytes = is_bytes
         self.masks: list[int] = []
         self.follow: Counter[tuple[int, int]] = Counter()
         self.conditional = False
         self.before = _ALL  # the characters that may be before a match
         self.anchored = False
-        self.whole = self._sequence(list(parsed))
+        self.whole = self._sequence(items)
 
     def _sequence(self, items: Iterable[Any]) -> _Part:
         whole = _Part()
@@ -124,7 +123,14 @@ def slow(pattern: str | bytes, flags: int = 0, *, searched: bool = True, complet
 
     `searched`: a match may begin anywhere (search, sub, finditer). `complete`: it has to reach the end (fullmatch).
     """
-    automaton = _Automaton(pattern, flags)
+    parsed = _parser.parse(pattern, flags)
+    items = list(parsed)
+    branches = items[0][1][1] if len(items) == 1 and items[0][0] is _constants.BRANCH else [items]
+    automata = (_Automaton(branch, parsed.state, isinstance(pattern, bytes)) for branch in branches)
+    return next(filter(None, (_slow(automaton, searched, complete) for automaton in automata)), "")
+
+
+def _slow(automaton: _Automaton, searched: bool, complete: bool) -> str:
     after = automaton.successors()
     reach = {number: _reached(number, after) for number in after}
     for (end, begin), ways in automaton.follow.items():

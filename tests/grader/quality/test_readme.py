@@ -210,7 +210,9 @@ def test_only_plain_attributes_are_read(tmp_path: Path, author: str, attribute: 
 def test_a_hidden_table_and_hidden_prose_earn_nothing(tmp_path: Path):
     text = f"# Package\n\n<div hidden>\n\n{TRUE}\n\n</div>\n"
     assert said(tmp_path / "words", text).share == 0.0
-    assert compared(tmp_path / "table", text).share == 0.0
+    result = compared(tmp_path / "table", text)
+    assert result.share == 0.0
+    assert "left out, because a viewer may not show what is in it: line 3: <div hidden>" in result.seen
 
 
 @pytest.mark.parametrize(
