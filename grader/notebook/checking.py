@@ -23,7 +23,7 @@ from grader.scoring.scorecard import Outcome, RequirementScore
 from grader.settings import MUTATION_BUDGET_S as GRADING_BUDGET_S
 from grader.settings import Settings
 
-MUTATION_BUDGET_S = 3.0  # for T3: one or two rounds of ten mutants, where the grading tries forty
+MUTATION_BUDGET_S = 3.0  # for T3: one or two rounds of ten mutants, where the grading tries fifty
 _PICTURES = 2
 
 # One grading at a time in this process: two would only compete for the same cores.
@@ -184,7 +184,7 @@ def _remarks(grading: Grading) -> tuple[str, ...]:
     return (
         *unchanged,
         f"A sample of T3: {len(tried)} mutants, what fits into {MUTATION_BUDGET_S:g} s of running your tests. "
-        f"The grading has {GRADING_BUDGET_S:g} s, so it tries more, and different ones.",
+        f"The grading has {GRADING_BUDGET_S:g} s, so it tries more.",
     )
 
 
