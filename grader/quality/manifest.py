@@ -35,8 +35,10 @@ _FIRST = {
     "get_package_prefix",
 }  # fmt: skip
 # Domains without a dot or reserved by RFC 2606, where no mail arrives, and what templates have for the reader's name.
+# At example.org and its like only those words: three of three authors without an address to give wrote one there.
 _PLACEHOLDER = re.compile(
-    r"[^@]+@(?:[\w-]+|(?:[\w-]+\.)*(?:todo|invalid|test|localhost|localdomain|example(?:\.\w+)?))|your[\w.+-]*@.+",
+    r"[^@]+@(?:[\w-]+|(?:[\w-]+\.)*(?:todo|invalid|test|localhost|localdomain))|your[\w.+-]*@.+"
+    r"|(?:you|me|name|user|root|todo|e?mail|maintainer|author|someone)@(?:mail\.|email\.)?example\.\w+",
     re.IGNORECASE,
 )
 _NO_NAME = re.compile(r"\s*(?:todo|your[ _-]?name)\s*(?:<|$)|.*>\s*(?:todo|your[ _-]?name)\s*$", re.IGNORECASE)

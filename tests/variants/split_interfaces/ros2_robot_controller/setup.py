@@ -19,7 +19,7 @@ setup(
     install_requires=['setuptools'],
     zip_safe=True,
     maintainer='ROS 2 course kit',
-    maintainer_email='ros2-course-kit@users.noreply.github.com',
+    maintainer_email='course@example.com',
     description='Drives a robot safely.',
     license='Apache-2.0',
     entry_points={
