@@ -17,6 +17,7 @@ _DECLARE = ("declare_parameter", "declare_parameters")
 _READ = ("get_parameter", "get_parameters", "get_parameter_or", "get_parameters_by_prefix")
 _ON_SET = ("add_on_set_parameters_callback", "add_pre_set_parameters_callback", "add_post_set_parameters_callback")
 _BY_ANY_NAME = {"getattr", "vars", "attrgetter", "__dict__", "__getattribute__"}
+_TAKES = {*_READ, *_DECLARE, "float", "int", "abs", "round", "min", "max"}
 _MAX_LITERALS = 5
 _MIN_FIXED = 5  # letters of a formatted name that are written in the code
 _MAX_PARTS = 5
@@ -144,7 +145,17 @@ def _never_used(nodes: Sequence[ast.AST]) -> Iterator[ast.AST]:
         if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
             if all(isinstance(target, ast.Attribute) and target.attr not in used for target in targets):
-                yield from ast.walk(node.value)
+                yield from _taken_as_it_is(node.value)
+
+
+def _taken_as_it_is(value: ast.AST) -> Iterator[ast.AST]:
+    """Yield the parts of a value, without what is handed to a call that may use it: `create_timer(1.0 / rate, ...)`."""
+    yield value
+    if isinstance(value, ast.Call) and called(value) not in _TAKES:
+        yield from _taken_as_it_is(value.func)
+    else:
+        for part in ast.iter_child_nodes(value):
+            yield from _taken_as_it_is(part)
 
 
 def _compares_name(node: ast.AST) -> bool:

@@ -117,7 +117,7 @@ def test_no_source_runs_anything_where_only_what_is_kept_is_wanted(
         monkeypatch.setattr(f"grader.{runs}", None)
     subject.kept = Kept(subject.kept.folder, only=True)
     subject.settings = replace(subject.settings, requirements=())
-    subject.contract = SimpleNamespace(install=subject.install)
+    subject.built = subject.contract = SimpleNamespace(install=subject.install)
     with pytest.raises(NotKept):
         source.collect(subject)
 

@@ -128,7 +128,6 @@ def test_every_honest_way_to_read_parameters_counts(way):
     [
         "self.declare_parameter('fusion_rate', 20.0)\nself.rate = self.get_parameter('fusion_rate').value",
         "self.rate = self.declare_parameter('fusion_rate', 20.0).value",
-        "self.declare_parameter('fusion_rate', 20.0)\nself.rate = self.value('fusion_rate')\nself.get_parameter(n)",
         "self.declare_parameter('fusion_rate', 20.0)\nself.get_parameter(n)\n'fusion_rate' in changed",
     ],
 )
@@ -140,6 +139,12 @@ def test_a_value_that_is_kept_and_never_looked_at_is_not_read(read: str, used: b
         text += "\nself.value('fusion_rate')" * used
     (use,) = (use for use in parameter_use([parse(CONTROLLER, text.encode())]) if use.name == "fusion_rate")
     assert (use.declared, use.read) == (True, used)
+
+
+def test_a_timer_that_is_made_of_a_parameter_uses_it_though_nothing_looks_at_the_timer():
+    text = "self.declare_parameter('fusion_rate', 20.0)\nself.timer = create_timer(1.0 / value('fusion_rate'), f)\n"
+    text += "def value(name):\n    return self.get_parameter(name).value\n"
+    assert [use.name for use in parameter_use([parse(CONTROLLER, text.encode())]) if use.read] == ["fusion_rate"]
 
 
 def test_attributes_that_may_be_looked_at_by_any_name_are_not_charged():
