@@ -90,9 +90,13 @@ def _beside_programs(sources: PackageSources) -> Iterator[str]:
 
 
 def _is_known(name: str) -> bool:
-    """Return whether Python finds a module of this name here, which is not the package's. Nothing is imported."""
+    """Return whether Python finds a module of this name here, which is not the package's. Nothing is imported.
+
+    The assignment's package does not count: this process may have the one that the kit builds for itself.
+    """
     try:
-        return name in sys.stdlib_module_names or importlib.util.find_spec(name) is not None
+        known = name in sys.stdlib_module_names or importlib.util.find_spec(name) is not None
+        return known and name != PACKAGE
     except (ImportError, ValueError):
         return False
 

@@ -200,9 +200,19 @@ def test_ros_1_is_named(tmp_path: Path):
     assert "rclpy" in fault.cure
 
 
-def test_an_import_of_the_assignments_package_in_one_of_another_name_is_named(tmp_path: Path):
+@pytest.mark.parametrize("kits_own_is_here", [False, True])
+def test_an_import_of_the_assignments_package_in_one_of_another_name_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kits_own_is_here: bool
+):
+    """Where the process had imported the contract's own build, it was not: a flicker of a whole run of the tests."""
+    if kits_own_is_here:
+        (tmp_path / "contract" / "ros2_robot_controller").mkdir(parents=True)
+        (tmp_path / "contract" / "ros2_robot_controller" / "__init__.py").touch()
+        monkeypatch.syspath_prepend(tmp_path / "contract")
     text = "from ros2_robot_controller.srv import SetSpeed\n" + NODE
-    (fault,) = [f for f in faults(lab(tmp_path, "", {"lab5_31/robot_controller.py": text})) if f.stops == "start"]
+    (fault,) = [
+        f for f in faults(lab(tmp_path / "lab", "", {"lab5_31/robot_controller.py": text})) if f.stops == "start"
+    ]
     assert fault.text == "it imports `ros2_robot_controller`, and this package is called `lab5_31`"
 
 
