@@ -18,7 +18,7 @@ from grader import sandbox
 from grader.checks import checks_run
 from grader.classroom import cluster, discovery, hand_ins, overrides
 from grader.classroom.class_folder import CLASS, RUBRIC, ClassFacts, ClassFolder, Record, Status, relative
-from grader.classroom.discovery import Entry
+from grader.classroom.entry import Entry
 from grader.classroom.one_grading import Ending, Order, Runner
 from grader.classroom.roster import Person
 from grader.host import provenance, shortage

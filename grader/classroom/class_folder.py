@@ -28,7 +28,7 @@ from typing import Any
 import cattrs
 import yaml
 
-from grader.classroom.discovery import Entry
+from grader.classroom.entry import Entry
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.host import tempdir

@@ -14,7 +14,8 @@ from typing import Any
 
 from grader.classroom import batch, class_folder, comparison, gradebook, hand_ins, lateness, overview, rescore, roster
 from grader.classroom.class_folder import ClassFolder, Record, Status
-from grader.classroom.exports import canvas, github, gradescope, moodle, table
+from grader.classroom.platform import Delivery
+from grader.classroom.platforms import all_platforms, plain
 from grader.classroom.roster import Person
 from grader.errors import EXIT_GRADED, EXIT_INTERRUPTED, EXIT_OUR_FAULT, GraderError
 from grader.sanitize import printable
@@ -64,7 +65,7 @@ def _add_gradebook(verbs: Any) -> None:
         epilog="Example:  grader gradebook class --for canvas --sheet canvas_export.csv --out canvas_import.csv",
     )
     parser.add_argument("folder", type=Path, metavar="CLASS", help="the folder that `grader batch` has made")
-    parser.add_argument("--for", dest="platform", choices=sorted(_PLATFORMS), default="csv", help="default: csv")
+    parser.add_argument("--for", dest="platform", choices=sorted(all_platforms()), default="csv", help="default: csv")
     parser.add_argument("--out", type=Path, help="the file, or the folder for gradescope and github")
     parser.add_argument("--sheet", type=Path, help="an export of Canvas or Moodle to be filled in")
     parser.add_argument("--assignment", default="", metavar="TITLE", help="the assignment's title in Canvas or Moodle")
@@ -105,13 +106,6 @@ def _add_compare(verbs: Any) -> None:
 
 
 _INTERRUPTED = "grader: interrupted; what is finished is kept. The same command goes on from there."
-_PLATFORMS = {
-    "csv": "gradebook.csv",
-    "canvas": "canvas.csv",
-    "moodle": "moodle.csv",
-    "gradescope": "gradescope",
-    "github": "github",
-}
 
 
 def _time(text: str) -> dt.datetime:
@@ -176,7 +170,7 @@ def _write_pages(folder: ClassFolder) -> Path:
     """Write the gradebook, the overview and the reports that are out of date, and return the overview's path."""
     book = gradebook.read(folder)
     _refresh(folder)
-    table.write(book, folder.path / class_folder.GRADEBOOK)
+    plain.write(book, folder.path / class_folder.GRADEBOOK)
     return overview.write(folder, book)
 
 
@@ -200,28 +194,10 @@ def _gradebook(options: argparse.Namespace) -> int:
         book = gradebook.read(folder)
         _refresh(folder)
         reports = {row.submission: folder.report(row.submission) for row in book.rows if row.submission}
-    out: Path = options.out or options.folder / _PLATFORMS[options.platform]
-    title = options.assignment or book.rubric.title
-    unknown: list[str] = []
-    if options.platform == "csv":
-        key = out.with_name(f"{out.stem}_key.csv") if options.anonymous else None
-        table.write(book, out, key=key)
-        if key:
-            print(f"Key: {key}")
-    elif options.platform == "canvas" and options.sheet:
-        unknown = canvas.fill(book, options.sheet, out, options.assignment)
-    elif options.platform == "canvas":
-        canvas.write(book, out, title)
-    elif options.platform == "moodle" and options.sheet:
-        unknown = moodle.fill(book, options.sheet, out)
-    elif options.platform == "moodle":
-        moodle.write(book, out, title)
-    elif options.platform == "gradescope":
-        gradescope.write_all(book, reports, out)
-    else:
-        github.write_all(book, reports, out)
-    for name in unknown:
-        print(f"note: the gradebook does not know {printable(name)}; the line stays as it was.")
+    platform = all_platforms()[options.platform]
+    out: Path = options.out or options.folder / platform.out
+    for note in platform.write(Delivery(book, reports, out, options.sheet, options.assignment, options.anonymous)):
+        print(f"note: {printable(note)}")
     states = Counter(row.state.value for row in book.rows)
     print(f"{len(book.rows)} people: " + ", ".join(f"{count} {state}" for state, count in states.most_common()))
     print(f"Grades: {out}")

@@ -13,8 +13,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from grader.classroom import commit_time, export_layouts
-from grader.classroom.export_layouts import Claim, HandIn
+from grader.classroom import commit_time, platforms
+from grader.classroom.entry import Entry
+from grader.classroom.platform import Claim, HandIn, claims_of
 from grader.classroom.roster import IDENTITY, Person
 from grader.errors import GraderError
 from grader.host import tempdir
@@ -28,33 +29,6 @@ _SLUG = re.compile(r"[^a-z0-9]+")
 _SHORT = 60
 _APOSTROPHE = re.compile("['`\u2018\u2019\u02bc]")
 _BETWEEN_WORDS = re.compile(r"[\s,._-]+")
-
-
-@dataclass(frozen=True)
-class Entry:
-    """One submission of a class.
-
-    Attributes:
-        id: its name in the class folder and in overrides.yaml: lower case letters, digits and hyphens.
-        label: how the export calls it.
-        number: the platform's own number for it or for who handed it in, "" if it gives none.
-        path: the archive or folder.
-        content: the SHA-256 of what was handed in, packed as it was.
-        people: who handed it in, with all their team; empty if nobody of the roster fits.
-        submitted: when, None if that is not known.
-        late: whether the export marks it as late.
-        notes: remarks for the instructor.
-    """
-
-    id: str
-    label: str
-    path: Path
-    content: str
-    people: tuple[Person, ...] = ()
-    submitted: dt.datetime | None = None
-    late: bool = False
-    notes: tuple[str, ...] = ()
-    number: str = ""
 
 
 @dataclass(frozen=True)
@@ -94,7 +68,7 @@ def find(root: Path, roster: Sequence[Person] = (), earlier: Sequence[Entry] = (
     Raises:
         GraderError: there is no submission.
     """
-    export = export_layouts.read(root)
+    export = platforms.read(root)
     notes = list(export.notes)
     drafts = [_draft(hand_in, roster) for hand_in in export.hand_ins]
     drafts, left_out = _latest(drafts)
@@ -149,7 +123,7 @@ def _draft(hand_in: HandIn, roster: Sequence[Person]) -> Entry:
         people=tuple(dict.fromkeys(people)),
         submitted=submitted,
         late=hand_in.late,
-        number=next((claim.value for claim in export_layouts.claims_of(hand_in) if claim.kind == "lms_id"), ""),
+        number=next((claim.value for claim in claims_of(hand_in) if claim.kind == "lms_id"), ""),
     )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from grader.classroom import lateness, overrides
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.discovery import Entry
+from grader.classroom.entry import Entry
 from grader.classroom.lateness import LateRule
 from grader.classroom.overrides import Decisions, PointsOverride
 from grader.classroom.roster import Person

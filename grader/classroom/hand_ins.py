@@ -12,7 +12,7 @@ from pathlib import Path
 from grader import pipeline, report
 from grader.classroom import lateness, overrides
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record
-from grader.classroom.discovery import Entry
+from grader.classroom.entry import Entry
 from grader.classroom.overrides import Decisions
 from grader.report import data
 from grader.report.standing import DATA

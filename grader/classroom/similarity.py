@@ -17,7 +17,7 @@ import numpy as np
 
 from grader.classroom import discovery
 from grader.classroom.class_folder import ClassFacts, ClassFolder
-from grader.classroom.discovery import Entry
+from grader.classroom.entry import Entry
 from grader.classroom.normal_form import normal_form
 from grader.errors import GraderError, SubmissionError
 from grader.host import tempdir

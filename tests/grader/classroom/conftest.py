@@ -13,7 +13,7 @@ import pytest
 from helpers.class_reports import report
 
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.discovery import Entry
+from grader.classroom.entry import Entry
 from grader.classroom.roster import Person
 from grader.scoring import rubric
 

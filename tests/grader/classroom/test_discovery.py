@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grader.classroom import discovery
-from grader.classroom.discovery import Entry
+from grader.classroom.entry import Entry
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from helpers.class_reports import report
 
-from grader.classroom import gradebook
-from grader.classroom.exports import canvas, cells, github, gradescope, moodle, table
+from grader.classroom import cells, gradebook
+from grader.classroom.platforms import canvas, github, gradescope, moodle, plain
 from grader.errors import GraderError
 
 EXCUSED = "people: {s4: {excused: {why: ill, by: Ada}}}"
@@ -49,7 +49,7 @@ def test_a_negative_number_stays_a_number():
 
 
 def test_the_table_has_a_line_for_each_person_and_a_column_for_each_requirement(book, tmp_path):
-    table.write(book, tmp_path / "book.csv")
+    plain.write(book, tmp_path / "book.csv")
     header, *lines = rows(tmp_path / "book.csv")
     by_id = {line[0]: dict(zip(header, line, strict=True)) for line in lines}
     assert (by_id["s1"]["F4"], by_id["s1"]["total"], by_id["s1"]["team"]) == ("3.00", "98.00", "team07")
@@ -61,7 +61,7 @@ def test_the_table_has_a_line_for_each_person_and_a_column_for_each_requirement(
 
 
 def test_the_anonymous_table_has_its_names_in_a_file_of_its_own(book, tmp_path):
-    table.write(book, tmp_path / "book.csv", key=tmp_path / "key.csv")
+    plain.write(book, tmp_path / "book.csv", key=tmp_path / "key.csv")
     text = (tmp_path / "book.csv").read_text()
     assert not re.search(r"Jane|jdoe|s1|team07|uni\.edu", text)
     header, *lines = rows(tmp_path / "key.csv")

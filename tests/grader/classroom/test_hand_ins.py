@@ -14,7 +14,7 @@ from helpers.report_examples import REFUSED
 from grader import evidence, pipeline, report
 from grader.classroom import command, hand_ins
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.discovery import Entry
+from grader.classroom.entry import Entry
 from grader.classroom.overrides import Decisions
 from grader.classroom.rescore import rescore
 from grader.classroom.roster import Person

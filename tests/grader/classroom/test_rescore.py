@@ -12,7 +12,7 @@ from helpers import recordings
 from grader import collect, evidence, pipeline, report
 from grader.classroom import comparison, gradebook
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.discovery import Entry
+from grader.classroom.entry import Entry
 from grader.classroom.rescore import Change, rescore
 from grader.classroom.roster import Person
 from grader.errors import GraderError

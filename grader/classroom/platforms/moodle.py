@@ -5,16 +5,19 @@ Formats: moodle, grade/import/csv/classes/load_data.php and mod/assign/feedback/
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from grader.classroom.exports import cells
-from grader.classroom.exports.cells import Cell
+from grader.classroom import cells
+from grader.classroom.cells import Cell
 from grader.classroom.gradebook import Gradebook, Row
+from grader.classroom.platform import Claim, Delivery, Export, HandIn, Platform, one_of, unfolded
 from grader.errors import GraderError
 
 # Moodle matches a person by the column that the teacher chooses; a locked or empty one is no error.
 _IDENTITY = (("idnumber", "id"), ("email", "email"), ("username", "login"))
+_ENTRY = re.compile(r"(?P<name>.+?)_(?P<id>\d+)_assignsubmission_(?P<kind>[a-z]+)_?(?P<file>.*)", re.DOTALL)
 _GRADE, _FEEDBACK, _MAXIMUM = "Grade", "Feedback comments", "Maximum Grade"
 
 
@@ -84,3 +87,37 @@ def _find(book: Gradebook, named: dict[str, str]) -> Row | None:
 def _grade(row: Row) -> str:
     """Return the grade as Moodle reads it: empty for none, and "-" would be none too."""
     return "" if row.total is None else str(row.total)
+
+
+def _read(_root: Path, entries: Sequence[Path]) -> Export:
+    """`Jane Doe_12345_assignsubmission_file_/...`, or the same in front of each file's name."""
+    people: dict[str, list[tuple[re.Match[str], Path]]] = {}
+    notes = []
+    for entry in entries:
+        if found := _ENTRY.fullmatch(entry.name):
+            people.setdefault(found["id"], []).append((found, entry))
+        else:
+            notes.append(f"{entry.name} is not named as Moodle names a submission; it was left out.")
+    hand_ins = []
+    for number, parts in people.items():
+        files = [entry for found, entry in parts if found["kind"] == "file"] or [entry for _, entry in parts]
+        path, remarks = one_of(unfolded(files))
+        notes += [f"{parts[0][0]['name']}: {remark}" for remark in remarks]
+        name = parts[0][0]["name"]
+        claims = (Claim("lms_id", number), Claim("name", name), Claim("team", name), Claim("id", name))
+        hand_ins.append(HandIn(path, name, (claims,), submitted=None))
+    return Export("moodle", tuple(hand_ins), tuple(notes))
+
+
+def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
+    return any(_ENTRY.fullmatch(entry.name) for entry in entries)
+
+
+def _deliver(delivery: Delivery) -> list[str]:
+    if delivery.sheet:
+        return cells.unknown(fill(delivery.book, delivery.sheet, delivery.out))
+    write(delivery.book, delivery.out, delivery.title or delivery.book.rubric.title)
+    return []
+
+
+PLATFORM = Platform("moodle", "moodle", "moodle.csv", _recognises, _read, _deliver)

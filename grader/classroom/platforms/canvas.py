@@ -6,12 +6,16 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
-from grader.classroom.exports import cells
-from grader.classroom.exports.cells import Cell
+from grader.classroom import cells
+from grader.classroom.cells import Cell
 from grader.classroom.gradebook import Gradebook, Row, State
+from grader.classroom.platform import Claim, Delivery, Export, HandIn, Platform, one_of
 from grader.errors import GraderError
 
 _NUMBERED = re.compile(r"(?P<title>.*)\s\((?P<id>\d+)\)", re.DOTALL)
+_ENTRY = re.compile(
+    r"(?P<name>[^_]+)(?P<late>_late)?_(?P<id>\d+)_(?P<file_id>\d+)_(?P<file>.+)", re.IGNORECASE | re.DOTALL
+)
 _HEADER = ("Student", "ID", "SIS User ID", "SIS Login ID", "Section")
 
 
@@ -92,3 +96,38 @@ def _sortable(name: str) -> str:
 
 def _score(row: Row) -> Cell:
     return "EX" if row.state is State.EXCUSED else row.total if row.total is not None else ""
+
+
+def _read(_root: Path, entries: Sequence[Path]) -> Export:
+    """`doejane_12345_6789_team.zip`, `doejane_LATE_12345_6789_team-1.zip`: later attachments have larger numbers."""
+    people: dict[str, list[tuple[re.Match[str], Path]]] = {}
+    notes = []
+    for entry in entries:
+        if found := _ENTRY.fullmatch(entry.name):
+            people.setdefault(found["id"], []).append((found, entry))
+        else:
+            notes.append(f"{entry.name} is not named as Canvas names a submission; it was left out.")
+    hand_ins = []
+    for number, parts in people.items():
+        parts.sort(key=lambda part: int(part[0]["file_id"]))
+        path, remarks = one_of([entry for _, entry in parts])
+        late = any(found["late"] for found, entry in parts if entry == path)
+        name = parts[-1][0]["name"]
+        notes += [f"{name}: {remark}" for remark in remarks]
+        hand_ins.append(HandIn(path, name, ((Claim("lms_id", number), Claim("joined name", name)),), late=late))
+    return Export("canvas", tuple(hand_ins), tuple(notes))
+
+
+def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
+    files = [entry for entry in entries if entry.is_file()]
+    return bool(files) and all(_ENTRY.fullmatch(file.name) for file in files)
+
+
+def _deliver(delivery: Delivery) -> list[str]:
+    if delivery.sheet:
+        return cells.unknown(fill(delivery.book, delivery.sheet, delivery.out, delivery.title))
+    write(delivery.book, delivery.out, delivery.title or delivery.book.rubric.title)
+    return []
+
+
+PLATFORM = Platform("canvas", "canvas", "canvas.csv", _recognises, _read, _deliver)

@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import base64
 import json
+import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from grader.classroom.exports.words import losses
 from grader.classroom.gradebook import Gradebook, Row
+from grader.classroom.platform import Delivery, Export, HandIn, Platform, named
+from grader.classroom.words import losses
 from grader.host.atomic import write_atomically
 from grader.sanitize import printable
 from grader.scoring.rubric import Rubric
@@ -21,7 +24,7 @@ MOST_SUMMARY_BYTES = 1024 * 1024
 _TEXT = 300
 
 
-def write_all(book: Gradebook, reports: dict[str, dict[str, Any] | None], folder: Path) -> list[Path]:
+def write_all(book: Gradebook, reports: Mapping[str, dict[str, Any] | None], folder: Path) -> list[Path]:
     """Write annotations.txt, summary.md and classroom.txt for each submission, in ID/ below `folder`.
 
     A workflow prints the first, appends the second to $GITHUB_STEP_SUMMARY and the third to $GITHUB_OUTPUT.
@@ -117,3 +120,31 @@ def _markdown(text: str) -> str:
 def _line(text: str) -> str:
     """Return a line as code, which Markdown leaves alone."""
     return "    " + printable(text, 1000)
+
+
+def _read(root: Path, entries: Sequence[Path]) -> Export:
+    """`assignment-login/`, clones of GitHub Classroom's repositories. All the names begin with the assignment's."""
+    clones = [entry for entry in entries if (entry / ".git").exists()]
+    notes = [f"{e.name} is not a git repository; it was left out." for e in entries if e.is_dir() and e not in clones]
+    names = [clone.name for clone in clones]
+    prefix = f"{root.name.removesuffix('-submissions')}-" if root.name.endswith("-submissions") else ""
+    if not prefix or not all(name.startswith(prefix) for name in names):
+        common = os.path.commonprefix(names) if len(names) > 1 else names[0]  # noqa: RUF071  # characters are meant
+        prefix = common[: common.rfind("-") + 1]
+    hand_ins = [
+        HandIn(clone, clone.name.removeprefix(prefix), named(clone.name.removeprefix(prefix)), repository=True)
+        for clone in clones
+    ]
+    return Export("git", tuple(hand_ins), tuple(notes))
+
+
+def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
+    return any((entry / ".git").exists() for entry in entries)
+
+
+def _deliver(delivery: Delivery) -> list[str]:
+    write_all(delivery.book, delivery.reports, delivery.out)
+    return []
+
+
+PLATFORM = Platform("github", "git", "github", _recognises, _read, _deliver)

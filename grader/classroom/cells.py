@@ -60,3 +60,8 @@ def read(path: Path) -> tuple[list[list[str]], str]:
     if not rows:
         raise GraderError(f"{path} is empty. Export it once more.")
     return rows, separator
+
+
+def unknown(names: Iterable[str]) -> list[str]:
+    """Return a remark on each person of a sheet whom the gradebook does not know."""
+    return [f"the gradebook does not know {name}; the line stays as it was." for name in names]

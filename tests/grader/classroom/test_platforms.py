@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from grader.classroom import export_layouts
-from grader.classroom.export_layouts import Claim, Export
+from grader.classroom import platforms
+from grader.classroom.platform import Claim, Export
 from grader.errors import GraderError
 
 
@@ -21,7 +21,7 @@ def layout(root: Path, *names: str) -> Export:
         else:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.touch()
-    return export_layouts.read(root)
+    return platforms.read(root)
 
 
 def test_moodle_has_a_folder_for_each_participant(tmp_path):

@@ -1,13 +1,14 @@
-"""gradebook.csv: one line for each person, with every requirement."""
+"""No platform: archives and folders named after people, and gradebook.csv with a line for each person."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from grader.classroom.exports import cells
-from grader.classroom.exports.cells import Cell
+from grader.classroom import cells
+from grader.classroom.cells import Cell
 from grader.classroom.gradebook import Gradebook, Row
+from grader.classroom.platform import Delivery, Export, HandIn, Platform, is_archive, named, stem
 
 _PERSON = ("id", "name", "email", "login", "team")
 
@@ -47,3 +48,21 @@ def _lines(book: Gradebook, anonymous: bool) -> Iterator[Sequence[Cell]]:
 
 def _who(row: Row) -> tuple[str, ...]:
     return tuple(getattr(row.person, field) for field in _PERSON)
+
+
+def _read(_root: Path, entries: Sequence[Path]) -> Export:
+    """Archives and folders, each named after a team or a person."""
+    kept = [entry for entry in entries if entry.is_dir() or is_archive(entry)]
+    notes = [
+        f"{entry.name} is neither an archive nor a folder; it was left out." for entry in entries if entry not in kept
+    ]
+    return Export("plain", tuple(HandIn(e, stem(e), named(stem(e))) for e in kept), tuple(notes))
+
+
+def _deliver(delivery: Delivery) -> list[str]:
+    key = delivery.out.with_name(f"{delivery.out.stem}_key.csv") if delivery.anonymous else None
+    write(delivery.book, delivery.out, key=key)
+    return [f"{key} says who is who."] if key else []
+
+
+PLATFORM = Platform("csv", "plain", "gradebook.csv", lambda _root, _entries: True, _read, _deliver)

@@ -1,0 +1,36 @@
+"""One submission of a class."""
+
+from __future__ import annotations
+
+import datetime as dt
+from dataclasses import dataclass
+from pathlib import Path
+
+from grader.classroom.roster import Person
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One submission of a class.
+
+    Attributes:
+        id: its name in the class folder and in overrides.yaml: lower case letters, digits and hyphens.
+        label: how the export calls it.
+        number: the platform's own number for it or for who handed it in, "" if it gives none.
+        path: the archive or folder.
+        content: the SHA-256 of what was handed in, packed as it was.
+        people: who handed it in, with all their team; empty if nobody of the roster fits.
+        submitted: when, None if that is not known.
+        late: whether the export marks it as late.
+        notes: remarks for the instructor.
+    """
+
+    id: str
+    label: str
+    path: Path
+    content: str
+    people: tuple[Person, ...] = ()
+    submitted: dt.datetime | None = None
+    late: bool = False
+    notes: tuple[str, ...] = ()
+    number: str = ""

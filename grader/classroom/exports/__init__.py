@@ -1,1 +1,0 @@
-"""The gradebook in the forms that learning platforms import. docs/classes.md describes each."""

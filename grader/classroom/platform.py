@@ -1,0 +1,149 @@
+"""What a learning platform's module offers: recognise and read its export, and write grades for it.
+
+Each module in `grader/classroom/platforms/` has one `PLATFORM`. Nothing is unpacked or run here. The formats are
+described in docs/classes.md.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from grader.classroom.gradebook import Gradebook
+from grader.intake.containers import ARCHIVE_SUFFIXES
+
+_CLOSED = (".rar", ".7z", ".gz", ".xz", ".bz2", ".zst")
+_SYSTEM_FILES = frozenset({"__MACOSX", "Thumbs.db", "desktop.ini"})
+
+
+@dataclass(frozen=True)
+class Claim:
+    """Something that an export says about who handed in: `kind` is a field of Person, or "any" for one of them."""
+
+    kind: str
+    value: str
+
+
+@dataclass(frozen=True)
+class HandIn:
+    """One submission as the export has it.
+
+    Attributes:
+        path: the archive or the folder.
+        label: a short name for people.
+        claims: what the export says about who handed it in, the surest first; one tuple for each person.
+        submitted: when, None if the export does not say.
+        late: whether the export marks it as late.
+        repository: the time is that of the last commit of the git repository `path`.
+    """
+
+    path: Path
+    label: str
+    claims: tuple[tuple[Claim, ...], ...] = ()
+    submitted: dt.datetime | None = None
+    late: bool = False
+    repository: bool = False
+
+
+@dataclass(frozen=True)
+class Export:
+    """What a folder holds: its layout's name, the submissions, and a remark on each entry that is none."""
+
+    layout: str
+    hand_ins: tuple[HandIn, ...]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Delivery:
+    """Grades to be written for a platform.
+
+    Attributes:
+        book: everyone's line.
+        reports: each submission's report.json by its id, None where it could not be graded.
+        out: the file or folder to write.
+        sheet: a file that the platform exported, to be filled in.
+        title: the assignment's title on the platform, "" if it was not said.
+        anonymous: leave names out.
+    """
+
+    book: Gradebook
+    reports: Mapping[str, dict[str, Any] | None]
+    out: Path
+    sheet: Path | None = None
+    title: str = ""
+    anonymous: bool = False
+
+
+@dataclass(frozen=True)
+class Platform:
+    """One learning platform.
+
+    Attributes:
+        name: what `--for` calls it.
+        layout: what class.yaml calls the layout of its export.
+        out: the name of the file or folder that is written for it.
+        recognises: whether a folder with these entries is its export.
+        read: the submissions in that folder.
+        write: write the grades, and return remarks for the instructor.
+    """
+
+    name: str
+    layout: str
+    out: str
+    recognises: Callable[[Path, Sequence[Path]], bool]
+    read: Callable[[Path, Sequence[Path]], Export]
+    write: Callable[[Delivery], list[str]]
+
+
+def is_archive(path: Path) -> bool:
+    """Return whether a file is an archive by its name, also one of a kind that will be refused."""
+    return path.is_file() and path.name.lower().endswith((*ARCHIVE_SUFFIXES, *_CLOSED))
+
+
+def entries_of(root: Path) -> list[Path]:
+    """Return what is in a folder, sorted, without what file systems leave there."""
+    return sorted(e for e in root.iterdir() if e.name not in _SYSTEM_FILES and not e.name.startswith("."))
+
+
+def stem(path: Path) -> str:
+    """Return the name of an archive without its suffix, or of a folder."""
+    suffix = next(
+        (s for s in sorted((*ARCHIVE_SUFFIXES, *_CLOSED), key=len, reverse=True) if path.name.lower().endswith(s)), ""
+    )
+    return path.name[: len(path.name) - len(suffix)] if suffix and path.is_file() else path.name
+
+
+def named(name: str) -> tuple[tuple[Claim, ...], ...]:
+    """Return the claims of a submission whose file name is all that is known: any field of a person, or a team."""
+    return ((Claim("any", name),),)
+
+
+def unfolded(paths: Sequence[Path]) -> list[Path]:
+    """Return the paths; a folder that has nothing but files, one of them an archive, stands for its files."""
+    found = []
+    for path in paths:
+        found += list(entries_of(path)) if path.is_dir() and only_archives(path) else [path]
+    return found
+
+
+def only_archives(folder: Path) -> bool:
+    """Return whether a folder has nothing but files, one of them an archive."""
+    children = entries_of(folder) if folder.is_dir() else []
+    return bool(children) and all(child.is_file() for child in children) and any(map(is_archive, children))
+
+
+def one_of(paths: Sequence[Path]) -> tuple[Path, list[str]]:
+    """Return the one path to grade, the last archive or else the last folder, and a remark on the others."""
+    ranked = sorted(paths, key=lambda path: (is_archive(path), path.is_dir()))
+    chosen = ranked[-1]
+    others = [path.name for path in paths if path != chosen]
+    return chosen, [f"{chosen.name} is graded, not {', '.join(others)}."] if others else []
+
+
+def claims_of(hand_in: HandIn) -> Iterator[Claim]:
+    """Return all that an export says about a submission's people."""
+    return (claim for person in hand_in.claims for claim in person)

@@ -1,0 +1,63 @@
+"""The learning platforms that the kit knows, one module each; docs/classes.md describes their formats."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from grader.classroom.platform import Export, Platform, entries_of, is_archive
+from grader.errors import GraderError
+
+
+def all_platforms() -> Mapping[str, Platform]:
+    """Return every platform by its name: the `PLATFORM` of each module in this package."""
+    modules = (importlib.import_module(f"{__name__}.{module.name}") for module in pkgutil.iter_modules(__path__))
+    return {module.PLATFORM.name: module.PLATFORM for module in modules}
+
+
+def read(root: Path) -> Export:
+    """Return the submissions in the folder `root`.
+
+    Raises:
+        GraderError: the folder is one package, or holds no submission.
+    """
+    root = _innermost(root)
+    entries = entries_of(root)
+    names = {entry.name for entry in entries}
+    if "package.xml" in names or "src" in names:
+        raise GraderError(f"{root} is a single submission. Grade it with `grader grade {root} --out OUT`.")
+    export = _recognised(root, entries).read(root, entries)
+    if not export.hand_ins:
+        raise GraderError(
+            f"{root} holds no submission: neither an archive nor a folder. "
+            "Name the folder or the archive that the learning platform exported."
+        )
+    return export
+
+
+def _recognised(root: Path, entries: Sequence[Path]) -> Platform:
+    """Return the platform that wrote the folder; `plain`, which takes any, is asked last."""
+    *others, plain = sorted(all_platforms().values(), key=lambda platform: platform.layout == "plain")
+    return next((platform for platform in others if platform.recognises(root, entries)), plain)
+
+
+def _innermost(root: Path) -> Path:
+    """Return the folder with the submissions: an archive often has one folder around them."""
+    while (
+        len(entries := entries_of(root)) == 1
+        and entries[0].is_dir()
+        and _recognised(root, entries).layout == "plain"
+        and not any((entries[0] / name).exists() for name in ("package.xml", "src"))
+        and any(is_archive(child) or child.is_dir() for child in entries_of(entries[0]))
+        and not _holds_package(entries[0])
+    ):
+        root = entries[0]
+    return root
+
+
+def _holds_package(folder: Path) -> bool:
+    """Return whether a folder has a package at most one folder further down: then it is a submission by itself."""
+    children = [child for child in entries_of(folder) if child.is_dir()]
+    return len(children) == 1 and any((children[0] / name).exists() for name in ("package.xml", "src"))

@@ -1,0 +1,148 @@
+"""Gradescope: results.json of an autograder (gradescope/autograder_samples, docs/specs.md)."""
+
+from __future__ import annotations
+
+import datetime as dt
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from grader.classroom.gradebook import Gradebook, RequirementPoints, Row
+from grader.classroom.platform import Claim, Delivery, Export, HandIn, Platform, one_of, only_archives, unfolded
+from grader.classroom.words import losses
+from grader.errors import GraderError
+from grader.host.atomic import write_atomically
+from grader.scoring.rubric import Rubric
+
+_METADATA = "submission_metadata.yml"
+
+
+def write(row: Row, rubric: Rubric, report: dict[str, Any] | None, path: Path) -> None:
+    """Write the results of one submission. `report` is its report.json, None if it could not be graded."""
+    write_atomically(path, json.dumps(results(row, rubric, report), indent=2, allow_nan=False) + "\n")
+
+
+def results(row: Row, rubric: Rubric, report: dict[str, Any] | None) -> dict[str, Any]:
+    """Return what results.json says: a test for each requirement that has points."""
+    measured = {each["id"]: each for each in report["requirements"]} if report and "requirements" in report else {}
+    numbers = {
+        requirement.id: f"{chapter}.{place}"
+        for chapter, criterion in enumerate(rubric.criteria, 1)
+        for place, requirement in enumerate(criterion.requirements, 1)
+    }
+    found: dict[str, Any] = {
+        "output": row.comment or "Graded.",
+        "output_format": "text",
+        "test_output_format": "text",
+        "visibility": "visible",
+        "stdout_visibility": "hidden",
+        "tests": [
+            _test(each, numbers[each.id], rubric.requirement(each.id).title, measured.get(each.id, {}))
+            for each in row.requirements
+            if each.points is not None
+        ],
+        "extra_data": {"state": row.state.value, "late": row.late_units, "flags": row.flags},
+    }
+    # The score overrides the sum of the tests: it has the deduction for lateness.
+    found["score"] = float(row.total) if row.total is not None else 0.0
+    if report and isinstance(report.get("wall_seconds"), int | float):
+        found["execution_time"] = round(report["wall_seconds"], 1)
+    return found
+
+
+def _test(each: RequirementPoints, number: str, title: str, measured: dict[str, Any]) -> dict[str, Any]:
+    said = f"{each.override.points} points by {each.override.by}: {each.override.why}" if each.override else ""
+    return {
+        "name": f"{each.id} {title}",
+        "number": number,
+        "score": float(each.points or 0),
+        "max_score": float(each.max),
+        "status": "passed" if each.points == each.max else "failed",
+        "output": "\n".join(filter(None, [said, *losses(measured)])),
+        "visibility": "visible",
+    }
+
+
+def write_all(book: Gradebook, reports: Mapping[str, dict[str, Any] | None], folder: Path) -> list[Path]:
+    """Write ID/results.json for each submission below `folder`, and return the paths."""
+    written = []
+    for row in {row.submission: row for row in book.rows if row.submission}.values():
+        path = folder / row.submission / "results.json"
+        write(row, book.rubric, reports.get(row.submission), path)
+        written.append(path)
+    return written
+
+
+def _read(root: Path, entries: Sequence[Path]) -> Export:
+    """`submission_123/`, and `submission_metadata.yml` with names, e-mails and times."""
+    try:
+        metadata = yaml.load((root / _METADATA).read_text(encoding="utf-8"), _RubyLoader)
+        described = {str(key): _described(value) for key, value in metadata.items()}
+    except (OSError, ValueError, AttributeError, TypeError, KeyError, yaml.YAMLError) as error:
+        raise GraderError(
+            f"{root / _METADATA} is not as Gradescope writes it ({error!r}). Export once more."
+        ) from error
+    hand_ins, notes = [], []
+    for entry in entries:
+        if entry.name in described:
+            path, remarks = one_of(unfolded([entry])) if only_archives(entry) else (entry, [])
+            notes += [f"{entry.name}: {remark}" for remark in remarks]
+            hand_ins.append(replace(described[entry.name], path=path))
+        elif entry.name != _METADATA:
+            notes.append(f"{entry.name} is not in {_METADATA}; it was left out.")
+    missing = sorted(set(described) - {entry.name for entry in entries})
+    notes += [f"{name} is in {_METADATA} but not in the export." for name in missing]
+    return Export("gradescope", tuple(hand_ins), tuple(notes))
+
+
+class _RubyLoader(yaml.SafeLoader):
+    """Reads the YAML that a Ruby program wrote: an object of a type of Ruby's is read as what it consists of."""
+
+
+def _ruby(loader: yaml.SafeLoader, _suffix: str, node: yaml.Node) -> Any:
+    if isinstance(node, yaml.MappingNode):
+        return loader.construct_mapping(node, deep=True)
+    if isinstance(node, yaml.SequenceNode):
+        return loader.construct_sequence(node, deep=True)
+    return loader.construct_scalar(node) if isinstance(node, yaml.ScalarNode) else None
+
+
+_RubyLoader.add_multi_constructor("!", _ruby)
+
+
+def _described(value: dict[str, Any]) -> HandIn:
+    kinds = {":sid": "id", ":email": "email", ":name": "name"}
+    people = [
+        tuple(Claim(kind, str(person[key]).strip()) for key, kind in kinds.items() if person.get(key))
+        for person in value[":submitters"]
+    ]
+    label = ", ".join(str(person.get(":name") or person.get(":email") or "") for person in value[":submitters"])
+    return HandIn(Path(), label, tuple(people), _time(value.get(":created_at")))
+
+
+def _time(value: object) -> dt.datetime | None:
+    """Return a time as Ruby writes it: YAML knows "2026-11-20 22:58:01 Z", but not "2026-11-20 22:58:01.5 +0100"."""
+    if isinstance(value, str):
+        day, clock, *zone = value.replace("T", " ").split()
+        clock, _, fraction = clock.partition(".")
+        offset = zone[0].replace("Z", "+00:00") if zone and zone[0] != "UTC" else "+00:00"
+        value = dt.datetime.fromisoformat(f"{day} {clock}.{fraction[:6]:0<6}{offset}")
+    if isinstance(value, dt.datetime):
+        return value if value.tzinfo else value.replace(tzinfo=dt.UTC)
+    return None
+
+
+def _recognises(root: Path, _entries: Sequence[Path]) -> bool:
+    return (root / _METADATA).is_file()
+
+
+def _deliver(delivery: Delivery) -> list[str]:
+    write_all(delivery.book, delivery.reports, delivery.out)
+    return []
+
+
+PLATFORM = Platform("gradescope", "gradescope", "gradescope", _recognises, _read, _deliver)
