@@ -112,7 +112,7 @@ def _run_one(each: Attack, reference: Path, settings: pipeline.Settings, baselin
         except Exception as error:  # finding these is what attacks are for
             return AttackResult(each, before, problems=(f"{type(error).__name__}: {error}", *tokens.damage()))
         problems = [*_point_problems(each, grading, before), *_report_problems(each, grading, tokens), *tokens.damage()]
-        problems += tokens.marks(settings.cache)
+        problems += tokens.marks(settings.cache, submission / "package.xml")
         return AttackResult(each, before, _points(grading), tuple(grading.evidence.flags), tuple(problems))
 
 

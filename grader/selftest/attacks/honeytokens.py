@@ -68,14 +68,22 @@ class Honeytokens:
             time.sleep(0.02)
         return found + [f"the process {pid} still runs" for pid in left]
 
-    def marks(self, cache: Path) -> list[str]:
-        """Return a phrase for each new file with the token in the build trees that submissions share."""
+    def marks(self, cache: Path, key: Path) -> list[str]:
+        """Return a phrase for each new file with the token in the build trees that submissions share.
+
+        Copies of the file `key` do not count: only submissions that have the same file share a tree.
+        """
         trees = [path for path in (cache / "trees").glob("*") if path.is_dir() and path.stat().st_mtime > self._began]
-        return [f"its mark is in {name} of a shared build tree" for name in _holding(self.token, trees)]
+        own = key.read_bytes() if key.is_file() else b""
+        return [
+            f"its mark is in {path.name} of a shared build tree"
+            for path in _holding(self.token, trees)
+            if path.read_bytes() != own
+        ]
 
     def leaks(self, *folders: Path) -> list[str]:
         """Return the names of the files below `folders` that contain the secret."""
-        return _holding(self.hidden, folders)
+        return [path.name for path in _holding(self.hidden, folders)]
 
     def close(self) -> None:
         """Close the port."""
@@ -142,9 +150,9 @@ def _what(before: object, after: object) -> str:
     return f": {', '.join(sorted({str(name) for name, *_ in set(before) ^ set(after)}))}"
 
 
-def _holding(text: str, folders: Iterable[Path]) -> list[str]:
+def _holding(text: str, folders: Iterable[Path]) -> list[Path]:
     paths = [path for folder in folders for path in folder.rglob("*") if path.is_file() and not path.is_symlink()]
-    return [path.name for path in paths if text.encode() in path.read_bytes()]
+    return [path for path in paths if text.encode() in path.read_bytes()]
 
 
 def _digest(folder: Path) -> str:

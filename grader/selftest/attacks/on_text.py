@@ -78,8 +78,8 @@ ATTACKS: tuple[Attack, ...] = (
         "hides_code_in_strings",
         "Sloppy code is in a string that is executed.",
         put("ros2_robot_controller/sloppy.py", '"""Holds code."""\n\nCODE = """\ndef Thing( a,b ):\n  return  a+b\n"""\nexec(CODE)\n'),
-        number=37, needs="Q1", weak="",
-        stopped="nothing is gained: hidden code earns no points elsewhere either",
+        number=37, needs="Q1", costs="Q1", flag="unreadable code",
+        stopped="code that is made at run time cannot be read, and nothing that is judged by reading is earned with it",
     ),
     attack(
         "breaks_the_analysers",

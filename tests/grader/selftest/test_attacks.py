@@ -119,6 +119,17 @@ def test_a_secret_in_the_evidence_is_found(tmp_path: Path):
 # -- results ------------------------------------------------------------------------------------------------------
 
 
+def test_a_mark_in_a_shared_build_tree_is_found_unless_it_is_in_the_key(tmp_path: Path):
+    key, tree = tmp_path / "package.xml", tmp_path / "cache" / "trees" / "a"
+    with planted() as tokens:
+        key.write_text(f"<author>{tokens.token}</author>")
+        tree.mkdir(parents=True)
+        (tree / "package.xml.stamp").write_bytes(key.read_bytes())
+        assert tokens.marks(tmp_path / "cache", key) == []
+        (tree / "cmake_install.cmake").write_text(f"# {tokens.token}")
+        assert tokens.marks(tmp_path / "cache", key) == ["its mark is in cmake_install.cmake of a shared build tree"]
+
+
 def test_points_that_rise_are_a_problem(settings: pipeline.Settings):
     grading = graded(settings, Outcome.PASSED, Outcome.PASSED)
     problems = attack_run._point_problems(attack("a", "x", needs="F1", costs="F1"), grading, {"F1": 1.5})
