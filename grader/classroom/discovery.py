@@ -14,7 +14,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from grader.classroom import commit_time, platforms
-from grader.classroom.entry import Entry
+from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.entry import Entry, MatchedBy
 from grader.classroom.platform import Claim, HandIn, claims_of
 from grader.classroom.roster import IDENTITY, Person
 from grader.errors import GraderError
@@ -33,12 +34,34 @@ _BETWEEN_WORDS = re.compile(r"[\s,._-]+")
 
 @dataclass(frozen=True)
 class Found:
-    """All that was found in a source. `missing` are the people of the roster without a submission."""
+    """All that was found in a source.
+
+    Attributes:
+        layout: the name of the export's layout.
+        entries: the submissions that count.
+        missing: the people of the roster without a submission, also those whose submission is in doubt.
+        notes: remarks on the export.
+        doubts: what a person should look at before anything is graded.
+    """
 
     layout: str
     entries: tuple[Entry, ...]
     missing: tuple[Person, ...] = ()
     notes: tuple[str, ...] = field(default=())
+    doubts: tuple[Doubt, ...] = ()
+
+    def require_certain(self) -> None:
+        """Refuse to go on where a doubt stops the class.
+
+        Raises:
+            DoubtfulClass: with all that stops it, and what to do.
+        """
+        if stops := [doubt for doubt in self.doubts if doubt.stops]:
+            raise DoubtfulClass("\n".join(doubt.text for doubt in stops))
+
+
+class DoubtfulClass(GraderError):
+    """Whose submissions these are is so doubtful that nothing was graded."""
 
 
 @contextmanager
@@ -73,12 +96,21 @@ def find(root: Path, roster: Sequence[Person] = (), earlier: Sequence[Entry] = (
     drafts = [_draft(hand_in, roster) for hand_in in export.hand_ins]
     drafts, left_out = _latest(drafts)
     entries = _named(drafts, earlier)
-    for entry in entries:
-        if roster and not entry.people:
-            notes.append(f"{entry.label} fits nobody of the roster; it is graded as {entry.id}.")
+    doubts = [_unmatched(entry) for entry in entries if roster and not entry.people]
+    notes += [doubt.what for doubt in doubts]
     handed_in = {person.key for entry in entries for person in entry.people}
     missing = tuple(person for person in roster if person.key not in handed_in)
-    return Found(export.layout, entries, missing, (*notes, *left_out))
+    return Found(export.layout, entries, missing, (*notes, *left_out), tuple(doubts))
+
+
+def _unmatched(entry: Entry) -> Doubt:
+    return Doubt(
+        DoubtKind.UNMATCHED,
+        entry.label,
+        f"{entry.label} fits nobody of the roster; it is graded as {entry.id}.",
+        f"Add the person to the roster, or write into overrides.yaml: submissions: {entry.id}: people: [ID].",
+        entry.id,
+    )
 
 
 def content_hash(path: Path) -> str:
@@ -109,18 +141,22 @@ def slug(text: str) -> str:
 
 
 def _draft(hand_in: HandIn, roster: Sequence[Person]) -> Entry:
-    people: list[Person] = []
+    matched: dict[Person, MatchedBy] = {}
     for claims in hand_in.claims:
-        people += _match(claims, roster) if roster else _claimed(claims)
-    teams = {person.team for person in people if person.team}
-    people += [person for person in roster if person.team in teams]
+        for person in _match(claims, roster) if roster else _claimed(claims):
+            matched.setdefault(person, MatchedBy(claims[0].kind, claims[0].value))
+    teams = {person.team for person in matched if person.team}
+    for person in roster:
+        if person.team in teams:
+            matched.setdefault(person, MatchedBy("team", person.team))
     submitted = commit_time.last_commit(hand_in.path) if hand_in.repository else hand_in.submitted
     return Entry(
         id="",
         label=hand_in.label,
         path=hand_in.path,
         content=content_hash(hand_in.path),
-        people=tuple(dict.fromkeys(people)),
+        people=tuple(matched),
+        matched=tuple(matched.values()),
         submitted=submitted,
         late=hand_in.late,
         number=next((claim.value for claim in claims_of(hand_in) if claim.kind == "lms_id"), ""),

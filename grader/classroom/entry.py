@@ -10,6 +10,26 @@ from grader.classroom.roster import Person
 
 
 @dataclass(frozen=True)
+class MatchedBy:
+    """By what a person was matched with a submission: a field of Person, and what the export says of it.
+
+    `kind` is "short name" for a file name of Canvas's, "overrides" for what a person assigned, and "team" for a
+    member who is there because another one, or the team itself, was matched.
+    """
+
+    kind: str
+    value: str
+
+    @property
+    def text(self) -> str:
+        """Return it for people, such as "e-mail jane@uni.edu"."""
+        return f"{_KINDS.get(self.kind, self.kind)} {self.value}"
+
+
+_KINDS = {"lms_id": "the platform's number", "email": "e-mail"}
+
+
+@dataclass(frozen=True)
 class Entry:
     """One submission of a class.
 
@@ -21,6 +41,7 @@ class Entry:
         content: the SHA-256 of what was handed in, packed as it was.
         people: who handed it in, with all their team; empty if nobody of the roster fits.
         submitted: when, None if that is not known.
+        matched: by what each of `people` was matched, in their order.
         late: whether the export marks it as late.
         notes: remarks for the instructor.
     """
@@ -34,3 +55,4 @@ class Entry:
     late: bool = False
     notes: tuple[str, ...] = ()
     number: str = ""
+    matched: tuple[MatchedBy, ...] = ()
