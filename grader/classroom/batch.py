@@ -125,8 +125,10 @@ def run(source: Path, out: Path, people: Sequence[Person], options: Options, sai
             deadline=options.deadline,
             late_rule=options.late_rule,
             made=dt.datetime.now().astimezone(),
+            doubts=found.doubts,
         )
         decided = overrides.of_class(folder, facts, whole)
+        facts = overrides.applied(facts, decided)
         folder.write_facts(facts)
         write_atomically(folder.path / RUBRIC, text)
         known = (hand_ins.hand_in(entry, facts, decided) for entry in facts.entries)
