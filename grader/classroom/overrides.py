@@ -4,13 +4,17 @@
       team07:
         points:
           F4: {points: 3, why: "the wall stood in the start", by: "A. Lovelace"}
+        adjust: {points: -2, why: "handed in a build folder", by: "A. Lovelace"}
         comments: ["A fine README."]
         submitted: 2026-11-21T10:00
     people:
       s1234:
         extension: {until: 2026-11-25T23:59, why: "ill", by: "A. Lovelace"}
+        bonus: {points: 3, why: "found a fault in the simulator", by: "A. Lovelace"}
       s1235:
         excused: {why: "passed last year", by: "A. Lovelace"}
+      s1236:
+        adjust: {total: 50, why: "oral exam", by: "A. Lovelace"}
 
 The kit never writes this file.
 """
@@ -21,6 +25,7 @@ import datetime as dt
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
+from enum import Enum
 from pathlib import Path
 
 import yaml
@@ -60,11 +65,41 @@ class Extension:
     by: str
 
 
+class Change(Enum):
+    """What an adjustment does to the points that are left after lateness."""
+
+    POINTS = "points"
+    """Adds points, or subtracts them; the total stays between 0 and the maximum."""
+    TOTAL = "total"
+    """Sets the total, whatever was graded."""
+    BONUS = "bonus"
+    """Adds points at last, also beyond the maximum."""
+
+
+@dataclass(frozen=True)
+class Adjustment:
+    """A change of the whole instead of one requirement."""
+
+    change: Change
+    points: Decimal
+    why: str
+    by: str
+
+    def __str__(self) -> str:
+        words = {
+            Change.POINTS: f"{self.points:+f} points",
+            Change.TOTAL: f"total of {self.points:f} points",
+            Change.BONUS: f"bonus of {self.points:f} points",
+        }
+        return f"{words[self.change]} by {self.by} ({self.why})"
+
+
 @dataclass(frozen=True)
 class SubmissionDecision:
     """What people have decided about one submission."""
 
     points: tuple[PointsOverride, ...] = ()
+    adjustments: tuple[Adjustment, ...] = ()
     comments: tuple[str, ...] = ()
     submitted: dt.datetime | None = None
 
@@ -75,6 +110,7 @@ class PersonDecision:
 
     excused: Excuse | None = None
     extension: Extension | None = None
+    adjustments: tuple[Adjustment, ...] = ()
     comments: tuple[str, ...] = ()
 
 
@@ -155,44 +191,70 @@ class _Reader(YamlReader):
 
     def _submission(self, node: yaml.Node) -> SubmissionDecision:
         points: list[PointsOverride] = []
+        adjustments: list[Adjustment] = []
         comments: tuple[str, ...] = ()
         submitted = None
-        for key, _, value in self.mapping(node, ("points", "comments", "submitted")):
+        for key, where, value in self.mapping(node, ("points", "adjust", "bonus", "comments", "submitted")):
             if key == "points":
                 points = [self._points(name, where, given) for name, where, given in self.mapping(value)]
             elif key == "comments":
                 comments = self._texts(value)
-            else:
+            elif key == "submitted":
                 submitted = self._time(value)
-        return SubmissionDecision(tuple(points), comments, submitted)
+            else:
+                adjustments.append(self._adjustment(key, where, value))
+        return SubmissionDecision(tuple(points), tuple(adjustments), comments, submitted)
 
     def _person(self, node: yaml.Node) -> PersonDecision:
         excused: Excuse | None = None
         extension: Extension | None = None
+        adjustments: list[Adjustment] = []
         comments: tuple[str, ...] = ()
-        for key, where, value in self.mapping(node, ("excused", "extension", "comments")):
+        for key, where, value in self.mapping(node, ("excused", "extension", "adjust", "bonus", "comments")):
             if key == "comments":
                 comments = self._texts(value)
+            elif key in ("adjust", "bonus"):
+                adjustments.append(self._adjustment(key, where, value))
             elif key == "excused":
                 given = self.fields(value, where, ("why", "by"), "a decision")
                 excused = Excuse(self.text(given["why"]), self.text(given["by"]))
             else:
                 given = self.fields(value, where, ("until", "why", "by"), "a decision")
                 extension = Extension(self._time(given["until"]), self.text(given["why"]), self.text(given["by"]))
-        return PersonDecision(excused, extension, comments)
+        return PersonDecision(excused, extension, tuple(adjustments), comments)
+
+    def _adjustment(self, key: str, where: yaml.Node, node: yaml.Node) -> Adjustment:
+        given = self.fields(node, where, ("why", "by"), "a decision", ("points", "total"))
+        kinds = [kind for kind in ("points", "total") if kind in given]
+        allowed = ("points",) if key == "bonus" else ("points", "total")
+        if len(kinds) != 1 or kinds[0] not in allowed:
+            self.fail(where, f"{key} needs {' or '.join(allowed)}, why, by")
+        value, maximum = self._number(given[kinds[0]]), sum(r.points for r in self._rubric.requirements)
+        if kinds[0] == "total" and not 0 <= value <= Decimal(str(maximum)):
+            self.fail(given["total"], f"the rubric has {maximum:g} points; {value} is outside 0 to {maximum:g}")
+        if key == "bonus" and value < 0:
+            self.fail(given["points"], f"a bonus of {value} points is none; `adjust` subtracts points")
+        change = Change.BONUS if key == "bonus" else Change(kinds[0])
+        return Adjustment(change, value, self.text(given["why"]), self.text(given["by"]))
 
     def _points(self, name: str, where: yaml.Node, node: yaml.Node) -> PointsOverride:
         worth = {requirement.id: requirement.points for requirement in self._rubric.requirements}
         self.require_known(name, where, worth, "a requirement of the rubric")
         given = self.fields(node, where, ("points", "why", "by"), "a decision")
-        text = self.text(given["points"])
+        value = self._number(given["points"])
+        if not 0 <= value <= Decimal(str(worth[name])):
+            self.fail(given["points"], f"{name} has {worth[name]:g} points; {value} is outside 0 to {worth[name]:g}")
+        return PointsOverride(name, value, self.text(given["why"]), self.text(given["by"]))
+
+    def _number(self, node: yaml.Node) -> Decimal:
+        text = self.text(node)
         try:
             value = Decimal(text)
         except ArithmeticError:
-            self.fail(given["points"], f"{text} is not a number of points")
-        if not 0 <= value <= Decimal(str(worth[name])):  # also refuses NaN, which compares False
-            self.fail(given["points"], f"{name} has {worth[name]:g} points; {text} is outside 0 to {worth[name]:g}")
-        return PointsOverride(name, value, self.text(given["why"]), self.text(given["by"]))
+            value = Decimal("nan")
+        if not value.is_finite():
+            self.fail(node, f"{text} is not a number of points")
+        return value
 
     def _texts(self, node: yaml.Node) -> tuple[str, ...]:
         if isinstance(node, yaml.SequenceNode):
