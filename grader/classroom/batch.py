@@ -128,8 +128,8 @@ def run(source: Path, out: Path, people: Sequence[Person], options: Options, sai
             doubts=found.doubts,
         )
         decided = overrides.of_class(folder, facts, whole)
-        facts = overrides.applied(facts, decided)
         folder.write_facts(facts)
+        facts = overrides.applied(facts, decided)
         write_atomically(folder.path / RUBRIC, text)
         known = (hand_ins.hand_in(entry, facts, decided) for entry in facts.entries)
         planned = [

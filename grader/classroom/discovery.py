@@ -204,21 +204,14 @@ def _named(drafts: Sequence[Entry], earlier: Sequence[Entry]) -> tuple[Entry, ..
 
 
 def _wanted(draft: Entry) -> str:
-    people = _found(draft)
-    teams = {person.team for person in people if person.team}
-    one = people[0] if len(people) == 1 else Person()
+    teams = {person.team for person in draft.people if person.team}
+    one = draft.people[0] if len(draft.people) == 1 else Person()
     return slug(next(iter(teams)) if len(teams) == 1 else one.login or one.id or one.name or draft.label)
-
-
-def _found(entry: Entry) -> tuple[Person, ...]:
-    """Return the people that were found by the export: an id does not change with what a person decides later."""
-    decided = any(claim.kind == "overrides" for claim in entry.matched)
-    return () if decided else entry.people
 
 
 def _mark(entry: Entry) -> str:
     """Return what tells a submission from others of one name: the platform's number, its label, or a hash."""
     if entry.number or slug(entry.label) != _wanted(entry):
         return slug(entry.number or entry.label)
-    said = (entry.label, *sorted(person.key for person in _found(entry)))
+    said = (entry.label, *sorted(person.key for person in entry.people))
     return hashlib.sha256(repr(said).encode()).hexdigest()[:6]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.doubt import Doubt, DoubtKind, too_many
 from grader.classroom.entry import Entry
 from grader.classroom.identity import SHORT, Claim, Identified, identify
 from grader.classroom.platform import Export, HandIn, is_archive
@@ -59,7 +59,7 @@ def class_doubts(
             f"{GO_ON} if these are only names.",
             stops=True,
         )
-    if roster and 2 * len(unmatched) > len(entries):
+    if roster and too_many(unmatched, entries):
         yield Doubt(
             DoubtKind.MOST_UNMATCHED,
             export.layout,
