@@ -74,6 +74,8 @@ class Row:
     private: tuple[str, ...] = ()
     comments: tuple[str, ...] = ()
     flags: int = 0
+    kit: str = ""
+    """The kit that graded the submission, as Record.kits has it."""
 
     @property
     def final(self) -> bool:
@@ -130,6 +132,11 @@ class Gradebook:
             for row in self.every
             if row.figures != self.teams[row.submission].figures
         ]
+
+    @property
+    def kits(self) -> frozenset[str]:
+        """Return the versions of the kit that graded the class."""
+        return frozenset(row.kit for row in self.rows if row.kit)
 
 
 def read(folder: ClassFolder) -> Gradebook:
@@ -264,6 +271,7 @@ class _Graded:
             private=_private(about),
             comments=(*self._decided.comments, *about.comments),
             flags=len(self._report.get("integrity", ())) if self._report else 0,
+            kit=self._record.kits if self._record else "",
         )
         return replace(row, grade=_grade(self._whole, row))
 

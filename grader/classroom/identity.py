@@ -39,10 +39,15 @@ class Claim:
     lms: str = ""
 
     @property
+    def means(self) -> str:
+        """Return the kind in words, such as "Canvas's number"."""
+        whose = f"{self.lms.capitalize()}'s " if self.lms else ""
+        return f"{whose}{_CALLED.get(self.kind, self.kind)}"
+
+    @property
     def text(self) -> str:
         """Return the claim for people, such as "Canvas's number 123"."""
-        whose = f"{self.lms.capitalize()}'s " if self.lms else ""
-        return f"{whose}{_CALLED.get(self.kind, self.kind)} {self.value}"
+        return f"{self.means} {self.value}"
 
 
 @dataclass(frozen=True)
