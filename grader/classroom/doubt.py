@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sized
 from dataclasses import dataclass
 from enum import Enum
 
@@ -63,3 +63,8 @@ def require_certain(doubts: Iterable[Doubt]) -> None:
     """
     if stops := [doubt.text for doubt in doubts if doubt.stops]:
         raise DoubtfulClass("Nothing was graded.", "\n".join(stops))
+
+
+def too_many(unmatched: Sized, entries: Sized) -> bool:
+    """Return whether so many of the submissions match nobody that the roster is hardly that of the class."""
+    return 2 * len(unmatched) > len(entries)

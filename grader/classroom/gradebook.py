@@ -11,6 +11,7 @@ from typing import Any
 
 from grader.classroom import lateness, overrides
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
+from grader.classroom.doubt import Doubt
 from grader.classroom.entry import Entry
 from grader.classroom.lateness import LateRule
 from grader.classroom.overrides import Adjustment, Change, Decisions, PersonDecision, PointsOverride
@@ -73,6 +74,8 @@ class Row:
     private: tuple[str, ...] = ()
     comments: tuple[str, ...] = ()
     flags: int = 0
+    kit: str = ""
+    """The kit that graded the submission, as Record.kits has it."""
 
     @property
     def final(self) -> bool:
@@ -130,6 +133,11 @@ class Gradebook:
             if row.figures != self.teams[row.submission].figures
         ]
 
+    @property
+    def kits(self) -> frozenset[str]:
+        """Return the versions of the kit that graded the class."""
+        return frozenset(row.kit for row in self.rows if row.kit)
+
 
 def read(folder: ClassFolder) -> Gradebook:
     """Return the gradebook of a class, from its records, reports and overrides as they are now.
@@ -140,12 +148,13 @@ def read(folder: ClassFolder) -> Gradebook:
     facts = folder.facts()
     whole = rubric.load(folder.path / RUBRIC)
     decisions = overrides.of_class(folder, facts, whole)
+    facts = overrides.applied(facts, decisions)
     rule = lateness.parse(facts.late_rule) if facts.late_rule else None
     rows: dict[Hashable, list[Row]] = {}
     teams: dict[str, Row] = {}
     for entry in facts.entries:
         graded = _Graded(entry, folder, facts, whole, decisions, rule)
-        people = entry.people or (Person(name=entry.label),)
+        people = entry.people or (_unknown(entry, facts),)
         found = [graded.row(person, decisions.about(person)) for person in people]
         for row in found:
             # What fits nobody is one person's whatever its label: two of one name stay two.
@@ -153,7 +162,8 @@ def read(folder: ClassFolder) -> Gradebook:
         teams[entry.id] = _shared(found, graded.row(Person(name=entry.label), PersonDecision()))
     every = tuple(row for several in rows.values() for row in several)
     for person in facts.missing:
-        rows[person.key] = [_missing(person, decisions, whole)]
+        doubt = next((doubt for doubt in facts.doubts if person in doubt.people), None)
+        rows[person.key] = [_missing(person, decisions, whole, doubt)]
     best = (max(several, key=lambda row: (row.total is not None, row.total or 0)) for several in rows.values())
     return Gradebook(whole, tuple(sorted(best, key=_place)), every, teams, decisions, rule, facts.deadline)
 
@@ -261,13 +271,21 @@ class _Graded:
             private=_private(about),
             comments=(*self._decided.comments, *about.comments),
             flags=len(self._report.get("integrity", ())) if self._report else 0,
+            kit=self._record.kits if self._record else "",
         )
         return replace(row, grade=_grade(self._whole, row))
 
 
-def _missing(person: Person, decisions: Decisions, whole: Rubric) -> Row:
+def _unknown(entry: Entry, facts: ClassFacts) -> Person:
+    """Return the person of a submission that matches nobody: the platform's number says who it is there."""
+    return Person(name=entry.label, lms_id=entry.number, lms=facts.layout if entry.number else "")
+
+
+def _missing(person: Person, decisions: Decisions, whole: Rubric, doubt: Doubt | None) -> Row:
+    """Return the line of a person without a submission; nothing is final while one may be theirs."""
     about = decisions.about(person)
-    state, total = _adjusted(State.MISSING, NOTHING, _worth(whole), about.adjustments)
+    state = State.PENDING if doubt else State.MISSING
+    state, total = _adjusted(state, NOTHING, _worth(whole), about.adjustments)
     if about.excused:
         state, total = State.EXCUSED, None
     row = Row(
@@ -275,7 +293,7 @@ def _missing(person: Person, decisions: Decisions, whole: Rubric) -> Row:
         state,
         max=_worth(whole),
         total=total,
-        why="" if about.excused else "nothing handed in",
+        why="" if about.excused else f"a submission may be theirs: {doubt.label}" if doubt else "nothing handed in",
         private=_private(about),
         comments=about.comments,
     )

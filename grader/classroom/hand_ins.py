@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from grader import pipeline, report
-from grader.classroom import gradebook, lateness
+from grader.classroom import gradebook, lateness, overrides
 from grader.classroom.class_folder import ClassFacts, ClassFolder, Record
 from grader.classroom.entry import Entry
 from grader.classroom.gradebook import Gradebook, Row
@@ -64,7 +64,8 @@ def refresh(folder: ClassFolder) -> list[str]:
     Raises:
         GraderError: overrides.yaml has a mistake, or another run writes to the class.
     """
-    facts, book = folder.facts(), gradebook.read(folder)
+    book = gradebook.read(folder)
+    facts = overrides.applied(folder.facts(), book.decisions)
     stale = list(_stale(folder, facts, book))
     if stale:
         with folder.locked():

@@ -18,7 +18,7 @@ ANY, SHORT = "any", "short name"
 """Kinds of claims beside the fields of Person: one of them all, and Canvas's name of a person in a file's name."""
 
 _UNIQUE = ("lms_id", "id", "email", "login")  # the surest first
-_CALLED = {"lms_id": "number", "email": "e-mail"}
+_CALLED = {"lms_id": "number", "email": "e-mail", "overrides": "a decision in"}
 # What Moodle calls the people without a group, in its language packs (string defaultteam of mod_assign).
 _NO_TEAM = (
     "Default group", "Standard-Gruppe", "Groupe par d\u00e9faut", "Grupo predeterminado", "Gruppo di default",
@@ -39,10 +39,15 @@ class Claim:
     lms: str = ""
 
     @property
+    def means(self) -> str:
+        """Return the kind in words, such as "Canvas's number"."""
+        whose = f"{self.lms.capitalize()}'s " if self.lms else ""
+        return f"{whose}{_CALLED.get(self.kind, self.kind)}"
+
+    @property
     def text(self) -> str:
         """Return the claim for people, such as "Canvas's number 123"."""
-        whose = f"{self.lms.capitalize()}'s " if self.lms else ""
-        return f"{whose}{_CALLED.get(self.kind, self.kind)} {self.value}"
+        return f"{self.means} {self.value}"
 
 
 @dataclass(frozen=True)

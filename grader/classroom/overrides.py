@@ -7,6 +7,8 @@
         adjust: {points: -2, why: "handed in a build folder", by: "A. Lovelace"}
         comments: ["A fine README."]
         submitted: 2026-11-21T10:00
+      stranger:
+        people: [s1237]
     people:
       s1234:
         extension: {until: 2026-11-25T23:59, why: "ill", by: "A. Lovelace"}
@@ -23,7 +25,7 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from enum import Enum
 from pathlib import Path
@@ -32,6 +34,8 @@ import yaml
 
 from grader import yaml_reader
 from grader.classroom.class_folder import ClassFacts, ClassFolder
+from grader.classroom.doubt import DoubtKind, too_many
+from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.roster import IDENTITY, Person
 from grader.errors import GraderError
 from grader.scoring.rubric import Rubric
@@ -102,6 +106,8 @@ class SubmissionDecision:
     adjustments: tuple[Adjustment, ...] = ()
     comments: tuple[str, ...] = ()
     submitted: dt.datetime | None = None
+    people: tuple[Person, ...] | None = None
+    """Whose it is, instead of whom the export was matched with; None if that was not decided."""
 
 
 @dataclass(frozen=True)
@@ -156,15 +162,34 @@ def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decision
     return load(folder.overrides, [entry.id for entry in facts.entries], everyone, rubric)
 
 
+def applied(facts: ClassFacts, decisions: Decisions) -> ClassFacts:
+    """Return the facts with each submission given to whom a person assigned it; what that decides is no doubt any more.
+
+    class.yaml keeps what was found, so that a decision can be taken back.
+    """
+    assigned = {name: on.people for name, on in decisions.submissions.items() if on.people is not None}
+    entries = tuple(
+        replace(entry, people=people, matched=(Claim("overrides", "overrides.yaml"),) * len(people))
+        if (people := assigned.get(entry.id)) is not None
+        else entry
+        for entry in facts.entries
+    )
+    everyone = dict.fromkeys([*(who for entry in facts.entries for who in entry.people), *facts.missing])
+    handed_in = {who.key for entry in entries for who in entry.people}
+    doubts = tuple(doubt for doubt in facts.doubts if doubt.entry not in assigned)
+    if not too_many([entry for entry in entries if not entry.people and entry.id not in assigned], entries):
+        doubts = tuple(doubt for doubt in doubts if doubt.kind is not DoubtKind.MOST_UNMATCHED)
+    missing = tuple(who for who in everyone if who.key not in handed_in)
+    return replace(facts, entries=entries, missing=missing, doubts=doubts)
+
+
 class _Reader(YamlReader):
     def __init__(self, path: Path, submissions: Sequence[str], people: Sequence[Person], rubric: Rubric) -> None:
         super().__init__(path)
         self._submissions = submissions
         self._rubric = rubric
-        self._named: dict[str, list[Person]] = {}
-        for person in people:
-            for name in {getattr(person, kind) for kind in (*IDENTITY, "name")} - {""}:
-                self._named.setdefault(name, []).append(person)
+        self._people = people
+        self._names = {getattr(person, kind) for person in people for kind in (*IDENTITY, "name")} - {""}
 
     def read(self, root: yaml.Node | None) -> Decisions:
         if root is None:
@@ -178,32 +203,36 @@ class _Reader(YamlReader):
                     self.require_known(name, where, self._submissions, "a submission of this class")
                     submissions[name] = self._submission(decided)
                 else:
-                    self.require_known(name, where, self._named, "a person of this class")
-                    about[self._one_person(name, where).key] = self._person(decided)
+                    about[self._person_named(name, where).key] = self._person(decided)
         return Decisions(submissions, about)
 
-    def _one_person(self, name: str, where: yaml.Node) -> Person:
-        people = self._named[name]
-        if len(people) > 1:
-            names = " or ".join(f"{value} ({kind})" for kind, value in (person.key for person in people))
-            self.fail(where, f"{name} is {len(people)} people of this class; write {names}")
-        return people[0]
+    def _person_named(self, name: str, where: yaml.Node) -> Person:
+        found = identify([Claim(ANY, name)], self._people)
+        if not found.people and not found.why:
+            self.require_known(name, where, self._names, "a person of this class")
+        if not found.people:
+            names = " or ".join(f"{value} ({kind})" for kind, value in (person.key for person in found.rivals))
+            self.fail(where, f"{name} is {len(found.rivals)} people of this class; write {names}")
+        return found.people[0]
 
     def _submission(self, node: yaml.Node) -> SubmissionDecision:
         points: list[PointsOverride] = []
         adjustments: list[Adjustment] = []
         comments: tuple[str, ...] = ()
-        submitted = None
-        for key, where, value in self.mapping(node, ("points", "adjust", "bonus", "comments", "submitted")):
+        submitted, people = None, None
+        for key, where, value in self.mapping(node, ("points", "adjust", "bonus", "comments", "submitted", "people")):
             if key == "points":
                 points = [self._points(name, where, given) for name, where, given in self.mapping(value)]
             elif key == "comments":
                 comments = self._texts(value)
             elif key == "submitted":
                 submitted = self._time(value)
+            elif key == "people":
+                nodes = value.value if isinstance(value, yaml.SequenceNode) else [value]
+                people = tuple(self._person_named(self.text(each), each) for each in nodes)
             else:
                 adjustments.append(self._adjustment(key, where, value))
-        return SubmissionDecision(tuple(points), tuple(adjustments), comments, submitted)
+        return SubmissionDecision(tuple(points), tuple(adjustments), comments, submitted, people)
 
     def _person(self, node: yaml.Node) -> PersonDecision:
         excused: Excuse | None = None
