@@ -7,6 +7,7 @@ described in docs/classes.md.
 from __future__ import annotations
 
 import datetime as dt
+import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
@@ -73,6 +74,9 @@ class Delivery:
         sheet: a file that the platform exported, to be filled in.
         title: the assignment's title on the platform, "" if it was not said.
         anonymous: leave names out.
+        feedback: a zip to write with the reports, for Moodle's and Canvas's imports of feedback.
+        pages: each submission's report.html by its id.
+        sources: the names of what was handed in, by the same.
     """
 
     book: Gradebook
@@ -81,6 +85,9 @@ class Delivery:
     sheet: Path | None = None
     title: str = ""
     anonymous: bool = False
+    feedback: Path | None = None
+    pages: Mapping[str, Path] = field(default_factory=dict)
+    sources: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass
@@ -147,6 +154,14 @@ class Platform:
     recognises: Callable[[Path, Sequence[Path]], bool]
     read: Callable[[Path, Sequence[Path]], Export]
     write: Callable[[Delivery], list[str]]
+
+
+def write_zip(path: Path, members: Mapping[str, bytes]) -> None:
+    """Write a zip with these files."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in members.items():
+            archive.writestr(name, content)
 
 
 def is_archive(path: Path) -> bool:

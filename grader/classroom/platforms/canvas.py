@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import re
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -21,6 +23,7 @@ from grader.classroom.platform import (
     others,
     rows_of,
     same_number,
+    write_zip,
 )
 from grader.classroom.roster import Person
 from grader.errors import GraderError
@@ -158,10 +161,34 @@ def _may_be_submission(entry: Path) -> bool:
 
 
 def _deliver(delivery: Delivery) -> list[str]:
+    notes = []
     if delivery.sheet:
-        return fill(delivery, delivery.sheet)
-    write(delivery.book, delivery.out, delivery.title or delivery.book.rubric.title)
-    return []
+        notes = fill(delivery, delivery.sheet)
+    else:
+        write(delivery.book, delivery.out, delivery.title or delivery.book.rubric.title)
+    if delivery.feedback:
+        notes += _write_feedback(delivery, delivery.feedback)
+    return notes
+
+
+def _write_feedback(delivery: Delivery, path: Path) -> list[str]:
+    """Write the zip for "Upload submissions": Canvas attaches each file as a comment, under the attachment's own name.
+
+    It looks for the numbers of the person and of the attachment in a file's name, and shows it to the whole group.
+    """
+    files, without = {}, []
+    for submission, page in delivery.pages.items():
+        found = _ENTRY.fullmatch(delivery.sources.get(submission, ""))
+        if found is None or not found["file_id"] or not found["file"].lower().endswith(".zip"):
+            without.append(submission)
+            continue
+        inner = io.BytesIO()
+        with zipfile.ZipFile(inner, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.write(page, "report.html")
+        who = f"student_{found['id']}" if found["id"] else found["unknown"]
+        files[f"{who}_{found['file_id']}_report.zip"] = inner.getvalue()
+    write_zip(path, files)
+    return [f"no zip that Canvas exported, so no feedback file: {', '.join(without)}"] if without else []
 
 
 PLATFORM = Platform("canvas", "canvas", "canvas.csv", _recognises, _read, _deliver)

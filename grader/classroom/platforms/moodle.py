@@ -1,6 +1,7 @@
 """Moodle: a CSV for its grade import, or the offline grading worksheet of an assignment, filled in.
 
-Formats: moodle, grade/import/csv/classes/load_data.php and mod/assign/feedback/offline/importgradeslib.php.
+Formats: moodle, grade/import/csv/classes/load_data.php, mod/assign/feedback/offline/importgradeslib.php, and
+mod/assign/feedback/file/importziplib.php.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from grader.classroom.platform import (
     rows_of,
     same_number,
     unfolded,
+    write_zip,
 )
 from grader.errors import GraderError
 
@@ -155,7 +157,28 @@ def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
 
 
 def _deliver(delivery: Delivery) -> list[str]:
-    return fill(delivery, delivery.sheet) if delivery.sheet else write(delivery)
+    notes = fill(delivery, delivery.sheet) if delivery.sheet else write(delivery)
+    if delivery.feedback:
+        notes += _write_feedback(delivery, delivery.feedback)
+    return notes
+
+
+def _write_feedback(delivery: Delivery, path: Path) -> list[str]:
+    """Write the zip for "Upload multiple feedback files in a zip": NAME_NUMBER_assignfeedback_file_report.html.
+
+    The name means nothing to Moodle, and an underscore in it would hide the number.
+    """
+    files, without = {}, []
+    for row in delivery.book.rows:
+        page = delivery.pages.get(row.submission)
+        if page is None or not row.final:
+            continue
+        if row.person.lms == "moodle" and row.person.lms_id.isdecimal():
+            files[f"Participant_{row.person.lms_id}_assignfeedback_file_report.html"] = page.read_bytes()
+        else:
+            without.append(row.person.label)
+    write_zip(path, files)
+    return [f"no participant's number, so no feedback file: {', '.join(without)}"] if without else []
 
 
 PLATFORM = Platform("moodle", "moodle", "moodle.csv", _recognises, _read, _deliver)
