@@ -6,6 +6,7 @@ import datetime as dt
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from enum import Enum
 from pathlib import Path
 from statistics import mean
@@ -151,7 +152,18 @@ def make(
         if row.entry and row.entry.absent and row.decision.action is Action.LEAVE
     ]
     doubts = (*(doubt.text for doubt in facts.doubts), *lost)
-    return Plan(tuple(rows), doubts, facts.notes, each * todo / min(at_a_time, max(todo, 1)), at_a_time)
+    notes = (*facts.notes, *_rule_examples(rule, facts))
+    return Plan(tuple(rows), doubts, notes, each * todo / min(at_a_time, max(todo, 1)), at_a_time)
+
+
+def _rule_examples(rule: LateRule | None, facts: ClassFacts) -> list[str]:
+    """Return the late rule with examples of a rubric with 100 points, so that a rule that was misread is seen."""
+    if rule is None:
+        return []
+    if facts.deadline is None:
+        return [f'The late rule "{facts.late_rule}" deducts nothing without --deadline.']
+    examples = rule.examples(facts.deadline, Decimal(100))
+    return [f'The late rule "{facts.late_rule}", for example:', *(f"  {line}." for line in examples)]
 
 
 def _row(entry: Entry, decision: Decision, facts: ClassFacts, decided: Decisions, rule: LateRule | None) -> PlanRow:

@@ -179,3 +179,15 @@ def test_cells_of_the_plan_are_no_formulas(tmp_path, source, workers):
     assert cli.main(["batch", str(source), "--out", str(tmp_path / "class"), "--plan"]) == 0
     assert "\n" in (text := (tmp_path / "class" / "plan.csv").read_text(encoding="utf-8"))
     assert ",'=1+1," in text
+
+
+def test_the_late_rule_is_printed_back_with_three_examples():
+    deadline = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)
+    rule = "1 % per started hour, at most 2 days"
+    facts = ClassFacts("R", "x", "plain", "", "k", "0", "", 0, (), deadline=deadline, late_rule=rule)
+    said = plan.make(facts, Decisions(), {}, [], 1).notes
+    assert said[0] == f'The late rule "{rule}", for example:'
+    assert len(said) == 4
+    assert "48 started hours; of 80.00 points 38.40 are deducted" in said[2]
+    without = plan.make(replace(facts, deadline=None), Decisions(), {}, [], 1).notes
+    assert without == (f'The late rule "{rule}" deducts nothing without --deadline.',)
