@@ -261,6 +261,8 @@ def _gradebook(options: argparse.Namespace) -> int:
         reports = {row.submission: folder.report(row.submission) for row in book.rows if row.submission}
     platform = all_platforms()[options.platform]
     out: Path = options.out or options.folder / platform.out
+    if options.anonymous and options.platform != "csv":
+        raise UsageError("--anonymous is for --for csv; the other files need to say whose a grade is.")
     feedback = out.with_name(f"{out.stem}_feedback.zip") if options.feedback else None
     if feedback and (options.platform not in ("moodle", "canvas") or not (folder.path / class_folder.CLASS).exists()):
         raise UsageError("--feedback is for the classes of --for moodle and --for canvas.")

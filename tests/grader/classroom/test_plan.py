@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import csv
+import datetime as dt
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from helpers.class_reports import GRADED, report
 
 from grader import cli
-from grader.classroom import batch
-from grader.classroom.class_folder import ClassFolder, Status
+from grader.classroom import batch, plan
+from grader.classroom.class_folder import ClassFacts, ClassFolder, Status
 from grader.classroom.one_grading import Ending, Order
+from grader.classroom.overrides import Decisions
 
 ROSTER = """id,name,email,login,team
 s1,Jane Doe,jane@uni.edu,jdoe,
