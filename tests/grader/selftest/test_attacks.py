@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from grader import KIT, build, cli, pipeline
+from grader import KIT, building, cli, pipeline
 from grader.evidence import Build, Evidence, Flag, Intake
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
@@ -30,7 +30,7 @@ F1 = ("check_idle::test_publishes_zero_without_a_command", "check_idle::test_pub
 
 @pytest.fixture(scope="module")
 def settings() -> pipeline.Settings:
-    return pipeline.Settings(rubric=rubric.load(ROOT / "rubric.yaml"), cache=build.cache_folder())
+    return pipeline.Settings(rubric=rubric.load(ROOT / "rubric.yaml"), cache=building.cache_folder())
 
 
 def graded(settings: pipeline.Settings, *outcomes: Outcome, flags: tuple[Flag, ...] = ()) -> Grading:
