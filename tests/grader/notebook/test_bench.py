@@ -112,3 +112,4 @@ def test_a_bench_finds_no_other_node(solved: Workspace):
         while {"one", "two"} - set(others[0].get_node_names()):
             assert time.monotonic() < deadline, "two ordinary nodes did not find each other"
         assert node.get_node_names() == [node.get_name()]
+        assert node.get_name() not in others[0].get_node_names()
