@@ -162,7 +162,7 @@ def read(folder: ClassFolder) -> Gradebook:
         teams[entry.id] = _shared(found, graded.row(Person(name=entry.label), PersonDecision()))
     every = tuple(row for several in rows.values() for row in several)
     for person in facts.missing:
-        doubt = next((doubt for doubt in facts.doubts if person in doubt.people), None)
+        doubt = next((doubt for doubt in facts.doubts if doubt.anyone or person in doubt.people), None)
         rows[person.key] = [_missing(person, decisions, whole, doubt)]
     best = (max(several, key=lambda row: (row.total is not None, row.total or 0)) for several in rows.values())
     return Gradebook(whole, tuple(sorted(best, key=_place)), every, teams, decisions, rule, facts.deadline)
