@@ -11,7 +11,7 @@ from typing import Any
 
 from grader.classroom import lateness, overrides
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.doubt import Doubt
+from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.entry import Entry
 from grader.classroom.lateness import LateRule
 from grader.classroom.overrides import Adjustment, Change, Decisions, PersonDecision, PointsOverride
@@ -232,6 +232,8 @@ class _Graded:
         self._graded = (
             self._record is not None and self._record.status is Status.GRADED and self._report is not None
         )  # fmt: skip
+        # A text or a link instead of a package is worth what a person says: points, or `adjust: {total: 0}`.
+        self._no_package = any(d.kind is DoubtKind.LEFT_OUT and d.entry == entry.id for d in facts.doubts)
         given = {override.requirement: override for override in self._decided.points}
         self._found = _requirements(whole, self._report if self._graded else None, given)
 
@@ -247,6 +249,8 @@ class _Graded:
             too = ", too late to be accepted" if self._rule.too_late(submitted, until) else ""
             late = f"{self._rule.counted(units)} late{too}: {deduction} points deducted"
         state = _state(self._record, self._graded, self._found)
+        if state is State.REFUSED and self._no_package:
+            state = State.PENDING
         adjustments = (*self._decided.adjustments, *about.adjustments)
         state, total = _adjusted(state, reached - deduction, maximum, adjustments)
         if about.excused:

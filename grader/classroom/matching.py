@@ -90,7 +90,8 @@ def class_doubts(
                 DoubtKind.LEFT_OUT,
                 entry.label,
                 f"{entry.label} handed in {entry.path.name}, which is neither an archive nor a folder.",
-                "It cannot be graded; look at it, and ask for the package.",
+                "Ask for the package, or decide: in overrides.yaml, "
+                f"submissions: {{{entry.id}: {{adjust: {{total: 0, why: ..., by: ...}}}}}}.",
                 entry.id,
             )
     for hand_in in (hand_in for export in exports for hand_in in export.absent):
