@@ -15,14 +15,15 @@ from typing import Protocol
 
 from grader import sandbox
 from grader.checks import checks_run
-from grader.classroom import cluster, discovery, hand_ins, overrides, plan
+from grader.classroom import cluster, discovery, doubt, hand_ins, overrides, plan
 from grader.classroom.class_folder import CLASS, PLAN, RUBRIC, ClassFacts, ClassFolder, Record, Status
 from grader.classroom.class_settings import ClassSettings, Given, settle
-from grader.classroom.discovery import Found
+from grader.classroom.doubt import Doubt
 from grader.classroom.entry import Entry
 from grader.classroom.one_grading import Ending, Order, Runner
 from grader.classroom.plan import Action, Plan, Wanted
 from grader.classroom.roster import Person
+from grader.classroom.times import HandInTime
 from grader.errors import UsageError
 from grader.host import provenance, shortage
 from grader.host.atomic import write_atomically
@@ -44,6 +45,7 @@ class Options:
 
     Attributes:
         added: further sources, read together with the class's own.
+        times: when submissions were handed in whose export does not say; the class remembers them.
         only: the submissions to grade; all if it is empty.
         regrade: grade again what another kit has graded.
         fresh: grade everything again, from nothing that is kept.
@@ -56,6 +58,7 @@ class Options:
     deadline: dt.datetime | None = None
     late_rule: str | None = None
     added: tuple[Path, ...] = ()
+    times: tuple[HandInTime, ...] = ()
     change: frozenset[str] = frozenset()
     only: frozenset[str] = frozenset()
     regrade: bool = False
@@ -144,7 +147,7 @@ def run(
         plan.write(prepared.plan, folder.path / PLAN)
         listener.planned(prepared.plan)
         if not options.despite_doubts:
-            prepared.found.require_certain()
+            doubt.require_certain(prepared.doubts)
         facts = prepared.facts
         folder.write_facts(facts)
         write_atomically(folder.path / RUBRIC, prepared.rubric)
@@ -171,10 +174,10 @@ def run(
 
 @dataclass(frozen=True)
 class _Prepared:
-    """All that is known before anything is graded. `rubric` is its text."""
+    """All that is known before anything is graded; `rubric` is its text, `doubts` are still to be decided."""
 
-    found: Found
     facts: ClassFacts
+    doubts: Sequence[Doubt]
     rubric: str
     todo: list[Job]
     plan: Plan
@@ -202,7 +205,8 @@ def _prepared(
     earlier = folder.facts().entries if remembered else ()
     with _opened(settings.sources, earlier) as roots:
         first, *added = roots.values()
-        found = discovery.find(first, settings.roster, earlier, added)
+        timed = settings.deadline is not None or bool(settings.late)
+        found = discovery.find(first, settings.roster, earlier, options.times, timed, added)
         facts = ClassFacts(
             title=whole.title,
             source=settings.source,
@@ -223,10 +227,11 @@ def _prepared(
             added=settings.added,
         )
         decided = overrides.of_class(folder, facts, whole)
+        now = overrides.applied(facts, decided)
         if unknown := sorted(options.only - {entry.id for entry in facts.entries}):
             names = ", ".join(entry.id for entry in facts.entries)
             raise UsageError(f"The class has no submission {', '.join(unknown)}.", f"It has {names}.")
-        known = (hand_ins.hand_in(entry, facts, decided) for entry in facts.entries)
+        known = (hand_ins.hand_in(entry, now, decided) for entry in now.entries)
         jobs = [
             _job(entry, each, settings, facts.kit, options) for entry, each in zip(found.entries, known, strict=True)
         ]
@@ -235,8 +240,8 @@ def _prepared(
         actions = {job.entry.id: plan.decide(job.entry, records[job.entry.id], job.record, wanted) for job in jobs}
         todo = [job for job in jobs if actions[job.entry.id].action is Action.GRADE]
         several = 1 if options.scheduler else options.jobs or jobs_here()
-        planned = plan.make(found, facts, decided, actions, filter(None, records.values()), several)
-        yield _Prepared(found, facts, settings.rubric, todo, planned)
+        planned = plan.make(now, decided, actions, filter(None, records.values()), several)
+        yield _Prepared(facts, now.doubts, settings.rubric, todo, planned)
 
 
 @contextmanager

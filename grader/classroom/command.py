@@ -24,6 +24,7 @@ from grader.classroom import (
     plan,
     rescore,
     roster,
+    times,
 )
 from grader.classroom.class_folder import ClassFolder, Record, Status
 from grader.classroom.plan import Plan
@@ -60,6 +61,9 @@ def _add_batch(verbs: Any) -> None:
         "--plan", action="store_true", help="only show what would be done, and write it to CLASS/plan.csv"
     )
     parser.add_argument("--roster", type=Path, help="CSV with columns such as id, name, email, login, team")
+    parser.add_argument(
+        "--times", type=Path, nargs="+", default=[], metavar="FILE", help="when they handed in, if the export is silent"
+    )
     parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
     parser.add_argument("--seed", type=int, help="decides speeds, places and noise (default 0)")
     parser.add_argument(
@@ -161,6 +165,7 @@ def _batch(options: argparse.Namespace) -> int:
         deadline=options.deadline,
         late_rule=options.late,
         added=tuple(options.add),
+        times=tuple(each for path in filter(None, [options.roster, *options.times]) for each in times.load(path)),
         change=frozenset(options.change),
         only=frozenset(options.only),
         regrade=options.regrade,

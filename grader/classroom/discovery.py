@@ -8,16 +8,17 @@ import itertools
 import os
 import re
 import unicodedata
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from grader.classroom import commit_time, platforms, retention
+from grader.classroom import commit_time, matching, platforms, retention, times
 from grader.classroom.doubt import Doubt, DoubtKind
-from grader.classroom.entry import Entry, MatchedBy
-from grader.classroom.platform import Claim, HandIn, claims_of
-from grader.classroom.roster import IDENTITY, Person
+from grader.classroom.entry import Entry
+from grader.classroom.matching import Match
+from grader.classroom.roster import Person
+from grader.classroom.times import HandInTime
 from grader.errors import GraderError
 from grader.host import tempdir
 from grader.intake.copy_plan import MB, SizeLimits
@@ -26,10 +27,9 @@ from grader.intake.unpack import unpack
 # An export of 300 submissions of the largest size that intake takes.
 EXPORT_LIMITS = SizeLimits(total_bytes=15_000 * MB, file_bytes=2_000 * MB, files=1_000_000, ratio=1_000_000)
 
+_NO_TIME = dt.datetime.min.replace(tzinfo=dt.UTC)
 _SLUG = re.compile(r"[^a-z0-9]+")
 _SHORT = 60
-_APOSTROPHE = re.compile("['`\u2018\u2019\u02bc]")
-_BETWEEN_WORDS = re.compile(r"[\s,._-]+")
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Found:
     Attributes:
         layout: the name of the export's layout.
         entries: the submissions that count.
-        missing: the people of the roster without a submission, also those whose submission is in doubt.
+        missing: the people of the roster without a submission, also those whom a doubt is about.
         notes: remarks on the export.
         doubts: what a person should look at before anything is graded.
     """
@@ -49,19 +49,6 @@ class Found:
     missing: tuple[Person, ...] = ()
     notes: tuple[str, ...] = field(default=())
     doubts: tuple[Doubt, ...] = ()
-
-    def require_certain(self) -> None:
-        """Refuse to go on where a doubt stops the class.
-
-        Raises:
-            DoubtfulClass: with all that stops it, and what to do.
-        """
-        if stops := [doubt for doubt in self.doubts if doubt.stops]:
-            raise DoubtfulClass("\n".join(doubt.text for doubt in stops))
-
-
-class DoubtfulClass(GraderError):
-    """Whose submissions these are is so doubtful that nothing was graded."""
 
 
 @contextmanager
@@ -82,37 +69,44 @@ def opened(source: Path) -> Iterator[Path]:
         raise GraderError(f"There is no {source}. Name the folder or the archive with the class's submissions.")
 
 
-def find(root: Path, roster: Sequence[Person] = (), earlier: Sequence[Entry] = (), added: Sequence[Path] = ()) -> Found:
+def find(
+    root: Path,
+    roster: Sequence[Person] = (),
+    earlier: Sequence[Entry] = (),
+    known_times: Sequence[HandInTime] = (),
+    timed: bool = False,
+    added: Sequence[Path] = (),
+) -> Found:
     """Return the submissions in the folder `root` and in those `added` to it, each with its people.
 
     Those of an `earlier` run keep their ids, and stay if they are in none of the folders any more. Of several
-    submissions of one team the latest counts, if the export gives the times; the others are left out with a note.
-    Otherwise all of them are entries.
+    submissions of one team the latest counts, if their times are known; otherwise all of them are entries.
+    `known_times` are from beside the export; in a class that is `timed`, a submission without a time is a doubt.
 
     Raises:
         GraderError: there is no submission.
     """
     exports = [platforms.read(each) for each in (root, *added)]
-    notes = [note for export in exports for note in export.notes]
-    drafts = [_draft(hand_in, roster) for export in exports for hand_in in export.hand_ins]
+    matches = [found for export in exports for found in matching.match(export.hand_ins, roster)]
+    drafts = times.added([_draft(found) for found in matches], roster, known_times)
     stay = retention.retained(earlier, drafts, roster)
     drafts, left_out = _latest(drafts)
-    entries = tuple(sorted((*_named(drafts, earlier, stay), *stay), key=lambda entry: entry.id))
-    doubts = [_unmatched(entry) for entry in entries if roster and not entry.people]
-    notes += [doubt.what for doubt in doubts]
+    present = [_with_earlier_time(entry, earlier) for entry in _named(drafts, earlier, stay)]
+    entries = tuple(sorted((*present, *stay), key=lambda entry: entry.id))
     handed_in = {person.key for entry in entries for person in entry.people}
     missing = tuple(person for person in roster if person.key not in handed_in)
-    return Found(exports[0].layout, entries, missing, (*notes, *left_out), tuple(doubts))
-
-
-def _unmatched(entry: Entry) -> Doubt:
-    return Doubt(
-        DoubtKind.UNMATCHED,
-        entry.label,
-        f"{entry.label} fits nobody of the roster; it is graded as {entry.id}.",
-        f"Add the person to the roster, or write into overrides.yaml: submissions: {entry.id}: people: [ID].",
-        entry.id,
-    )
+    ids = {entry.path: entry.id for entry in present}
+    doubts = [
+        *(doubt for found in matches for doubt in matching.doubts(found, ids.get(found.hand_in.path, ""))),
+        *(replace(doubt, entry=ids.get(path, "")) for path, doubt in left_out),
+    ]
+    for export in exports:
+        paths = {hand_in.path for hand_in in export.hand_ins}
+        of_export = [entry for entry in present if entry.path in paths]
+        doubts += matching.class_doubts(export, of_export, roster, missing)
+        doubts += times.doubts(of_export, known_times, export.layout) if timed else ()
+    notes = tuple(note for export in exports for note in export.notes)
+    return Found(exports[0].layout, entries, missing, notes, tuple(dict.fromkeys(doubts)))
 
 
 def content_hash(path: Path) -> str:
@@ -142,86 +136,62 @@ def slug(text: str) -> str:
     return _SLUG.sub("-", plain).strip("-")[:_SHORT].rstrip("-") or "submission"
 
 
-def _draft(hand_in: HandIn, roster: Sequence[Person]) -> Entry:
-    matched: dict[Person, MatchedBy] = {}
-    for claims in hand_in.claims:
-        for person in _match(claims, roster) if roster else _claimed(claims):
-            matched.setdefault(person, MatchedBy(claims[0].kind, claims[0].value))
-    teams = {person.team for person in matched if person.team}
-    for person in roster:
-        if person.team in teams:
-            matched.setdefault(person, MatchedBy("team", person.team))
-    submitted = commit_time.last_commit(hand_in.path) if hand_in.repository else hand_in.submitted
+def _draft(found: Match) -> Entry:
+    hand_in = found.hand_in
     return Entry(
         id="",
         label=hand_in.label,
         path=hand_in.path,
         content=content_hash(hand_in.path),
-        people=tuple(matched),
-        matched=tuple(matched.values()),
-        submitted=submitted,
+        people=tuple(found.people),
+        matched=tuple(found.people.values()),
+        submitted=commit_time.last_commit(hand_in.path) if hand_in.repository else hand_in.submitted,
         late=hand_in.late,
-        number=next((claim.value for claim in claims_of(hand_in) if claim.kind == "lms_id"), ""),
+        number=found.number,
     )
 
 
-def _match(claims: Iterable[Claim], roster: Sequence[Person]) -> list[Person]:
-    """Return the people whom the first fitting claim names: one person, or a team's members."""
-    for claim in claims:
-        kinds = ("team", "id", "login", "email", "name", "lms_id") if claim.kind == "any" else (claim.kind,)
-        for kind in kinds:
-            fits = [person for person in roster if _fits(person, kind, claim.value)]
-            if len(fits) == 1 or (fits and kind == "team"):
-                return fits
-    return []
+def _with_earlier_time(entry: Entry, earlier: Sequence[Entry]) -> Entry:
+    """Return the entry with the time of an earlier run, if nothing says when the same content was handed in now."""
+    same = (old for old in earlier if old.id == entry.id and old.content == entry.content)
+    before = next(same, None)
+    return replace(entry, submitted=before.submitted) if before and entry.submitted is None else entry
 
 
-def _fits(person: Person, kind: str, value: str) -> bool:
-    if kind == "joined name":  # Canvas: "doejane" for Jane Doe
-        words = slug(person.name).split("-")
-        return "".join([*words[-1:], *words[:-1]]) == slug(value).replace("-", "")
-    own = getattr(person, kind)
-    return bool(own) and (
-        own.casefold() == value.casefold() or (kind in ("name", "team") and _words(own) == _words(value))
-    )
-
-
-def _words(text: str) -> list[str]:
-    """Return the words of a name in any script, sorted, since some write the last name first; no apostrophes."""
-    letters = _APOSTROPHE.sub("", unicodedata.normalize("NFC", text).casefold())
-    return sorted(filter(None, _BETWEEN_WORDS.split(letters)))
-
-
-def _claimed(claims: Iterable[Claim]) -> list[Person]:
-    """Return the person whom the claims describe, for a class without a roster; none for a name alone."""
-    known = {claim.kind: claim.value for claim in reversed(list(claims))}
-    kinds = ("lms_id",) if "lms_id" in known else IDENTITY  # beside its number, Moodle's "id" and "team" are guesses
-    identity = {kind: known[kind] for kind in kinds if kind in known}
-    name = known.get("name") or known.get("joined name", "")
-    return [Person(**identity, name=name)] if identity else []
-
-
-def _latest(drafts: list[Entry]) -> tuple[list[Entry], list[str]]:
-    """Leave of each team's submissions only the latest, where the times tell; return them and what was left out."""
+def _latest(drafts: list[Entry]) -> tuple[list[Entry], list[tuple[Path, Doubt]]]:
+    """Return what counts, the latest of each team's submissions where the times tell, and a doubt on each choice."""
     groups: dict[Hashable, list[Entry]] = {}
     for number, draft in enumerate(drafts):
         team = next((person.team for person in draft.people if person.team), "")
-        who: Hashable = ("team", team) if team else tuple(person.key for person in draft.people) or number
+        who: Hashable = ("team", team) if team else frozenset(person.key for person in draft.people) or number
         groups.setdefault(who, []).append(draft)
-    kept, notes = [], []
+    kept: list[Entry] = []
+    doubts = []
     for several in groups.values():
-        times = [draft.submitted for draft in several if draft.submitted is not None]
         if len(several) == 1:
             kept += several
-        elif len({draft.content for draft in several}) == 1 or len(times) == len(several):
-            last = max(several, key=lambda draft: draft.submitted or dt.datetime.min.replace(tzinfo=dt.UTC))
-            others = [draft.label for draft in several if draft is not last]
-            kept.append(replace(last, notes=(f"The latest of {len(several)} submissions; not: {', '.join(others)}.",)))
-            notes.append(f"{last.label} is graded for its team, not {', '.join(others)}: earlier, or the same.")
+            continue
+        names = {draft.path: _told_apart(draft, several) for draft in several}
+        same = len({draft.content for draft in several}) == 1
+        if same or all(draft.submitted for draft in several):
+            last = max(several, key=lambda draft: (draft.submitted or _NO_TIME, draft.label))
+            others = ", ".join(sorted(names[draft.path] for draft in several if draft is not last))
+            why = "they are the same" if same else f"it is the latest, of {last.submitted:%Y-%m-%d %H:%M}"
+            what = f"{names[last.path]} counts, not {others}: {why}."
+            kept.append(replace(last, notes=(f"Of {len(several)} submissions {what}",)))
         else:
-            note = f"One of {len(several)} submissions of the same people; the gradebook takes the best."
-            kept += [replace(draft, notes=(note,)) for draft in several]
-    return kept, notes
+            together = ", ".join(sorted(names.values()))
+            last, what = several[0], f"{together} are of the same people, and not all have a time: the best counts."
+            kept += [replace(draft, notes=(what,)) for draft in several]
+        todo = "Remove what should not count from the source." if not same else ""
+        doubts.append((last.path, Doubt(DoubtKind.SEVERAL, last.label, what, todo)))
+    return kept, doubts
+
+
+def _told_apart(draft: Entry, several: Sequence[Entry]) -> str:
+    """Return what tells a submission from the `several` of the same people: its label, or with it its file's name."""
+    same = sum(each.label == draft.label for each in several) > 1
+    return f"{draft.label} ({draft.path.name})" if same else draft.label
 
 
 def _named(drafts: Sequence[Entry], earlier: Sequence[Entry], stay: Sequence[Entry]) -> Iterator[Entry]:
@@ -249,8 +219,8 @@ def _named(drafts: Sequence[Entry], earlier: Sequence[Entry], stay: Sequence[Ent
 
 def _wanted(draft: Entry) -> str:
     teams = {person.team for person in draft.people if person.team}
-    one = draft.people[0] if len(draft.people) == 1 else None
-    return slug(next(iter(teams)) if len(teams) == 1 else (one.login or one.id or one.name) if one else draft.label)
+    one = draft.people[0] if len(draft.people) == 1 else Person()
+    return slug(next(iter(teams)) if len(teams) == 1 else one.login or one.id or one.name or draft.label)
 
 
 def _mark(entry: Entry) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sized
 from dataclasses import dataclass
 from enum import Enum
 
 from grader.classroom.roster import Person
+from grader.errors import GraderError
 
 
 class DoubtKind(Enum):
@@ -18,7 +20,7 @@ class DoubtKind(Enum):
     SEVERAL = "several hand-ins of the same people"
     NO_TIME = "no time of submission"
     UNLINKED = "no account on the platform"
-    LEFT_OUT = "not graded"
+    LEFT_OUT = "cannot be graded"
 
 
 @dataclass(frozen=True)
@@ -47,3 +49,22 @@ class Doubt:
     def text(self) -> str:
         """Return the doubt and what to do as one line."""
         return f"{self.what} {self.todo}".strip()
+
+
+class DoubtfulClass(GraderError):
+    """Whose the submissions are is so doubtful that nothing was graded."""
+
+
+def require_certain(doubts: Iterable[Doubt]) -> None:
+    """Refuse to go on if a doubt stops the class.
+
+    Raises:
+        DoubtfulClass: with all that stops it, and what to do.
+    """
+    if stops := [doubt.text for doubt in doubts if doubt.stops]:
+        raise DoubtfulClass("Nothing was graded.", "\n".join(stops))
+
+
+def too_many(unmatched: Sized, entries: Sized) -> bool:
+    """Return whether so many of the submissions match nobody that the roster is hardly that of the class."""
+    return 2 * len(unmatched) > len(entries)

@@ -12,7 +12,6 @@ from statistics import mean
 
 from grader.classroom import cells, lateness
 from grader.classroom.class_folder import ClassFacts, Record, Status
-from grader.classroom.discovery import Found
 from grader.classroom.entry import Entry
 from grader.classroom.lateness import LateRule
 from grader.classroom.overrides import Decisions
@@ -130,18 +129,20 @@ def _cause(record: Record | None, job: Record) -> str:
 
 
 def make(
-    found: Found,
     facts: ClassFacts,
     decided: Decisions,
     decisions: Mapping[str, Decision],
     records: Iterable[Record],
     at_a_time: int,
 ) -> Plan:
-    """Return the plan of a run. `decisions` are by the entries' ids; `records` are all that the class has."""
+    """Return the plan of a run. `decisions` are by the entries' ids; `records` are all that the class has.
+
+    `facts` are those with people's decisions applied.
+    """
     rule = lateness.parse(facts.late_rule) if facts.late_rule else None
     rows = [_row(entry, decisions[entry.id], facts, decided, rule) for entry in facts.entries]
-    doubtful = {person.key: doubt.label for doubt in found.doubts for person in doubt.people}
-    for person in found.missing:
+    doubtful = {person.key: doubt.label for doubt in facts.doubts for person in doubt.people}
+    for person in facts.missing:
         why = f"unless {doubtful[person.key]} is theirs" if person.key in doubtful else ""
         rows.append(PlanRow(Decision(Action.NOTHING, why), people=person.label))
     seconds = [record.seconds for record in records if record.status is Status.GRADED and record.seconds]
@@ -152,8 +153,8 @@ def make(
         for row in rows
         if row.entry and row.entry.absent and row.decision.action is Action.LEAVE
     ]
-    doubts = (*(doubt.text for doubt in found.doubts), *lost)
-    return Plan(tuple(rows), doubts, found.notes, each * todo / min(at_a_time, max(todo, 1)), at_a_time)
+    doubts = (*(doubt.text for doubt in facts.doubts), *lost)
+    return Plan(tuple(rows), doubts, facts.notes, each * todo / min(at_a_time, max(todo, 1)), at_a_time)
 
 
 def _row(entry: Entry, decision: Decision, facts: ClassFacts, decided: Decisions, rule: LateRule | None) -> PlanRow:
@@ -182,8 +183,9 @@ def _late(
 def _lateness(submitted: dt.datetime, until: dt.datetime | None, rule: LateRule | None) -> str:
     if until is None or submitted <= until:
         return "in time" if until else ""
-    units = rule.units(submitted, until) if rule else 0
-    counted = f", {units} started {rule.unit}{'' if units == 1 else 's'}" if rule else ""
+    counted = f", {rule.counted(rule.units(submitted, until))}" if rule else ""
+    if rule and rule.too_late(submitted, until):
+        counted += ", too late to be accepted"
     return f"late by {clock((submitted - until).total_seconds())}{counted}"
 
 
@@ -214,7 +216,7 @@ def summary(plan: Plan) -> Iterator[str]:
     yield f"{len(plan.rows) - len(missing)} submissions: {len(kept)} kept, {len(todo)} to be graded{others}{how_long}"
     causes = Counter(row.decision.why for row in todo)
     yield from (f"  {count} to be graded: {why}" for why, count in causes.most_common())
-    matched = Counter(each.means for row in plan.rows if row.entry for each in row.entry.matched)
+    matched = Counter(each.called for row in plan.rows if row.entry for each in row.entry.matched)
     if matched:
         yield "  people matched by " + ", ".join(f"{kind}: {count}" for kind, count in matched.most_common())
     if late := [row.entry.id for row in plan.rows if row.entry and "late by" in row.late]:
