@@ -10,15 +10,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
+from decimal import Decimal
 from pathlib import Path
 from typing import Protocol
 
 from grader import sandbox
 from grader.checks import checks_run
-from grader.classroom import cluster, discovery, doubt, hand_ins, overrides, plan
+from grader.classroom import cluster, discovery, hand_ins, overrides, plan
 from grader.classroom.class_folder import CLASS, PLAN, RUBRIC, ClassFacts, ClassFolder, Record, Status
 from grader.classroom.class_settings import ClassSettings, Given, settle
-from grader.classroom.doubt import Doubt
+from grader.classroom.doubt import Doubt, require_certain
 from grader.classroom.entry import Entry
 from grader.classroom.one_grading import Ending, Order, Runner
 from grader.classroom.plan import Action, Plan, Wanted
@@ -45,7 +46,7 @@ class Options:
 
     Attributes:
         added: further sources, read together with the class's own.
-        times: when submissions were handed in whose export does not say; the class remembers them.
+        times: when submissions were handed in, where the sources do not say it; the class remembers them.
         only: the submissions to grade; all if it is empty.
         regrade: grade again what another kit has graded.
         fresh: grade everything again, from nothing that is kept.
@@ -147,7 +148,7 @@ def run(
         plan.write(prepared.plan, folder.path / PLAN)
         listener.planned(prepared.plan)
         if not options.despite_doubts:
-            doubt.require_certain(prepared.doubts)
+            require_certain(prepared.doubts)
         facts = prepared.facts
         folder.write_facts(facts)
         write_atomically(folder.path / RUBRIC, prepared.rubric)
@@ -206,7 +207,7 @@ def _prepared(
     with _opened(settings.sources, earlier) as roots:
         first, *added = roots.values()
         timed = settings.deadline is not None or bool(settings.late)
-        found = discovery.find(first, settings.roster, earlier, options.times, timed, added)
+        found = discovery.find(first, settings.roster, earlier, added, options.times, timed)
         facts = ClassFacts(
             title=whole.title,
             source=settings.source,
@@ -240,7 +241,8 @@ def _prepared(
         actions = {job.entry.id: plan.decide(job.entry, records[job.entry.id], job.record, wanted) for job in jobs}
         todo = [job for job in jobs if actions[job.entry.id].action is Action.GRADE]
         several = 1 if options.scheduler else options.jobs or jobs_here()
-        planned = plan.make(now, decided, actions, filter(None, records.values()), several)
+        maximum = Decimal(str(sum(requirement.points for requirement in whole.requirements)))
+        planned = plan.make(now, decided, actions, filter(None, records.values()), maximum, several)
         yield _Prepared(facts, now.doubts, settings.rubric, todo, planned)
 
 

@@ -62,8 +62,10 @@ def _add_batch(verbs: Any) -> None:
     )
     parser.add_argument("--roster", type=Path, help="CSV with columns such as id, name, email, login, team")
     parser.add_argument(
-        "--times", type=Path, nargs="+", default=[], metavar="FILE", help="when they handed in, if the export is silent"
-    )
+        "--times", type=Path, nargs="+", default=[], metavar="LIST",
+        help="when submissions were handed in: a grading worksheet of Moodle, a list of submissions of Canvas (JSON), "
+        "or a CSV with a column submitted; a roster with such a column is enough",
+    )  # fmt: skip
     parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
     parser.add_argument("--seed", type=int, help="decides speeds, places and noise (default 0)")
     parser.add_argument(
@@ -159,13 +161,14 @@ def _batch(options: argparse.Namespace) -> int:
     if options.out is None and (options.source is None or not options.plan):
         raise UsageError("The folder for the results is missing.", "Add --out CLASS.")
     people = roster.load(options.roster) if options.roster else None
+    lists = [*options.times, *([options.roster] if options.roster else [])]
     wanted = batch.Options(
         rubric=options.rubric,
         seed=options.seed,
         deadline=options.deadline,
         late_rule=options.late,
         added=tuple(options.add),
-        times=tuple(each for path in filter(None, [options.roster, *options.times]) for each in times.load(path)),
+        times=tuple(time for path in lists for time in times.load(path)),
         change=frozenset(options.change),
         only=frozenset(options.only),
         regrade=options.regrade,

@@ -73,9 +73,9 @@ def find(
     root: Path,
     roster: Sequence[Person] = (),
     earlier: Sequence[Entry] = (),
+    added: Sequence[Path] = (),
     known_times: Sequence[HandInTime] = (),
     timed: bool = False,
-    added: Sequence[Path] = (),
 ) -> Found:
     """Return the submissions in the folder `root` and in those `added` to it, each with its people.
 
@@ -87,26 +87,24 @@ def find(
         GraderError: there is no submission.
     """
     exports = [platforms.read(each) for each in (root, *added)]
-    matches = [found for export in exports for found in matching.match(export.hand_ins, roster)]
+    matches = matching.match([hand_in for export in exports for hand_in in export.hand_ins], roster)
     drafts = times.added([_draft(found) for found in matches], roster, known_times)
     stay = retention.retained(earlier, drafts, roster)
     drafts, left_out = _latest(drafts)
-    present = [_with_earlier_time(entry, earlier) for entry in _named(drafts, earlier, stay)]
-    entries = tuple(sorted((*present, *stay), key=lambda entry: entry.id))
+    named = [_with_earlier_time(entry, earlier) for entry in _named(drafts, earlier, stay)]
+    entries = tuple(sorted((*named, *stay), key=lambda entry: entry.id))
     handed_in = {person.key for entry in entries for person in entry.people}
     missing = tuple(person for person in roster if person.key not in handed_in)
-    ids = {entry.path: entry.id for entry in present}
+    ids = {entry.path: entry.id for entry in named}
     doubts = [
         *(doubt for found in matches for doubt in matching.doubts(found, ids.get(found.hand_in.path, ""))),
         *(replace(doubt, entry=ids.get(path, "")) for path, doubt in left_out),
+        *(matching.unmatched(entry) for entry in stay if roster and not entry.people),
+        *matching.class_doubts(exports, named, roster, missing),
+        *(times.doubts(entries, known_times, exports[0].layout) if timed else ()),
     ]
-    for export in exports:
-        paths = {hand_in.path for hand_in in export.hand_ins}
-        of_export = [entry for entry in present if entry.path in paths]
-        doubts += matching.class_doubts(export, of_export, roster, missing)
-        doubts += times.doubts(of_export, known_times, export.layout) if timed else ()
     notes = tuple(note for export in exports for note in export.notes)
-    return Found(exports[0].layout, entries, missing, notes, tuple(dict.fromkeys(doubts)))
+    return Found(exports[0].layout, entries, missing, notes, tuple(doubts))
 
 
 def content_hash(path: Path) -> str:
@@ -171,27 +169,30 @@ def _latest(drafts: list[Entry]) -> tuple[list[Entry], list[tuple[Path, Doubt]]]
         if len(several) == 1:
             kept += several
             continue
-        names = {draft.path: _told_apart(draft, several) for draft in several}
+        names = _distinct(several)
         same = len({draft.content for draft in several}) == 1
         if same or all(draft.submitted for draft in several):
-            last = max(several, key=lambda draft: (draft.submitted or _NO_TIME, draft.label))
+            last = max(several, key=lambda draft: (draft.submitted or _NO_TIME, draft.path))
             others = ", ".join(sorted(names[draft.path] for draft in several if draft is not last))
+            which = "One" if same else "The latest"
+            kept.append(replace(last, notes=(f"{which} of {len(several)} submissions; not: {others}.",)))
             why = "they are the same" if same else f"it is the latest, of {last.submitted:%Y-%m-%d %H:%M}"
-            what = f"{names[last.path]} counts, not {others}: {why}."
-            kept.append(replace(last, notes=(f"Of {len(several)} submissions {what}",)))
+            what, todo = f"{names[last.path]} counts, not {others}: {why}.", ""
         else:
-            together = ", ".join(sorted(names.values()))
-            last, what = several[0], f"{together} are of the same people, and not all have a time: the best counts."
+            last = several[0]
+            what = (
+                f"{', '.join(sorted(names.values()))} are of the same people, and not all have a time: the best counts."
+            )
             kept += [replace(draft, notes=(what,)) for draft in several]
-        todo = "Remove what should not count from the source." if not same else ""
+            todo = "Give their times with --times, or remove what should not count from the source."
         doubts.append((last.path, Doubt(DoubtKind.SEVERAL, last.label, what, todo)))
     return kept, doubts
 
 
-def _told_apart(draft: Entry, several: Sequence[Entry]) -> str:
-    """Return what tells a submission from the `several` of the same people: its label, or with it its file's name."""
-    same = sum(each.label == draft.label for each in several) > 1
-    return f"{draft.label} ({draft.path.name})" if same else draft.label
+def _distinct(several: Sequence[Entry]) -> dict[Path, str]:
+    """Return what to call each of several submissions: the label, or the file where two have the same label."""
+    labels = [draft.label for draft in several]
+    return {d.path: d.label if labels.count(d.label) == 1 else d.path.name for d in several}
 
 
 def _named(drafts: Sequence[Entry], earlier: Sequence[Entry], stay: Sequence[Entry]) -> Iterator[Entry]:

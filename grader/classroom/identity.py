@@ -39,15 +39,15 @@ class Claim:
     lms: str = ""
 
     @property
-    def text(self) -> str:
-        """Return the claim for people, such as "Canvas's number 123"."""
-        return f"{self.called} {self.value}"
-
-    @property
-    def called(self) -> str:
-        """Return the claim without its value, such as "Canvas's number"."""
+    def means(self) -> str:
+        """Return the kind in words, such as "Canvas's number"."""
         whose = f"{self.lms.capitalize()}'s " if self.lms else ""
         return f"{whose}{_CALLED.get(self.kind, self.kind)}"
+
+    @property
+    def text(self) -> str:
+        """Return the claim for people, such as "Canvas's number 123"."""
+        return f"{self.means} {self.value}"
 
 
 @dataclass(frozen=True)

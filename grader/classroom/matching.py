@@ -45,15 +45,16 @@ def doubts(found: Match, entry: str) -> list[Doubt]:
 
 
 def class_doubts(
-    export: Export, entries: Sequence[Entry], roster: Sequence[Person], missing: Sequence[Person]
+    exports: Sequence[Export], entries: Sequence[Entry], roster: Sequence[Person], missing: Sequence[Person]
 ) -> Iterator[Doubt]:
-    """Yield what is doubtful about an export as a whole, and about the people without a submission."""
+    """Yield what is doubtful about the exports as a whole, about odd entries, and about people without a submission."""
     unmatched = [entry for entry in entries if not entry.people]
-    strange = [entry.label for entry in unmatched if entry.path.name in export.foreign]
-    if strange:
+    layouts = ", ".join(dict.fromkeys(export.layout for export in exports))
+    foreign = {name for export in exports for name in export.foreign}
+    if strange := [entry.label for entry in unmatched if entry.path.name in foreign]:
         yield Doubt(
             DoubtKind.LAYOUT,
-            export.layout,
+            layouts,
             f"Some entries are named as a learning platform names them, most are not: {_some(strange)}.",
             "Name the folder or the archive as the platform exported it, without other files, or go on with "
             f"{GO_ON} if these are only names.",
@@ -62,9 +63,9 @@ def class_doubts(
     if roster and too_many(unmatched, entries):
         yield Doubt(
             DoubtKind.MOST_UNMATCHED,
-            export.layout,
+            layouts,
             f"{len(unmatched)} of {len(entries)} submissions fit nobody of the roster "
-            f"(layout: {export.layout}): {_some(sorted(entry.label for entry in unmatched))}.",
+            f"(layout: {layouts}): {_some(sorted(entry.label for entry in unmatched))}.",
             "Is it the roster of this class, and has it the numbers of this assignment? "
             f"Go on with {GO_ON} if it is; who is not matched gets a line of their own.",
             stops=True,
@@ -78,7 +79,7 @@ def class_doubts(
                 "It cannot be graded; look at it, and ask for the package.",
                 entry.id,
             )
-    for hand_in in export.absent:
+    for hand_in in (hand_in for export in exports for hand_in in export.absent):
         found = [identify(claims, roster) for claims in hand_in.claims]
         yield Doubt(
             DoubtKind.LEFT_OUT,
@@ -87,7 +88,7 @@ def class_doubts(
             "Export once more.",
             people=tuple(person for each in found for person in each.people or each.rivals),
         )
-    if export.layout == "git":
+    if any(export.layout == "git" for export in exports):
         for person in missing:
             if not person.login:
                 yield Doubt(
@@ -102,6 +103,11 @@ def class_doubts(
 def _some(names: Sequence[str]) -> str:
     more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
     return ", ".join(names[:_SHOWN]) + more
+
+
+def unmatched(entry: Entry) -> Doubt:
+    """Return the doubt about an entry of an earlier run that matched nobody then."""
+    return _doubt(entry.label, Identified(), entry.id, others=False)
 
 
 def _match(hand_in: HandIn, roster: Sequence[Person]) -> Match:

@@ -6,6 +6,7 @@ import datetime as dt
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from enum import Enum
 from pathlib import Path
 from statistics import mean
@@ -84,11 +85,21 @@ class PlanRow:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a run will do. `seconds` is an estimate of its wall time; `doubts` say what to look at before, and to do."""
+    """What a run will do.
+
+    Attributes:
+        rows: the submissions, and the people without any.
+        doubts: what to look at before, and what to do then.
+        notes: remarks on the sources.
+        late_rule: the late rule and three examples of what it does.
+        seconds: an estimate of the run's wall time.
+        at_a_time: how many submissions are graded side by side.
+    """
 
     rows: tuple[PlanRow, ...]
     doubts: tuple[str, ...]
     notes: tuple[str, ...]
+    late_rule: tuple[str, ...]
     seconds: float
     at_a_time: int
 
@@ -133,11 +144,12 @@ def make(
     decided: Decisions,
     decisions: Mapping[str, Decision],
     records: Iterable[Record],
+    maximum: Decimal,
     at_a_time: int,
 ) -> Plan:
     """Return the plan of a run. `decisions` are by the entries' ids; `records` are all that the class has.
 
-    `facts` are those with people's decisions applied.
+    `facts` are those with people's decisions applied, `maximum` are the points of the rubric.
     """
     rule = lateness.parse(facts.late_rule) if facts.late_rule else None
     rows = [_row(entry, decisions[entry.id], facts, decided, rule) for entry in facts.entries]
@@ -154,7 +166,15 @@ def make(
         if row.entry and row.entry.absent and row.decision.action is Action.LEAVE
     ]
     doubts = (*(doubt.text for doubt in facts.doubts), *lost)
-    return Plan(tuple(rows), doubts, facts.notes, each * todo / min(at_a_time, max(todo, 1)), at_a_time)
+    examples = rule.examples(facts.deadline, maximum) if rule and facts.deadline else []
+    return Plan(
+        rows=tuple(rows),
+        doubts=doubts,
+        notes=facts.notes,
+        late_rule=(facts.late_rule, *examples) if rule else (),
+        seconds=each * todo / min(at_a_time, max(todo, 1)),
+        at_a_time=at_a_time,
+    )
 
 
 def _row(entry: Entry, decision: Decision, facts: ClassFacts, decided: Decisions, rule: LateRule | None) -> PlanRow:
@@ -216,7 +236,7 @@ def summary(plan: Plan) -> Iterator[str]:
     yield f"{len(plan.rows) - len(missing)} submissions: {len(kept)} kept, {len(todo)} to be graded{others}{how_long}"
     causes = Counter(row.decision.why for row in todo)
     yield from (f"  {count} to be graded: {why}" for why, count in causes.most_common())
-    matched = Counter(each.called for row in plan.rows if row.entry for each in row.entry.matched)
+    matched = Counter(each.means for row in plan.rows if row.entry for each in row.entry.matched)
     if matched:
         yield "  people matched by " + ", ".join(f"{kind}: {count}" for kind, count in matched.most_common())
     if late := [row.entry.id for row in plan.rows if row.entry and "late by" in row.late]:
@@ -227,6 +247,10 @@ def summary(plan: Plan) -> Iterator[str]:
         yield f"  {len(other_kit)} kept from another kit: {_some(other_kit)}; --regrade grades them again"
     if absent := [row.entry.id for row in kept if row.entry and row.entry.absent]:
         yield f"  {len(absent)} kept from an earlier source, and in none of the present ones: {_some(absent)}"
+    if plan.late_rule:
+        rule, *examples = plan.late_rule
+        yield f"  late rule: {rule}{'' if examples else '; without a deadline nothing is late'}"
+        yield from (f"    handed in {example}" for example in examples)
     yield from (f"note: {note}" for note in plan.notes)
     yield from (f"DOUBT: {doubt}" for doubt in plan.doubts)
 

@@ -102,7 +102,7 @@ def test_the_plan_says_whose_which_hand_in_counts_how_late_and_what_will_be_done
     jane = plan["Jane Doe"]
     assert (jane["id"], jane["submitted"]) == ("jdoe", "2026-11-22 10:00+00:00")
     assert "s1" in jane["matched by"] or "jane@uni.edu" in jane["matched by"]
-    assert "(submission_2) counts, not Jane Doe (submission_1): it is the latest" in jane["hand-in"]
+    assert jane["hand-in"] == "The latest of 2 submissions; not: submission_1."
     assert jane["late"] == "late by 34:01:00, 2 started days"
     assert (jane["will be"], jane["why"]) == ("graded", "not graded yet")
     team = plan["Li Wu, Eva Ost"]
