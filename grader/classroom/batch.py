@@ -175,7 +175,7 @@ def run(
 
 @dataclass(frozen=True)
 class _Prepared:
-    """All that is known before anything is graded; `rubric` is its text, `doubts` are still to be decided."""
+    """All that is known before anything is graded; `rubric` is its text, `doubts` are those that no run had before."""
 
     facts: ClassFacts
     doubts: Sequence[Doubt]
@@ -203,7 +203,8 @@ def _prepared(
         change=options.change,
     )
     settings = settle(folder, given)
-    earlier = folder.facts().entries if remembered else ()
+    before = folder.facts() if remembered else None
+    earlier = before.entries if before else ()
     with _opened(settings.sources, earlier) as roots:
         first, *added = roots.values()
         timed = settings.deadline is not None or bool(settings.late)
@@ -243,7 +244,8 @@ def _prepared(
         several = 1 if options.scheduler else options.jobs or jobs_here()
         maximum = Decimal(str(sum(requirement.points for requirement in whole.requirements)))
         planned = plan.make(now, decided, actions, filter(None, records.values()), maximum, several)
-        yield _Prepared(facts, now.doubts, settings.rubric, todo, planned)
+        new = [each for each in now.doubts if before is None or each not in before.doubts]
+        yield _Prepared(facts, new, settings.rubric, todo, planned)
 
 
 @contextmanager

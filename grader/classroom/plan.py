@@ -123,10 +123,12 @@ def decide(entry: Entry, record: Record | None, job: Record, wanted: Wanted) -> 
             return Decision(Action.GRADE, "the time for mutants was another one")
         if wanted.regrade and record.kit != job.kit:
             return Decision(Action.GRADE, "--regrade: another kit graded it")
-    kept = "cannot be graded" if record.status is Status.REFUSED else f"graded {record.started.replace('T', ' ')[:16]}"
+    kept = f"graded {record.started.replace('T', ' ')[:16]}".strip()
+    if record.status is Status.REFUSED:
+        kept = f"cannot be graded: {record.why}"
     where = "; in an earlier source only" if entry.absent else ""
-    by = "" if record.kit == job.kit else f" by another kit ({record.kits})"
-    return Decision(Action.KEEP, f"{kept.strip()}{by}{where}", other_kit=bool(by))
+    by = "" if record.kit == job.kit else f"; by another kit ({record.kits})"
+    return Decision(Action.KEEP, f"{kept}{by}{where}", other_kit=bool(by))
 
 
 def _cause(record: Record | None, job: Record) -> str:
