@@ -11,6 +11,7 @@ import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from grader.classroom.roster import Person, first_name_first
 
@@ -106,6 +107,7 @@ def short_names(name: str, sortable: str = "") -> str:
     return _squeezed(sortable or _last_first(name))
 
 
+@cache  # a class compares each claim with everyone
 def key(text: str, *, fold: bool = True) -> str:
     """Return a name in the form in which names are compared: all letters of every script, without apostrophes."""
     whole = first_name_first(text).replace(",", " ")

@@ -102,7 +102,7 @@ def test_the_plan_says_whose_which_hand_in_counts_how_late_and_what_will_be_done
     jane = plan["Jane Doe"]
     assert (jane["id"], jane["submitted"]) == ("jdoe", "2026-11-22 10:00+00:00")
     assert "s1" in jane["matched by"] or "jane@uni.edu" in jane["matched by"]
-    assert re.search(r"latest of 2 .*not: submission_1", jane["hand-in"])
+    assert jane["hand-in"] == "The latest of 2 submissions; not: submission_1."
     assert jane["late"] == "late by 34:01:00, 2 started days"
     assert (jane["will be"], jane["why"]) == ("graded", "not graded yet")
     team = plan["Li Wu, Eva Ost"]
@@ -179,3 +179,18 @@ def test_cells_of_the_plan_are_no_formulas(tmp_path, source, workers):
     assert cli.main(["batch", str(source), "--out", str(tmp_path / "class"), "--plan"]) == 0
     assert "\n" in (text := (tmp_path / "class" / "plan.csv").read_text(encoding="utf-8"))
     assert ",'=1+1," in text
+
+
+def test_the_late_rule_is_printed_back_with_examples(tmp_path, export, capsys):
+    """A rule that was read otherwise than it was meant showed only when 80 points were gone."""
+    assert cli.main([*export, "--plan"]) == 0
+    said = capsys.readouterr().out
+    assert "late rule: 10 % per started day\n" in said
+    assert (
+        len(
+            re.findall(
+                r"^    handed in 2026-11-2\d .* after the deadline: \d started days?; of .* are left$", said, re.M
+            )
+        )
+        == 3
+    )
