@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
+from decimal import Decimal
 from pathlib import Path
 from typing import Protocol
 
@@ -45,7 +46,7 @@ class Options:
 
     Attributes:
         added: further sources, read together with the class's own.
-        times: when submissions were handed in, where the sources do not say it.
+        times: when submissions were handed in, where the sources do not say it; the class remembers them.
         only: the submissions to grade; all if it is empty.
         regrade: grade again what another kit has graded.
         fresh: grade everything again, from nothing that is kept.
@@ -174,10 +175,10 @@ def run(
 
 @dataclass(frozen=True)
 class _Prepared:
-    """All that is known before anything is graded. `rubric` is its text, `doubts` are those that nobody has decided."""
+    """All that is known before anything is graded; `rubric` is its text, `doubts` are those that no run had before."""
 
-    doubts: tuple[Doubt, ...]
     facts: ClassFacts
+    doubts: Sequence[Doubt]
     rubric: str
     todo: list[Job]
     plan: Plan
@@ -202,7 +203,8 @@ def _prepared(
         change=options.change,
     )
     settings = settle(folder, given)
-    earlier = folder.facts().entries if remembered else ()
+    before = folder.facts() if remembered else None
+    earlier = before.entries if before else ()
     with _opened(settings.sources, earlier) as roots:
         first, *added = roots.values()
         timed = settings.deadline is not None or bool(settings.late)
@@ -227,11 +229,11 @@ def _prepared(
             added=settings.added,
         )
         decided = overrides.of_class(folder, facts, whole)
+        now = overrides.applied(facts, decided)
         if unknown := sorted(options.only - {entry.id for entry in facts.entries}):
             names = ", ".join(entry.id for entry in facts.entries)
             raise UsageError(f"The class has no submission {', '.join(unknown)}.", f"It has {names}.")
-        assigned = overrides.applied(facts, decided)
-        known = (hand_ins.hand_in(entry, assigned, decided) for entry in assigned.entries)
+        known = (hand_ins.hand_in(entry, now, decided) for entry in now.entries)
         jobs = [
             _job(entry, each, settings, facts.kit, options) for entry, each in zip(found.entries, known, strict=True)
         ]
@@ -240,8 +242,10 @@ def _prepared(
         actions = {job.entry.id: plan.decide(job.entry, records[job.entry.id], job.record, wanted) for job in jobs}
         todo = [job for job in jobs if actions[job.entry.id].action is Action.GRADE]
         several = 1 if options.scheduler else options.jobs or jobs_here()
-        planned = plan.make(assigned, decided, actions, filter(None, records.values()), several)
-        yield _Prepared(assigned.doubts, facts, settings.rubric, todo, planned)
+        maximum = Decimal(str(sum(requirement.points for requirement in whole.requirements)))
+        planned = plan.make(now, decided, actions, filter(None, records.values()), maximum, several)
+        new = [each for each in now.doubts if before is None or each not in before.doubts]
+        yield _Prepared(facts, new, settings.rubric, todo, planned)
 
 
 @contextmanager

@@ -30,6 +30,7 @@ from typing import Any
 import cattrs
 import yaml
 
+from grader import yaml_reader
 from grader.classroom.doubt import Doubt
 from grader.classroom.entry import Entry
 from grader.classroom.roster import Person
@@ -143,7 +144,7 @@ class ClassFolder:
                 f"{self.path} is not a class: it has no {CLASS}. `grader batch SOURCE --out CLASS` makes one."
             )
         try:
-            data = yaml.safe_load(path.read_text(encoding="utf-8"))
+            data = yaml.load(path.read_text(encoding="utf-8"), yaml_reader.FAST_LOADER)
             if data.pop("schema") != _CLASS_SCHEMA:
                 raise ValueError("made by another version of the kit")
             return _CONVERTER.structure(data, ClassFacts)

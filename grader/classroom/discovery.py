@@ -97,7 +97,7 @@ def find(
     missing = tuple(person for person in roster if person.key not in handed_in)
     ids = {entry.path: entry.id for entry in named}
     doubts = [
-        *(doubt for found in matches for doubt in matching.doubts(found, ids.get(found.hand_in.path, ""))),
+        *(doubt for found in matches for doubt in matching.doubts(found, ids.get(found.hand_in.path, ""), missing)),
         *(replace(doubt, entry=ids.get(path, "")) for path, doubt in left_out),
         *(matching.unmatched(entry) for entry in stay if roster and not entry.people),
         *matching.class_doubts(exports, named, roster, missing),

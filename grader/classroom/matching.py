@@ -28,8 +28,17 @@ class Match:
     @property
     def number(self) -> str:
         """Return the platform's number for who handed in, "" if it gives none."""
+        return self._numbered.value
+
+    @property
+    def lms(self) -> str:
+        """Return the platform that gave the number."""
+        return self._numbered.lms
+
+    @property
+    def _numbered(self) -> Claim:
         claims = (claim for person in self.hand_in.claims for claim in person)
-        return next((claim.value for claim in claims if claim.kind == "lms_id"), "")
+        return next((claim for claim in claims if claim.kind == "lms_id"), Claim("lms_id", ""))
 
 
 def match(hand_ins: Sequence[HandIn], roster: Sequence[Person]) -> list[Match]:
@@ -39,9 +48,14 @@ def match(hand_ins: Sequence[HandIn], roster: Sequence[Person]) -> list[Match]:
     return [_with_team(found, roster) for found in _without_namesakes([_match(each, roster) for each in hand_ins])]
 
 
-def doubts(found: Match, entry: str) -> list[Doubt]:
-    """Return what is doubtful about whose a submission is, which has the id `entry` in the class."""
-    return [_doubt(found.hand_in.label, unknown, entry, bool(found.people)) for unknown in found.unknown]
+def doubts(found: Match, entry: str, missing: Sequence[Person]) -> list[Doubt]:
+    """Return what is doubtful about whose a submission is, which has the id `entry` in the class.
+
+    A submission that matches nobody may be that of anyone without one, unless their numbers say otherwise.
+    """
+    anyone = any(not person.lms_id or not found.number or person.lms != found.lms for person in missing)
+    whole = [_doubt(found.hand_in.label, unknown, entry, bool(found.people)) for unknown in found.unknown]
+    return [replace(doubt, anyone=anyone and not doubt.people) for doubt in whole]
 
 
 def class_doubts(
@@ -76,7 +90,8 @@ def class_doubts(
                 DoubtKind.LEFT_OUT,
                 entry.label,
                 f"{entry.label} handed in {entry.path.name}, which is neither an archive nor a folder.",
-                "It cannot be graded; look at it, and ask for the package.",
+                "Ask for the package, or decide: in overrides.yaml, "
+                f"submissions: {{{entry.id}: {{adjust: {{total: 0, why: ..., by: ...}}}}}}.",
                 entry.id,
             )
     for hand_in in (hand_in for export in exports for hand_in in export.absent):
@@ -113,7 +128,8 @@ def unmatched(entry: Entry) -> Doubt:
 def _match(hand_in: HandIn, roster: Sequence[Person]) -> Match:
     found = [identify(claims, roster) for claims in hand_in.claims]
     people = {person: each.by for each in found if each.by is not None for person in each.people}
-    return Match(hand_in, people, tuple(each for each in found if not each.people))
+    nobody = () if hand_in.claims else (Identified(),)
+    return Match(hand_in, people, (*nobody, *(each for each in found if not each.people)))
 
 
 def _without_namesakes(found: list[Match]) -> list[Match]:

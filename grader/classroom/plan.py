@@ -23,7 +23,7 @@ SECONDS_EACH = 45.0
 """Wall time of a whole grading on two cores, as docs/classes.md measured it; for a class without any grade yet."""
 
 _HEADER = ("id", "label", "people", "matched by", "hand-in", "submitted", "late", "will be", "why")
-_WIDTHS = (20, 24, 28, 26, 19, 22, 18, 50)
+_WIDTHS = (20, 24, 28, 26, 22, 34, 17, 50)
 
 
 class Action(Enum):
@@ -85,11 +85,21 @@ class PlanRow:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a run will do. `seconds` is an estimate of its wall time; `doubts` say what to look at before, and to do."""
+    """What a run will do.
+
+    Attributes:
+        rows: the submissions, and the people without any.
+        doubts: what to look at before, and what to do then.
+        notes: remarks on the sources.
+        late_rule: the late rule and three examples of what it does.
+        seconds: an estimate of the run's wall time.
+        at_a_time: how many submissions are graded side by side.
+    """
 
     rows: tuple[PlanRow, ...]
     doubts: tuple[str, ...]
     notes: tuple[str, ...]
+    late_rule: tuple[str, ...]
     seconds: float
     at_a_time: int
 
@@ -113,10 +123,12 @@ def decide(entry: Entry, record: Record | None, job: Record, wanted: Wanted) -> 
             return Decision(Action.GRADE, "the time for mutants was another one")
         if wanted.regrade and record.kit != job.kit:
             return Decision(Action.GRADE, "--regrade: another kit graded it")
-    kept = "cannot be graded" if record.status is Status.REFUSED else f"graded {record.started.replace('T', ' ')[:16]}"
+    kept = f"graded {record.started.replace('T', ' ')[:16]}".strip()
+    if record.status is Status.REFUSED:
+        kept = f"cannot be graded: {record.why}"
     where = "; in an earlier source only" if entry.absent else ""
-    by = "" if record.kit == job.kit else f" by another kit ({record.kits})"
-    return Decision(Action.KEEP, f"{kept.strip()}{by}{where}", other_kit=bool(by))
+    by = "" if record.kit == job.kit else f"; by another kit ({record.kits})"
+    return Decision(Action.KEEP, f"{kept}{by}{where}", other_kit=bool(by))
 
 
 def _cause(record: Record | None, job: Record) -> str:
@@ -134,9 +146,13 @@ def make(
     decided: Decisions,
     decisions: Mapping[str, Decision],
     records: Iterable[Record],
+    maximum: Decimal,
     at_a_time: int,
 ) -> Plan:
-    """Return the plan of a run. `decisions` are by the entries' ids; `records` are all that the class has."""
+    """Return the plan of a run. `decisions` are by the entries' ids; `records` are all that the class has.
+
+    `facts` are those with people's decisions applied, `maximum` are the points of the rubric.
+    """
     rule = lateness.parse(facts.late_rule) if facts.late_rule else None
     rows = [_row(entry, decisions[entry.id], facts, decided, rule) for entry in facts.entries]
     doubtful = {person.key: doubt.label for doubt in facts.doubts for person in doubt.people}
@@ -152,18 +168,15 @@ def make(
         if row.entry and row.entry.absent and row.decision.action is Action.LEAVE
     ]
     doubts = (*(doubt.text for doubt in facts.doubts), *lost)
-    notes = (*facts.notes, *_rule_examples(rule, facts))
-    return Plan(tuple(rows), doubts, notes, each * todo / min(at_a_time, max(todo, 1)), at_a_time)
-
-
-def _rule_examples(rule: LateRule | None, facts: ClassFacts) -> list[str]:
-    """Return the late rule with examples of a rubric with 100 points, so that a rule that was misread is seen."""
-    if rule is None:
-        return []
-    if facts.deadline is None:
-        return [f'The late rule "{facts.late_rule}" deducts nothing without --deadline.']
-    examples = rule.examples(facts.deadline, Decimal(100))
-    return [f'The late rule "{facts.late_rule}", for example:', *(f"  {line}." for line in examples)]
+    examples = rule.examples(facts.deadline, maximum) if rule and facts.deadline else []
+    return Plan(
+        rows=tuple(rows),
+        doubts=doubts,
+        notes=facts.notes,
+        late_rule=(facts.late_rule, *examples) if rule else (),
+        seconds=each * todo / min(at_a_time, max(todo, 1)),
+        at_a_time=at_a_time,
+    )
 
 
 def _row(entry: Entry, decision: Decision, facts: ClassFacts, decided: Decisions, rule: LateRule | None) -> PlanRow:
@@ -192,8 +205,9 @@ def _late(
 def _lateness(submitted: dt.datetime, until: dt.datetime | None, rule: LateRule | None) -> str:
     if until is None or submitted <= until:
         return "in time" if until else ""
-    units = rule.units(submitted, until) if rule else 0
-    counted = f", {rule.counted(units)}" if rule else ""
+    counted = f", {rule.counted(rule.units(submitted, until))}" if rule else ""
+    if rule and rule.too_late(submitted, until):
+        counted += ", too late to be accepted"
     return f"late by {clock((submitted - until).total_seconds())}{counted}"
 
 
@@ -235,6 +249,10 @@ def summary(plan: Plan) -> Iterator[str]:
         yield f"  {len(other_kit)} kept from another kit: {_some(other_kit)}; --regrade grades them again"
     if absent := [row.entry.id for row in kept if row.entry and row.entry.absent]:
         yield f"  {len(absent)} kept from an earlier source, and in none of the present ones: {_some(absent)}"
+    if plan.late_rule:
+        rule, *examples = plan.late_rule
+        yield f"  late rule: {rule}{'' if examples else '; without a deadline nothing is late'}"
+        yield from (f"    handed in {example}" for example in examples)
     yield from (f"note: {note}" for note in plan.notes)
     yield from (f"DOUBT: {doubt}" for doubt in plan.doubts)
 

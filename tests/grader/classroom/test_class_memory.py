@@ -235,3 +235,17 @@ def test_a_person_who_left_the_roster_changes_nothing_for_the_others(tmp_path, s
         batch.run(None, tmp_path / "class", [], Options(), Silent())
     with pytest.raises(GraderError, match="is not a late rule"):
         batch.run(None, tmp_path / "class", None, Options(late_rule="soon", change=frozenset({"late"})), Silent())
+
+
+def test_a_doubt_that_was_accepted_does_not_stop_the_class_once_more(tmp_path, source, workers, capsys):
+    workers(graded)
+    (tmp_path / "roster.csv").write_text("id,login\ns9,nobody\n")
+    words = ["batch", str(source), "--roster", str(tmp_path / "roster.csv"), "--out", str(tmp_path / "class")]
+    assert cli.main(words) == 3
+    assert "Nothing was graded" in capsys.readouterr().err
+    assert not (tmp_path / "class" / "class.yaml").exists()
+    assert cli.main([*words, "--despite-doubts"]) == 0
+    assert again(tmp_path) == 0
+    (source / "team04").mkdir()
+    (source / "team04" / "readme").write_text("new")
+    assert again(tmp_path) == 3, "it is another doubt by now"

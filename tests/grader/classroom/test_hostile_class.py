@@ -167,7 +167,9 @@ def read_gradebook(path: Path, outcome: Outcome) -> None:
     seen: Counter[int] = Counter()
     for row in csv.DictReader(io.StringIO(path.read_text())):
         cell = {key: value.removeprefix("'") for key, value in row.items()}
-        links = [(cell[kind], kind) for kind in ("id", "email", "login") if cell[kind]] or [(cell["submission"], "login")]
+        links = [(cell[kind], kind) for kind in ("id", "email", "login") if cell[kind]] or [
+            (cell["submission"], "login")
+        ]
         whose = {who.n for who in CLASS for value, kind in links if value.casefold() == getattr(who, kind).casefold()}
         if len(whose) > 1:
             outcome.faults.append(f"a row of gradebook.csv is of several people: {links}")
@@ -191,16 +193,22 @@ def read_sheet(before: Path, after: Path, platform: str, outcome: Outcome) -> No
     """Note the grades in a platform's sheet; whatever is not a grade or a comment of ours has to be as it was."""
     old, new = before.read_bytes(), after.read_bytes()
     separator = ";" if old.split(b"\n")[0].count(b";") else ","
-    table = [list(csv.reader(io.StringIO(raw.decode("utf-8-sig"), newline=""), delimiter=separator)) for raw in (old, new)]
-    number, grade = (1, 6) if platform == "canvas" else (0, next(
-        place for place, name in enumerate(table[0][0]) if name in ("Grade", "Bewertung")
-    ))
+    table = [
+        list(csv.reader(io.StringIO(raw.decode("utf-8-sig"), newline=""), delimiter=separator)) for raw in (old, new)
+    ]
+    number, grade = (
+        (1, 6)
+        if platform == "canvas"
+        else (0, next(place for place, name in enumerate(table[0][0]) if name in ("Grade", "Bewertung")))
+    )
     ours = {grade} if platform == "canvas" else {grade, len(table[0][0]) - 1}
     lines = [raw.split(b"\r\n" if b"\r\n" in raw else b"\n") for raw in (old, new)]
     if len(lines[0]) != len(lines[1]) or old[:3] != new[:3] or (b"\r\n" in old) != (b"\r\n" in new):
         outcome.faults.append("the sheet comes back with another byte order mark, line end or number of lines")
     for place, (was, now) in enumerate(zip(*table, strict=True)):
-        if [cell for at, cell in enumerate(was) if at not in ours] != [cell for at, cell in enumerate(now) if at not in ours]:
+        if [cell for at, cell in enumerate(was) if at not in ours] != [
+            cell for at, cell in enumerate(now) if at not in ours
+        ]:
             outcome.faults.append(f"cells of the platform's own changed: {was} -> {now}")
         if was == now and len(lines[0]) == len(lines[1]) and lines[0][place] != lines[1][place]:
             outcome.faults.append(f"a row without a grade changed: {lines[0][place]!r} -> {lines[1][place]!r}")
@@ -214,8 +222,11 @@ def read_sheet(before: Path, after: Path, platform: str, outcome: Outcome) -> No
 
 
 def knows_teams(layout: str, roster: str) -> bool:
-    return roster == "own" or layout == "gradescope" or (layout, roster) == ("moodle groups", "sheet") or (
-        (layout, roster) == ("moodle 3 groups", "sheet")
+    return (
+        roster == "own"
+        or layout == "gradescope"
+        or (layout, roster) == ("moodle groups", "sheet")
+        or ((layout, roster) == ("moodle 3 groups", "sheet"))
     )
 
 
@@ -242,7 +253,9 @@ def judge(who: Student, outcome: Outcome, layout: str, roster: str) -> str:
     if others:
         owner = next((f"that of {each.n} {each.name}" for each in CLASS if f"{reached(each):.2f}" in others), "another")
         return f"wrong: has {', '.join(sorted(others))} ({owner}) instead of {right}"
-    if (who.how == ABSENT and right is None) or (who.how == ANONYMOUS and roster == "none" and f"{reached(who):.2f}" in outcome.totals):
+    if (who.how == ABSENT and right is None) or (
+        who.how == ANONYMOUS and roster == "none" and f"{reached(who):.2f}" in outcome.totals
+    ):
         return "right"
     if right is not None and values == {right}:
         return "right"
@@ -256,7 +269,14 @@ def judge(who: Student, outcome: Outcome, layout: str, roster: str) -> str:
 def listed(who: Student, text: str) -> bool:
     """Return whether a hand-in is named in what was printed."""
     text = unicodedata.normalize("NFC", text)
-    words = [who.canvas, who.moodle, f"submission_{5000 + who.n}", hostile.canvas_name(who), hostile.moodle_name(who), who.name]
+    words = [
+        who.canvas,
+        who.moodle,
+        f"submission_{5000 + who.n}",
+        hostile.canvas_name(who),
+        hostile.moodle_name(who),
+        who.name,
+    ]
     if who.how == ANONYMOUS:
         words = [f"x{who.n}Kq", who.moodle, f"submission_{5000 + who.n}", "ghost-x"]
     return any(unicodedata.normalize("NFC", word) in text for word in words if word)
@@ -273,7 +293,9 @@ def test_nobody_has_anothers_grade_and_nobody_is_lost(layout, roster, tmp_path, 
     line = f"{layout:<16} {roster:<6}" + "".join(f"{count[kind]:>8}" for kind in ("right", "listed", "wrong", "lost"))
     TABLE.append(line)
     print(line)
-    bad = [f"{who.n} {who.name or '(anonymous)'}: {v}" for who, v in verdicts.items() if v.startswith(("wrong", "lost"))]
+    bad = [
+        f"{who.n} {who.name or '(anonymous)'}: {v}" for who, v in verdicts.items() if v.startswith(("wrong", "lost"))
+    ]
     assert not [*outcome.faults, *bad], "\n" + "\n".join([*outcome.faults, *bad])
 
 
