@@ -191,6 +191,7 @@ def _batch(options: argparse.Namespace) -> int:
         console.say(_INTERRUPTED)
         return EXIT_INTERRUPTED
     except KitError as error:
+        console.clear()
         console.log(str(error))
         raise
     finally:
@@ -366,7 +367,6 @@ class _Console:
 
     def close(self) -> None:
         """Close the log."""
-        self.clear()
         if self._log:
             self._log.close()
 
