@@ -122,6 +122,7 @@ def run(source: Path, out: Path, people: Sequence[Person], options: Options, sai
             entries=relative(found.entries, root),
             missing=found.missing,
             notes=found.notes,
+            doubts=found.doubts,
             deadline=options.deadline,
             late_rule=options.late_rule,
             made=dt.datetime.now().astimezone(),
