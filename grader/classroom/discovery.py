@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from grader.classroom import commit_time, platforms
+from grader.classroom import commit_time, platforms, retention
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.entry import Entry, MatchedBy
 from grader.classroom.platform import Claim, HandIn, claims_of
@@ -82,25 +82,27 @@ def opened(source: Path) -> Iterator[Path]:
         raise GraderError(f"There is no {source}. Name the folder or the archive with the class's submissions.")
 
 
-def find(root: Path, roster: Sequence[Person] = (), earlier: Sequence[Entry] = ()) -> Found:
-    """Return the submissions in the folder `root`, each with its people. Those of an `earlier` run keep their ids.
+def find(root: Path, roster: Sequence[Person] = (), earlier: Sequence[Entry] = (), added: Sequence[Path] = ()) -> Found:
+    """Return the submissions in the folder `root` and in those `added` to it, each with its people.
 
-    Of several submissions of one team the latest counts, if the export gives the times; the others are left out
-    with a note. Otherwise all of them are entries.
+    Those of an `earlier` run keep their ids, and stay if they are in none of the folders any more. Of several
+    submissions of one team the latest counts, if the export gives the times; the others are left out with a note.
+    Otherwise all of them are entries.
 
     Raises:
         GraderError: there is no submission.
     """
-    export = platforms.read(root)
-    notes = list(export.notes)
-    drafts = [_draft(hand_in, roster) for hand_in in export.hand_ins]
+    exports = [platforms.read(each) for each in (root, *added)]
+    notes = [note for export in exports for note in export.notes]
+    drafts = [_draft(hand_in, roster) for export in exports for hand_in in export.hand_ins]
+    stay = retention.retained(earlier, drafts, roster)
     drafts, left_out = _latest(drafts)
-    entries = _named(drafts, earlier)
+    entries = tuple(sorted((*_named(drafts, earlier, stay), *stay), key=lambda entry: entry.id))
     doubts = [_unmatched(entry) for entry in entries if roster and not entry.people]
     notes += [doubt.what for doubt in doubts]
     handed_in = {person.key for entry in entries for person in entry.people}
     missing = tuple(person for person in roster if person.key not in handed_in)
-    return Found(export.layout, entries, missing, (*notes, *left_out), tuple(doubts))
+    return Found(exports[0].layout, entries, missing, (*notes, *left_out), tuple(doubts))
 
 
 def _unmatched(entry: Entry) -> Doubt:
@@ -222,16 +224,16 @@ def _latest(drafts: list[Entry]) -> tuple[list[Entry], list[str]]:
     return kept, notes
 
 
-def _named(drafts: Sequence[Entry], earlier: Sequence[Entry]) -> tuple[Entry, ...]:
+def _named(drafts: Sequence[Entry], earlier: Sequence[Entry], stay: Sequence[Entry]) -> Iterator[Entry]:
     """Give each entry an id that no other has: its team's, its person's or its label's.
 
-    An entry of an `earlier` run keeps its id, so that results and decisions stay with it. Where several would have one
-    id, each of them has its mark appended: no order decides who is who.
+    An entry of an `earlier` run keeps its id, so that results and decisions stay with it, as do those that `stay`.
+    Where several would have one id, each of them has its mark appended: no order decides who is who.
     """
     kept = {(entry.label, _mark(entry)): entry.id for entry in earlier}
     ids: list[str] = []
     wanted = [_wanted(draft) for draft in drafts]
-    taken = {name for draft in drafts if (name := kept.get((draft.label, _mark(draft))))}
+    taken = {name for draft in drafts if (name := kept.get((draft.label, _mark(draft))))} | {each.id for each in stay}
     for draft, name in zip(drafts, wanted, strict=True):
         marked = f"{name}-{_mark(draft)}"
         choices = (
@@ -242,8 +244,7 @@ def _named(drafts: Sequence[Entry], earlier: Sequence[Entry]) -> tuple[Entry, ..
         before = kept.pop((draft.label, _mark(draft)), "")
         ids.append(before or next(choices))
         taken.add(ids[-1])
-    named = (replace(draft, id=name) for draft, name in zip(drafts, ids, strict=True))
-    return tuple(sorted(named, key=lambda entry: entry.id))
+    return (replace(draft, id=name) for draft, name in zip(drafts, ids, strict=True))
 
 
 def _wanted(draft: Entry) -> str:

@@ -21,9 +21,14 @@ class MatchedBy:
     value: str
 
     @property
+    def means(self) -> str:
+        """Return the kind in words, such as "e-mail"."""
+        return _KINDS.get(self.kind, self.kind)
+
+    @property
     def text(self) -> str:
         """Return it for people, such as "e-mail jane@uni.edu"."""
-        return f"{_KINDS.get(self.kind, self.kind)} {self.value}"
+        return f"{self.means} {self.value}"
 
 
 _KINDS = {"lms_id": "the platform's number", "email": "e-mail"}
@@ -44,6 +49,8 @@ class Entry:
         matched: by what each of `people` was matched, in their order.
         late: whether the export marks it as late.
         notes: remarks for the instructor.
+        source: the folder or archive in which it was found, as it was given.
+        absent: an earlier run found it, and the present sources do not have it. What was graded stays.
     """
 
     id: str
@@ -56,3 +63,5 @@ class Entry:
     notes: tuple[str, ...] = ()
     number: str = ""
     matched: tuple[MatchedBy, ...] = ()
+    source: str = ""
+    absent: bool = False

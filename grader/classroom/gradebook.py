@@ -70,6 +70,8 @@ class Row:
     comments: tuple[str, ...] = ()
     flags: int = 0
     decided: tuple[str, ...] = field(default=())
+    kit: str = ""
+    """The kit that graded the submission, as Record.kits has it."""
 
     @property
     def comment(self) -> str:
@@ -103,6 +105,11 @@ class Gradebook:
     def max(self) -> Decimal:
         """Return the points of the whole rubric."""
         return rounded(sum(requirement.points for requirement in self.rubric.requirements))
+
+    @property
+    def kits(self) -> frozenset[str]:
+        """Return the versions of the kit that graded the class."""
+        return frozenset(row.kit for row in self.rows if row.kit)
 
 
 def read(folder: ClassFolder) -> Gradebook:
@@ -194,6 +201,7 @@ def _row(
         comments=(*decided.comments, *about.comments),
         flags=len(report.get("integrity", ())) if report else 0,
         decided=tuple(f"{o.requirement}: {o.points} points by {o.by} ({o.why})" for o in decided.points),
+        kit=record.kits if record else "",
     )
 
 
