@@ -353,7 +353,7 @@ def _release(options: argparse.Namespace) -> int:
 
 def _similar(options: argparse.Namespace) -> int:
     from grader.authoring import checkpoint_texts
-    from grader.classroom import similarity
+    from grader.classroom import gradebook, overview, similarity
     from grader.classroom.class_folder import ClassFolder
 
     if options.base is None:
@@ -372,6 +372,7 @@ def _similar(options: argparse.Namespace) -> int:
     for pair in alike.pairs:
         print(f"{pair.one:<28} {pair.share_of_one:>4.0%}  {pair.other:<28} {pair.share_of_other:>4.0%}")
     print(f"Places: {similarity.write(folder, alike)}")
+    print(f"Class: {overview.write(folder, gradebook.read(folder))}")
     return EXIT_GRADED
 
 

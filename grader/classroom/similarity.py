@@ -130,15 +130,15 @@ def of_class(
         GraderError: there is no such class, or its submissions are no longer where they were.
     """
     facts = folder.facts()
-    sources = {Path(entry.source or facts.source) for entry in facts.entries if not entry.absent}
-    if lost := sorted(source for source in sources if not source.exists()):
+    sources = {entry.source or facts.source for entry in facts.entries if not entry.absent}
+    if lost := sorted(source for source in sources if not folder.located(source).exists()):
         raise GraderError(
-            f"The submissions are read again, but {lost[0]} is not there. Run this in the folder in which the class "
-            "was graded, or put them back."
+            f"The submissions are read again, but {lost[0]} is neither there nor near the class. Run this in the "
+            "folder in which the class was graded, or put it beside the class."
         )
     texts, notes = {}, []
     with ExitStack() as stack:
-        roots = {source: stack.enter_context(discovery.opened(source)) for source in sources}
+        roots = {source: stack.enter_context(discovery.opened(folder.located(source))) for source in sources}
         scratch = stack.enter_context(tempdir.folder("similar"))
         for entry in facts.entries:
             if entry.absent:
@@ -146,9 +146,11 @@ def of_class(
                 continue
             progress(f"reading {entry.id}")
             try:
-                root = roots[Path(entry.source or facts.source)]
+                root = roots[entry.source or facts.source]
                 texts[entry.id], unread = _python_of(root / entry.path, scratch / entry.id)
                 notes += [f"{entry.id} is compared without {one_line(why)}" for why in unread]
+                if discovery.content_hash(root / entry.path) != entry.content:
+                    notes.append(f"{entry.id} is compared as it is now; it is not what was graded.")
             except SubmissionError as error:
                 notes.append(f"{entry.id} is not compared: {one_line(error.what)}")
             tempdir.remove(scratch / entry.id)
