@@ -19,14 +19,16 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from pathlib import Path
 
 import yaml
 
 from grader import yaml_reader
+from grader.classroom import regrades
 from grader.classroom.class_folder import ClassFacts, ClassFolder
+from grader.classroom.regrades import Regrade
 from grader.classroom.roster import IDENTITY, Person
 from grader.errors import GraderError
 from grader.scoring.rubric import Rubric
@@ -111,13 +113,30 @@ def load(path: Path, submissions: Iterable[str], people: Sequence[Person], rubri
 
 
 def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decisions:
-    """Return the decisions about a class.
+    """Return the decisions about a class, those on requests to look again among them.
 
     Raises:
         GraderError: as `load`.
     """
     everyone = [*dict.fromkeys(person for entry in facts.entries for person in entry.people), *facts.missing]
-    return load(folder.overrides, [entry.id for entry in facts.entries], everyone, rubric)
+    submissions = [entry.id for entry in facts.entries]
+    decided = load(folder.overrides, submissions, everyone, rubric)
+    return _with(decided, regrades.read(folder.path, submissions, rubric))
+
+
+def _with(decided: Decisions, looked_at: Iterable[Regrade]) -> Decisions:
+    """Return the decisions with those on requests; what overrides.yaml says of a requirement stays."""
+    submissions = dict(decided.submissions)
+    for each in looked_at:
+        on = submissions.get(each.submission, SubmissionDecision())
+        known = {override.requirement for override in on.points}
+        if each.points is not None and each.requirement not in known:
+            why = f"{each.why}; asked because: {each.reason}" if each.reason else each.why
+            on = replace(on, points=(*on.points, PointsOverride(each.requirement, each.points, why, each.by)))
+        elif each.points is None:
+            on = replace(on, comments=(*on.comments, str(each)))
+        submissions[each.submission] = on
+    return replace(decided, submissions=submissions)
 
 
 class _Reader(YamlReader):

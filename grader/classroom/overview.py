@@ -13,11 +13,12 @@ from pathlib import Path
 from statistics import mean, median
 from typing import Any
 
-from grader.classroom import causes, sections, similarity
+from grader.classroom import causes, regrades, sections, similarity
 from grader.classroom.causes import Causes
 from grader.classroom.class_folder import OVERVIEW, ClassFacts, ClassFolder, Record, Status
 from grader.classroom.doubt import Doubt
 from grader.classroom.gradebook import NOTHING, Gradebook, Row, State
+from grader.classroom.regrades import Regrade
 from grader.classroom.sections import Section
 from grader.classroom.similarity import Group
 from grader.host.atomic import write_atomically
@@ -87,6 +88,7 @@ class Overview:
     sections: Mapping[str, Section]
     shares: tuple[int | None, ...]
     groups: tuple[Group, ...]
+    requests: tuple[Regrade, ...]
     states: tuple[tuple[str, int], ...]
     flags: tuple[tuple[str, str, str], ...]
     errors: tuple[Record, ...]
@@ -148,6 +150,7 @@ def summarise(folder: ClassFolder, book: Gradebook) -> Overview:
         sections=sections.read(places),
         shares=tuple(_mean_share([dict(line.cells)[r.id] for line in found]) for r in book.rubric.requirements),
         groups=similarity.groups(folder),
+        requests=tuple(each for each in regrades.read(folder.path, list(records), book.rubric) if each.is_open),
         states=tuple(Counter(row.state.value for row in book.rows).most_common()),
         flags=tuple(_flags(reports)),
         errors=tuple(record for record in known if record.status is Status.ERROR),
