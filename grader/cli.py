@@ -99,9 +99,11 @@ def _parser() -> argparse.ArgumentParser:
     _add_doctor(verbs)
     _add_cache(verbs)
     if (KIT / "grader" / "classroom").exists():  # not in the students' kit
+        from grader.classroom import after_grading
         from grader.classroom import command as classroom
 
         classroom.add(verbs)
+        after_grading.add(verbs)
     if (KIT / "grader" / "authoring").exists():  # not in the students' kit
         _add_release(verbs)
         _add_similar(verbs)

@@ -118,10 +118,18 @@ def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decision
     Raises:
         GraderError: as `load`.
     """
+    looked_at = regrades.read(folder.path, [entry.id for entry in facts.entries], rubric)
+    return _with(written(folder, facts, rubric), looked_at)
+
+
+def written(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decisions:
+    """Return what the class's overrides.yaml says.
+
+    Raises:
+        GraderError: as `load`.
+    """
     everyone = [*dict.fromkeys(person for entry in facts.entries for person in entry.people), *facts.missing]
-    submissions = [entry.id for entry in facts.entries]
-    decided = load(folder.overrides, submissions, everyone, rubric)
-    return _with(decided, regrades.read(folder.path, submissions, rubric))
+    return load(folder.overrides, [entry.id for entry in facts.entries], everyone, rubric)
 
 
 def _with(decided: Decisions, looked_at: Iterable[Regrade]) -> Decisions:
