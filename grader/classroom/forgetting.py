@@ -177,6 +177,7 @@ def cut(text: str, section: str, names: Collection[str]) -> str:
         for key, value in block.value:
             if key.value in names:
                 first, end = key.start_mark.line, value.end_mark.line + (value.flow_style is not False)
+                end = min(end, len(lines))
                 while end - 1 > first and re.fullmatch(
                     rf" {{0,{key.start_mark.column}}}#.*|\s*", lines[end - 1].rstrip()
                 ):

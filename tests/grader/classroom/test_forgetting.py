@@ -43,7 +43,7 @@ def full(class_of_four):
         json.dumps({"usual": 0, "pairs": [{"one": "boek", "other": "team07", "share": 0.9}]})
     )
     (folder.path / "similar.html").write_text("boek (Bo Ek)")
-    (folder.path / "canvas_import.csv").write_text("Bo Ek,12347\n")
+    (folder.path / "canvas.csv").write_text("Bo Ek,12347\n")
     return folder
 
 
