@@ -99,9 +99,11 @@ def _parser() -> argparse.ArgumentParser:
     _add_doctor(verbs)
     _add_cache(verbs)
     if (KIT / "grader" / "classroom").exists():  # not in the students' kit
+        from grader.classroom import after_grading
         from grader.classroom import command as classroom
 
         classroom.add(verbs)
+        after_grading.add(verbs)
     if (KIT / "grader" / "authoring").exists():  # not in the students' kit
         _add_release(verbs)
         _add_similar(verbs)
@@ -353,7 +355,7 @@ def _release(options: argparse.Namespace) -> int:
 
 def _similar(options: argparse.Namespace) -> int:
     from grader.authoring import checkpoint_texts
-    from grader.classroom import similarity
+    from grader.classroom import gradebook, overview, similarity
     from grader.classroom.class_folder import ClassFolder
 
     if options.base is None:
@@ -372,6 +374,7 @@ def _similar(options: argparse.Namespace) -> int:
     for pair in alike.pairs:
         print(f"{pair.one:<28} {pair.share_of_one:>4.0%}  {pair.other:<28} {pair.share_of_other:>4.0%}")
     print(f"Places: {similarity.write(folder, alike)}")
+    print(f"Class: {overview.write(folder, gradebook.read(folder))}")
     return EXIT_GRADED
 
 

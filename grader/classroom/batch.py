@@ -205,7 +205,7 @@ def _prepared(
     settings = settle(folder, given)
     before = folder.facts() if remembered else None
     earlier = before.entries if before else ()
-    with _opened(settings.sources, earlier) as roots:
+    with _opened(folder, settings.sources, earlier) as roots:
         first, *added = roots.values()
         timed = settings.deadline is not None or bool(settings.late)
         found = discovery.find(first, settings.roster, earlier, added, options.times, timed)
@@ -249,12 +249,12 @@ def _prepared(
 
 
 @contextmanager
-def _opened(sources: Sequence[str], earlier: Sequence[Entry]) -> Iterator[Mapping[str, Path]]:
+def _opened(folder: ClassFolder, sources: Sequence[str], earlier: Sequence[Entry]) -> Iterator[Mapping[str, Path]]:
     """Yield the sources' folders. One that an earlier run has read may be gone by now, if another is there."""
     read = {entry.source for entry in earlier}
-    present = [each for each in sources if Path(each).exists() or each not in read]
+    present = [each for each in sources if folder.located(each).exists() or each not in read]
     with ExitStack() as stack:
-        yield {each: stack.enter_context(discovery.opened(Path(each))) for each in present or sources}
+        yield {each: stack.enter_context(discovery.opened(folder.located(each))) for each in present or sources}
 
 
 def _recorded(entry: Entry, roots: Mapping[str, Path]) -> Entry:

@@ -132,6 +132,13 @@ class ClassFolder:
         """Return the folder of one submission's results."""
         return self.path / SUBMISSIONS / name
 
+    def located(self, source: str) -> Path:
+        """Return where a source of the class is: where it was given, or near the class if both were moved together."""
+        given = Path(source)
+        parents = list(self.path.resolve().parents)[:3]
+        near = [parents[0] / given.name, *(parent / given for parent in parents)]
+        return next((path for path in (given, *near) if path.exists()), given)
+
     def facts(self) -> ClassFacts:
         """Return what class.yaml says.
 

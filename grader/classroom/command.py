@@ -228,11 +228,11 @@ def _run_batch(
         console.say(f"{_INTERRUPTED} {left} are left.")
         console.say(f"`grader gradebook {options.out}` writes the gradebook of those that are graded.")
         return EXIT_INTERRUPTED
-    print(f"Class: {_write_pages(ClassFolder(options.out))}")
+    print(f"Class: {write_pages(ClassFolder(options.out))}")
     return EXIT_OUR_FAULT if summary.errors else EXIT_GRADED
 
 
-def _write_pages(folder: ClassFolder) -> Path:
+def write_pages(folder: ClassFolder) -> Path:
     """Write the gradebook, the overview and the reports that are out of date, and return the overview's path."""
     book = gradebook.read(folder)
     _refresh(folder)
@@ -293,7 +293,7 @@ def _rescore(options: argparse.Namespace) -> int:
             print(f"\r\x1b[K{done}/{total} judged", end="" if done < total else "\n", file=sys.stderr, flush=True)
 
     done = rescore.rescore(folder, only=options.only, new_rubric=options.rubric, jobs=options.jobs, progress=progress)
-    _write_pages(folder)
+    write_pages(folder)
     for change in done.changes:
         print(f"{change.submission:<20} {change.requirement:<4} {_points(change.before)} -> {_points(change.after)}")
     changed = len({change.submission for change in done.changes})

@@ -33,9 +33,11 @@ from pathlib import Path
 import yaml
 
 from grader import yaml_reader
+from grader.classroom import regrades
 from grader.classroom.class_folder import ClassFacts, ClassFolder
 from grader.classroom.doubt import DoubtKind, too_many
 from grader.classroom.identity import ANY, Claim, identify
+from grader.classroom.regrades import Regrade
 from grader.classroom.roster import IDENTITY, Person
 from grader.errors import GraderError
 from grader.scoring.rubric import Rubric
@@ -153,7 +155,17 @@ def load(path: Path, submissions: Iterable[str], people: Sequence[Person], rubri
 
 
 def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decisions:
-    """Return the decisions about a class.
+    """Return the decisions about a class, those on requests to look again among them.
+
+    Raises:
+        GraderError: as `load`.
+    """
+    looked_at = regrades.read(folder.path, [entry.id for entry in facts.entries], rubric)
+    return _with(written(folder, facts, rubric), looked_at)
+
+
+def written(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decisions:
+    """Return what the class's overrides.yaml says.
 
     Raises:
         GraderError: as `load`.
@@ -182,6 +194,21 @@ def applied(facts: ClassFacts, decisions: Decisions) -> ClassFacts:
         doubts = tuple(doubt for doubt in doubts if doubt.kind is not DoubtKind.MOST_UNMATCHED)
     missing = tuple(who for who in everyone if who.key not in handed_in)
     return replace(facts, entries=entries, missing=missing, doubts=doubts)
+
+
+def _with(decided: Decisions, looked_at: Iterable[Regrade]) -> Decisions:
+    """Return the decisions with those on requests; what overrides.yaml says of a requirement stays."""
+    submissions = dict(decided.submissions)
+    for each in looked_at:
+        on = submissions.get(each.submission, SubmissionDecision())
+        known = {override.requirement for override in on.points}
+        if each.points is not None and each.requirement not in known:
+            why = f"{each.why}; asked because: {each.reason}" if each.reason else each.why
+            on = replace(on, points=(*on.points, PointsOverride(each.requirement, each.points, why, each.by)))
+        elif each.points is None:
+            on = replace(on, comments=(*on.comments, str(each)))
+        submissions[each.submission] = on
+    return replace(decided, submissions=submissions)
 
 
 class _Reader(YamlReader):

@@ -3,26 +3,32 @@
 from __future__ import annotations
 
 import base64
+import datetime as dt
 import hashlib
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
 from statistics import mean, median
 from typing import Any
 
+from grader.classroom import causes, regrades, sections, similarity
+from grader.classroom.causes import Causes
 from grader.classroom.class_folder import OVERVIEW, ClassFacts, ClassFolder, Record, Status
+from grader.classroom.doubt import Doubt
 from grader.classroom.gradebook import NOTHING, Gradebook, Row, State
+from grader.classroom.regrades import Regrade
+from grader.classroom.sections import Section
+from grader.classroom.similarity import Group
 from grader.host.atomic import write_atomically
 from grader.sanitize import lines, one_line
 from grader.scoring.scorecard import level
 
 HERE = Path(__file__).parent
+SECTIONS = "sections.html"
 _BARS = 10
-_WORST = 10
 _SLOWEST = 5
-_SEEN = 160
 
 
 @dataclass(frozen=True)
@@ -50,15 +56,24 @@ class Bar:
 
 
 @dataclass(frozen=True)
-class Hard:
-    """A requirement on which a class lost points: the mean share reached in percent, and what was seen most often."""
+class Dot:
+    """A submission in the plot of points over the time of hand-in: `x` and `y` in percent from the lower left."""
 
-    id: str
-    title: str
-    share: int
-    failed: int
-    seen: str
-    seen_count: int
+    submission: str
+    x: float
+    y: float
+    words: str
+    late: bool
+
+
+@dataclass(frozen=True)
+class Plot:
+    """Points over the time of hand-in; `deadline` is its place in percent, None if it is not in the plot."""
+
+    dots: tuple[Dot, ...]
+    first: str
+    last: str
+    deadline: float | None
 
 
 @dataclass(frozen=True)
@@ -68,13 +83,28 @@ class Overview:
     facts: ClassFacts
     lines: tuple[Line, ...]
     bars: tuple[Bar, ...]
-    hard: tuple[Hard, ...]
+    plot: Plot | None
+    causes: Causes
+    sections: Mapping[str, Section]
+    shares: tuple[int | None, ...]
+    groups: tuple[Group, ...]
+    requests: tuple[Regrade, ...]
     states: tuple[tuple[str, int], ...]
     flags: tuple[tuple[str, str, str], ...]
     errors: tuple[Record, ...]
     slowest: tuple[Record, ...]
     totals: tuple[Decimal, ...]
     missing: tuple[str, ...]
+
+    @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """Return what a person should look at: what stops a class first."""
+        return tuple(sorted(self.facts.doubts, key=lambda doubt: not doubt.stops))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Return the remarks on the export that are not doubts."""
+        return tuple(note for note in self.facts.notes if note not in {doubt.what for doubt in self.facts.doubts})
 
     @property
     def mean(self) -> float:
@@ -90,7 +120,9 @@ class Overview:
 def write(folder: ClassFolder, book: Gradebook) -> Path:
     """Write the page into the class folder and return its path."""
     path = folder.path / OVERVIEW
-    write_atomically(path, render(summarise(folder, book), book))
+    overview = summarise(folder, book)
+    write_atomically(path, render(overview, book))
+    write_atomically(folder.path / SECTIONS, _page("sections.html.j2", overview=overview))
     return path
 
 
@@ -107,11 +139,18 @@ def summarise(folder: ClassFolder, book: Gradebook) -> Overview:
         line.row.total for line in found if line.row.total is not None and line.row.state is not State.REFUSED
     )
     known = [record for record in records.values() if record is not None]
+    lost = causes.count(reports, book.rubric)
+    places = [place for topic in (*lost.first, *lost.failed, *lost.not_reached) for place in topic.sections]
     return Overview(
         facts=facts,
         lines=found,
         bars=tuple(_histogram(totals, int(book.max))),
-        hard=tuple(_hardest(book, reports.values())),
+        plot=_plot(found, facts.deadline),
+        causes=lost,
+        sections=sections.read(places),
+        shares=tuple(_mean_share([dict(line.cells)[r.id] for line in found]) for r in book.rubric.requirements),
+        groups=similarity.groups(folder),
+        requests=tuple(each for each in regrades.read(folder.path, list(records), book.rubric) if each.is_open),
         states=tuple(Counter(row.state.value for row in book.rows).most_common()),
         flags=tuple(_flags(reports)),
         errors=tuple(record for record in known if record.status is Status.ERROR),
@@ -123,21 +162,18 @@ def summarise(folder: ClassFolder, book: Gradebook) -> Overview:
 
 def render(overview: Overview, book: Gradebook) -> str:
     """Return the page as HTML. Its only script sorts and filters the table."""
+    script = (HERE / "overview.js").read_text(encoding="utf-8")
+    return _page("overview.html.j2", overview=overview, book=book, script=script, script_hash=_hash(script))
+
+
+def _page(template: str, **shown: Any) -> str:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    style, script = ((HERE / name).read_text(encoding="utf-8") for name in ("overview.css", "overview.js"))
-    return environment.get_template("overview.html.j2").render(
-        overview=overview,
-        book=book,
-        style=style,
-        script=script,
-        style_hash=_hash(style),
-        script_hash=_hash(script),
-        line=one_line,
-    )
+    style = (HERE / "overview.css").read_text(encoding="utf-8")
+    return environment.get_template(template).render(style=style, style_hash=_hash(style), line=one_line, **shown)
 
 
 def _hash(text: str) -> str:
@@ -174,23 +210,46 @@ def _histogram(totals: Sequence[Decimal], maximum: int) -> Iterator[Bar]:
         yield Bar(number * width, min((number + 1) * width, maximum), count, 100 * count / highest)
 
 
-def _hardest(book: Gradebook, reports: Iterable[dict[str, Any]]) -> Iterator[Hard]:
-    """Return the requirements with the smallest share of points, those that nobody lost left out."""
-    measured: dict[str, list[Mapping[str, Any]]] = {}
-    for report in reports:
-        for each in report.get("requirements", ()):
-            if each["max"]:
-                measured.setdefault(each["id"], []).append(each)
-    found = []
-    for requirement in book.rubric.requirements:
-        several = measured.get(requirement.id, [])
-        lost = [each for each in several if each["points"] < each["max"]]
-        if lost:
-            seen = Counter(one_line(each["seen"], _SEEN) for each in lost if each["seen"]).most_common(1)
-            words, count = seen[0] if seen else ("", 0)
-            share = int(100 * sum(each["points"] / each["max"] for each in several) / len(several))
-            found.append(Hard(requirement.id, requirement.title, share, len(lost), words, count))
-    yield from sorted(found, key=lambda hard: hard.share)[:_WORST]
+def _plot(found: Sequence[Line], deadline: dt.datetime | None) -> Plot | None:
+    """Return the points over the times of hand-in, None with fewer than two times."""
+    timed = [(line, line.row.submitted, line.row.total) for line in found]
+    dots = [(line, submitted, total) for line, submitted, total in timed if submitted and total is not None]
+    times = [submitted for _, submitted, _ in dots]
+    if len(set(times)) < 2:
+        return None
+    # A deadline that is far from all hand-ins would press these into one dot.
+    span = max(times) - min(times)
+    near = deadline is not None and min(times) - span <= deadline <= max(times) + span
+    shown = [*times, *([deadline] if deadline and near else [])]
+    begin, end = min(shown), max(shown)
+
+    def place(time: dt.datetime) -> float:
+        return round(100 * ((time - begin) / (end - begin)), 2)
+
+    return Plot(
+        tuple(
+            Dot(
+                line.row.submission,
+                place(submitted),
+                round(100 * float(total / line.row.max), 2) if line.row.max else 0.0,
+                f"{line.row.submission}: {total} points, {_minutes(submitted)}",
+                deadline is not None and submitted > deadline,
+            )
+            for line, submitted, total in dots
+        ),
+        _minutes(begin),
+        _minutes(end),
+        place(deadline) if near and deadline else None,
+    )
+
+
+def _minutes(time: dt.datetime) -> str:
+    return time.isoformat(sep=" ", timespec="minutes")[:16]
+
+
+def _mean_share(shares: Sequence[int | None]) -> int | None:
+    known = [share for share in shares if share is not None]
+    return round(mean(known)) if known else None
 
 
 def _flags(reports: Mapping[str, dict[str, Any]]) -> Iterator[tuple[str, str, str]]:

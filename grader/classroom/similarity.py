@@ -7,6 +7,7 @@ package is the sum of its files, so that it does not matter how they are cut or 
 from __future__ import annotations
 
 import itertools
+import json
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -28,7 +29,7 @@ from grader.quality import source_files
 from grader.sandbox import untrusted
 from grader.sanitize import lines, one_line
 
-PAGE = "similar.html"
+PAGE, DATA = "similar.html", "similar.json"
 # Characters of the normal form. Shorter stretches, about two lines, are alike by chance.
 _STRETCH = 25
 _LEAST = 300  # stretches of its own; a package with fewer has hardly anything that could be compared
@@ -71,6 +72,14 @@ class Alike:
     compared: int
     usual: float
     notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Group:
+    """Submissions that are much more alike than is usual in their class; `share` is that of the pair most alike."""
+
+    submissions: tuple[str, ...]
+    share: float
 
 
 @dataclass
@@ -121,15 +130,15 @@ def of_class(
         GraderError: there is no such class, or its submissions are no longer where they were.
     """
     facts = folder.facts()
-    sources = {Path(entry.source or facts.source) for entry in facts.entries if not entry.absent}
-    if lost := sorted(source for source in sources if not source.exists()):
+    sources = {entry.source or facts.source for entry in facts.entries if not entry.absent}
+    if lost := sorted(source for source in sources if not folder.located(source).exists()):
         raise GraderError(
-            f"The submissions are read again, but {lost[0]} is not there. Run this in the folder in which the class "
-            "was graded, or put them back."
+            f"The submissions are read again, but {lost[0]} is neither there nor near the class. Run this in the "
+            "folder in which the class was graded, or put it beside the class."
         )
     texts, notes = {}, []
     with ExitStack() as stack:
-        roots = {source: stack.enter_context(discovery.opened(source)) for source in sources}
+        roots = {source: stack.enter_context(discovery.opened(folder.located(source))) for source in sources}
         scratch = stack.enter_context(tempdir.folder("similar"))
         for entry in facts.entries:
             if entry.absent:
@@ -137,9 +146,11 @@ def of_class(
                 continue
             progress(f"reading {entry.id}")
             try:
-                root = roots[Path(entry.source or facts.source)]
+                root = roots[entry.source or facts.source]
                 texts[entry.id], unread = _python_of(root / entry.path, scratch / entry.id)
                 notes += [f"{entry.id} is compared without {one_line(why)}" for why in unread]
+                if discovery.content_hash(root / entry.path) != entry.content:
+                    notes.append(f"{entry.id} is compared as it is now; it is not what was graded.")
             except SubmissionError as error:
                 notes.append(f"{entry.id} is not compared: {one_line(error.what)}")
             tempdir.remove(scratch / entry.id)
@@ -197,7 +208,28 @@ def write(folder: ClassFolder, alike: Alike) -> Path:
     labels = {entry.id: _label(entry) for entry in folder.facts().entries}
     page = environment.get_template("similar.html.j2").render(alike=alike, labels=labels, title=folder.facts().title)
     write_atomically(folder.path / PAGE, page)
+    pairs = [{"one": pair.one, "other": pair.other, "share": round(pair.share, 4)} for pair in alike.pairs]
+    write_atomically(folder.path / DATA, json.dumps({"usual": alike.usual, "pairs": pairs}, indent=2) + "\n")
     return folder.path / PAGE
+
+
+def groups(folder: ClassFolder) -> tuple[Group, ...]:
+    """Return which submissions `write` found to be nearer to all than to the usual share, linked pairs in one group."""
+    try:
+        data = json.loads((folder.path / DATA).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return ()
+    least = (1 + data["usual"]) / 2
+    joined: list[tuple[set[str], float]] = []
+    for pair in data["pairs"]:
+        if pair["share"] >= least:
+            members, share = {pair["one"], pair["other"]}, pair["share"]
+            for other in [each for each in joined if each[0] & members]:
+                joined.remove(other)
+                members, share = members | other[0], max(share, other[1])
+            joined.append((members, share))
+    found = (Group(tuple(sorted(members)), share) for members, share in joined)
+    return tuple(sorted(found, key=lambda group: -group.share))
 
 
 def _label(entry: Entry) -> str:

@@ -45,7 +45,7 @@ class SetupPy:
         complete: whether these are all programs: written out, not made by a loop, and with no `scripts` beside them.
         packages: the Python packages that it lists; None where it looks for them, or where they are not written out.
         finds: whether it looks for them with find_packages(), which takes folders with an `__init__.py`.
-        data_files: the text of this argument, None if there is none.
+        data_files: the text of this argument, that of the whole file if it is not written out; None if there is none.
     """
 
     name: str
@@ -167,8 +167,16 @@ def _setup_py(text: str) -> SetupPy | None:
         complete=complete and not {None, "scripts"} & set(named),
         packages=tuple(filter(None, listed)) if listed is not None and None not in listed else None,
         finds=packages is not None and called(packages) == "find_packages",
-        data_files=None if data_files is None else ast.get_source_segment(text, data_files) or "",
+        data_files=_data_files(text, data_files),
     )
+
+
+def _data_files(text: str, node: ast.expr | None) -> str | None:
+    """Return the text that says which data are installed: a list as it stands, else all that may have made it."""
+    if node is None:
+        return None
+    written = isinstance(node, ast.List) and not any(isinstance(part, ast.Starred) for part in node.elts)
+    return (ast.get_source_segment(text, node) or "") if written else text
 
 
 def _followed(node: ast.expr | None, values: Mapping[str, ast.expr]) -> ast.expr | None:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 HERE = Path(__file__).parent
 
 DEAREST = 3  # requirements at the top of a report, if their losses have no common cause
+FIRST_STEPS = 6  # losses on the first two pages of a printed report
 
 SIGNS = {
     Outcome.PASSED: "✓",
@@ -93,6 +94,7 @@ def _facts(grading: Grading) -> dict[str, Any]:
             (score for score in clean.scorecard.requirements if score.max - score.points >= 0.005),
             key=lambda score: score.points - score.max,
         )[:DEAREST],
+        "first_steps": _first_steps(clean.losses),
         "first_said": _first_said(clean.losses),
         "mutants": matrix(clean.evidence.mutation) if clean.evidence.mutation else None,
         "trials": [_row(trial) for trial in grading.evidence.trials.values()],
@@ -109,6 +111,12 @@ def _facts(grading: Grading) -> dict[str, Any]:
 def _first_said(losses: Sequence[Loss]) -> dict[str, str]:
     """Return for each reason why checks were not reached the first requirement that it kept from points."""
     return {loss.result.because: loss.requirement.id for loss in reversed(losses) if loss.result.because}
+
+
+def _first_steps(losses: Sequence[Loss]) -> list[Loss]:
+    """Return what to fix first: of each requirement the dearest loss that was not kept from being judged."""
+    reached = [loss for loss in cause.dearest(losses) if loss.result.outcome is not Outcome.NOT_REACHED]
+    return list({loss.requirement.id: loss for loss in reversed(reached)}.values())[::-1][:FIRST_STEPS]
 
 
 def _lost_by(first: cause.Cause) -> dict[str, float]:

@@ -351,7 +351,9 @@ def roster(path: Path) -> None:
     NFC, and without the title."""
     rows = [("id", "First name", "Last name", "email", "login", "team")]
     for who in ROSTER:
-        given, family = (unicodedata.normalize("NFD" if who.n == 10 else "NFC", part) for part in (who.given, who.family))
+        given, family = (
+            unicodedata.normalize("NFD" if who.n == 10 else "NFC", part) for part in (who.given, who.family)
+        )
         team = who.team and {"Team Ω": "Team Ω", "Team 7": "Team 7"}[who.team]
         rows.append((who.id, given.removeprefix("Dr. "), family, who.email, who.login, team))
     _sheet(path, rows, ";", "\r\n")

@@ -23,7 +23,7 @@ from typing import Any
 import pytest
 from helpers.class_reports import report
 from submissions import hostile_class as hostile
-from submissions.hostile_class import ABSENT, ANONYMOUS, CLASS, LATE, ROSTER, UNKNOWN, Student
+from submissions.hostile_class import ABSENT, ANONYMOUS, CLASS, LATE, ROSTER, Student
 
 from grader import cli
 from grader.classroom import batch
@@ -163,7 +163,7 @@ def run(layout: str, roster: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def read_gradebook(path: Path, outcome: Outcome) -> None:
-    """Note each row of gradebook.csv for whoever its id, e-mail or login says; for its name if one of the class has it."""
+    """Note each row of gradebook.csv for whoever its id, e-mail or login says; else for a name of the class."""
     seen: Counter[int] = Counter()
     for row in csv.DictReader(io.StringIO(path.read_text())):
         cell = {key: value.removeprefix("'") for key, value in row.items()}

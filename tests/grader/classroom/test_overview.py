@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import datetime as dt
+import json
 import re
+from dataclasses import replace
 
 import pytest
 from helpers.class_reports import report
 
 from grader.classroom import gradebook, overview
+from grader.classroom.doubt import Doubt, DoubtKind
+
+DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)  # of the class in conftest.py
 
 
 @pytest.fixture
@@ -24,9 +30,53 @@ def test_each_submission_is_a_line_with_its_people_and_a_link(page):
     assert "92.00" in page
 
 
-def test_what_the_class_lost_is_said_with_what_was_seen_most(page):
-    (hard,) = re.findall(r'id="hard".*?</table>', page, re.DOTALL)
-    assert re.findall(r"<strong>(\w+)</strong>", hard) == ["F8", "F4"]
+def test_what_the_class_lost_is_linked_to_the_section_and_to_the_submissions(page, tmp_path):
+    (teach,) = re.findall(r'id="teach".*?</section>', page, re.DOTALL)
+    assert "touched it at … s" in teach
+    assert '<a href="submissions/team07/report.html">team07</a>' in teach
+    anchor = re.search(r'href="sections.html#(\w+)">05_moving_safely: Stop before the wall', teach)[1]
+    assert f'id="{anchor}"' in (tmp_path / "class" / "sections.html").read_text()
+
+
+def test_doubts_and_misfits_are_at_the_top_and_said_once(class_of_four):
+    """They were among the notes at the end of the page, below two tables of all submissions."""
+    folder = class_of_four()
+    doubt = Doubt(DoubtKind.UNMATCHED, "eve.zip", "eve.zip fits nobody of the roster.", "Add the person.", "boek")
+    folder.write_facts(replace(folder.facts(), doubts=(doubt,), notes=(doubt.what, "x.txt is not a submission.")))
+    page = overview.write(folder, gradebook.read(folder)).read_text()
+    before, _, after = page.partition('id="totals"')
+    assert "Add the person." in before
+    assert "x.txt is not a submission." in before
+    assert "Eva Ost" in before  # who handed in nothing
+    assert page.count(doubt.what) == 1
+    assert "x.txt" not in after
+
+
+def test_points_are_shown_over_the_time_of_hand_in(class_of_four):
+    folder = class_of_four(submitted=DEADLINE + dt.timedelta(hours=1))
+    facts = folder.facts()
+    assert overview.summarise(folder, gradebook.read(folder)).plot is None  # one time alone shows nothing
+    early = replace(facts.entries[0], submitted=DEADLINE - dt.timedelta(hours=1))
+    folder.write_facts(replace(facts, entries=(early, facts.entries[1])))
+    plot = overview.summarise(folder, gradebook.read(folder)).plot
+    assert [(dot.submission, dot.x, dot.y, dot.late) for dot in plot.dots] == [
+        ("boek", 0.0, 0.0, False),
+        ("team07", 100.0, 98.0, True),
+    ]
+    assert plot.deadline == 50.0
+
+
+def test_groups_of_similar_packages_are_on_the_page_once_they_were_looked_for(class_of_four):
+    folder = class_of_four()
+    assert "similar.html" not in overview.write(folder, gradebook.read(folder)).read_text()
+    pairs = [
+        {"one": "team07", "other": "boek", "share": 0.9}, {"one": "team07", "other": "x", "share": 0.7},
+        {"one": "y", "other": "z", "share": 0.5},
+    ]  # fmt: skip
+    (folder.path / "similar.json").write_text(json.dumps({"usual": 0.2, "pairs": pairs}))
+    (group,) = overview.summarise(folder, gradebook.read(folder)).groups
+    assert group.submissions == ("boek", "team07", "x")
+    assert "similar.html" in overview.write(folder, gradebook.read(folder)).read_text()
 
 
 def test_flags_and_who_handed_in_nothing_are_named(page):

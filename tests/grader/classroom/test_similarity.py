@@ -185,6 +185,7 @@ def test_the_command_reads_a_class_and_writes_a_page(class_of_four, tmp_path: Pa
     (tmp_path / "base").mkdir()
     monkeypatch.chdir(tmp_path)
     assert cli.main(["similar", str(folder.path), "--base", "base"]) == 0
+    assert "similar.html" in (folder.path / "index.html").read_text()
     printed = capsys.readouterr().out
     assert re.search(r"^boek +\d+%  team07 +\d+%$", printed, re.MULTILINE)
     page = (folder.path / "similar.html").read_text()
@@ -196,4 +197,22 @@ def test_the_command_reads_a_class_and_writes_a_page(class_of_four, tmp_path: Pa
 def test_a_source_that_is_gone_is_named(class_of_four, tmp_path: Path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert cli.main(["similar", str(class_of_four().path), "--base", "."]) == 3
-    assert "export.zip is not there. Run this in the folder" in capsys.readouterr().err
+    assert "export.zip is neither there nor near the class." in capsys.readouterr().err
+
+
+def test_a_class_that_was_moved_with_its_submissions_is_still_compared(class_of_four, tmp_path: Path, monkeypatch):
+    """The class knew its export only by the path that was given, from the folder in which it was graded."""
+    folder: ClassFolder = class_of_four()
+    for name in ("boek", "team07"):
+        package = tmp_path / "export.zip" / f"{name}.zip" / REFERENCE.name
+        package.mkdir(parents=True)
+        (package / "package.xml").write_text((REFERENCE / "package.xml").read_text())
+        (package / "driver.py").write_text(DRIVER)
+    term = tmp_path / "term" / "sheet1"
+    term.mkdir(parents=True)
+    (tmp_path / "export.zip").rename(term / "export.zip")
+    folder.path.rename(term / "class")
+    monkeypatch.chdir("/")
+    alike = similarity.of_class(ClassFolder(term / "class"), {}, 20)
+    assert [(pair.one, pair.other) for pair in alike.pairs] == [("boek", "team07")]
+    assert "boek is compared as it is now; it is not what was graded." in alike.notes

@@ -32,7 +32,7 @@ from grader.scoring.scorecard import CheckResult, Outcome
 
 VOID = {"meta", "img", "br", "hr", "input", "link"}
 # What the template itself is made of; anything else came out of somebody's text.
-NAMES = """html head meta title style body header main footer section div a p span h1 h2 h3 ul li strong svg rect
+NAMES = """html head meta title style body header main footer section div a p span h1 h2 h3 ul ol li strong svg rect
     table thead tbody tr th td details summary code pre dl dt dd figure img figcaption script del"""
 ELEMENTS = set(NAMES.split())
 ATTACKS = [
@@ -259,6 +259,38 @@ def test_what_is_folded_is_printed():
     printed = text[text.index("@media print") :]
     assert re.search(r"details::details-content \{ content-visibility: visible; block-size: auto; \}", printed)
     assert 'addEventListener("beforeprint"' in text
+
+
+def test_print_begins_with_what_was_lost_and_what_to_do_and_has_the_rest_as_an_appendix():
+    """A report printed 27 pages, the build log first; points and advice were between its pages."""
+    page = html.render(broken(load(RUBRIC)))
+    parts = [
+        "<h2>What to do first</h2>",
+        "<h2>All requirements</h2>",
+        'class="appendix"',
+        'id="build-failed"',
+        'id="F1"',
+    ]
+    places = [page.index(part) for part in parts]
+    assert places == sorted(places)
+    printed = page[places[0] : places[2]]
+    assert "<strong>I1" in printed
+    assert len(re.findall(r'<span class="num">', printed)) == len(load(RUBRIC).requirements)
+    style = (html.HERE / "style.css").read_text()
+    screen, _, paper = style.partition("@media print")
+    assert ".printed { display: none; }" in screen
+    assert ".printed { display: block; }" in paper
+    assert re.search(r"\.appendix \{[^}]*break-before: page", paper)
+
+
+def test_the_first_printed_pages_hold_no_more_than_fits_on_two():
+    """However much was lost and however long the messages are."""
+    whole = load(RUBRIC)
+    long = [CheckResult(c.id, Outcome.FAILED, 0.0, "it works", "seen " * 200, "", "try " * 200) for c in whole.checks]
+    page = html.render(grading(whole, long))
+    printed = page.partition('class="printed"')[2].partition('class="appendix"')[0]
+    assert len(re.findall("<li><strong>", printed)) == html.FIRST_STEPS
+    assert len(re.sub("<[^>]*>", "", printed)) < 6000  # characters, at about 4000 on a page
 
 
 def test_the_seed_is_the_instructors(rubric):
