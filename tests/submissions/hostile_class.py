@@ -18,6 +18,7 @@ import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)
 LATE_RULE = "10 % per started day, at most 3 days"
@@ -346,12 +347,13 @@ def github_roster(path: Path) -> None:
     path.write_text(stream.getvalue())
 
 
-def roster(path: Path) -> None:
+def roster(path: Path, groups: bool = False) -> None:
     """Write a university's own list: semicolons, a byte order mark, CRLF, first and last names; NFD where Moodle has
     NFC, and without the title."""
     rows = [("id", "First name", "Last name", "email", "login", "team")]
     for who in ROSTER:
-        given, family = (unicodedata.normalize("NFD" if who.n == 10 else "NFC", part) for part in (who.given, who.family))
-        team = who.team and {"Team Ω": "Team Ω", "Team 7": "Team 7"}[who.team]
+        form: Literal["NFC", "NFD"] = "NFD" if who.n == 10 else "NFC"
+        given, family = (unicodedata.normalize(form, part) for part in (who.given, who.family))
+        team = _group(who) if groups else who.team
         rows.append((who.id, given.removeprefix("Dr. "), family, who.email, who.login, team))
     _sheet(path, rows, ";", "\r\n")
