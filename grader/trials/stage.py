@@ -19,7 +19,7 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from std_msgs.msg import Float32
 
 from grader import evidence, sandbox
-from grader.build import INSTALL
+from grader.building import INSTALL
 from grader.contract.spec import PACKAGE
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph

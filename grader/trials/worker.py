@@ -23,7 +23,7 @@ from typing import Any, TextIO
 
 from rclpy.type_support import check_for_type_support
 
-from grader import build, evidence, sandbox
+from grader import building, evidence, sandbox
 from grader.errors import GraderError
 from grader.host import namespaces, shortage
 from grader.sandbox import warm_imports, warm_python
@@ -159,7 +159,7 @@ def _has_one_thread(package: str) -> bool:
 def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, dict[str, float]]:
     """Return the trial's sandbox, and the values that were changed in its parameter files."""
     install = Path(request.install)
-    visible = {install: str(build.INSTALL)}
+    visible = {install: str(building.INSTALL)}
     if request.package and plan.shows_source:
         visible[Path(request.package)] = str(SOURCE)
     telltales: dict[str, float] = {}
@@ -167,7 +167,9 @@ def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, d
         copies, telltales = parameter_files.write_changed(
             _share(install, request.ros_name) / "config", Path(f"{request.out}.config"), plan.params_file or "*.yaml"
         )
-        visible |= {copy: f"{_share(build.INSTALL, request.ros_name)}/config/{name}" for copy, name in copies.items()}
+        visible |= {
+            copy: f"{_share(building.INSTALL, request.ros_name)}/config/{name}" for copy, name in copies.items()
+        }
     if plan.launch:
         visible |= {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"}
     environment = {**NODE_ENVIRONMENT, "ROS_DOMAIN_ID": str(request.domain_id)}
@@ -176,7 +178,7 @@ def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, d
 
 def _readers(install: Path) -> dict[str, wire_layout.Reader]:
     """Return by topic how to read the messages of a type whose fields the submission has in its own order."""
-    text = build.interface_text(install, "msg/SensorFusionData", TYPES_PACKAGE)
+    text = building.interface_text(install, "msg/SensorFusionData", TYPES_PACKAGE)
     read = wire_layout.reader(text, SensorFusionData)
     return {"sensor_fusion_data": read} if read else {}
 
@@ -211,19 +213,19 @@ def _command(plan: TrialPlan, package: str) -> list[str]:
     if plan.launch:
         if plan.launch == OWN_LAUNCH:
             return [*sandbox.LAUNCH, f"/ws/launch/{plan.launch}", f"package:={package}"]
-        file = f"{_share(build.INSTALL, package)}/launch/{plan.launch}"
+        file = f"{_share(building.INSTALL, package)}/launch/{plan.launch}"
         given = [] if plan.use_sim_time is None else [f"use_sim_time:={_parameter(plan.use_sim_time)}"]
         return [*sandbox.LAUNCH, file, *given]
     command = _node_command(package, plan.node, plan.remappings)
     if plan.params_file:
-        command += ["--params-file", f"{_share(build.INSTALL, package)}/config/{plan.params_file}"]
+        command += ["--params-file", f"{_share(building.INSTALL, package)}/config/{plan.params_file}"]
     for name, value in plan.parameters.items():
         command += ["-p", f"{name}:={_parameter(value)}"]
     return command
 
 
 def _node_command(package: str, executable: str, remappings: Mapping[str, str]) -> list[str]:
-    command = [f"{build.INSTALL}/lib/{package}/{executable}", "--ros-args", "-p", "use_sim_time:=true"]
+    command = [f"{building.INSTALL}/lib/{package}/{executable}", "--ros-args", "-p", "use_sim_time:=true"]
     for name, new in remappings.items():
         command += ["-r", f"{name}:={new}"]
     return command
