@@ -125,9 +125,11 @@ def run(source: Path, out: Path, people: Sequence[Person], options: Options, sai
             deadline=options.deadline,
             late_rule=options.late_rule,
             made=dt.datetime.now().astimezone(),
+            doubts=found.doubts,
         )
         decided = overrides.of_class(folder, facts, whole)
         folder.write_facts(facts)
+        facts = overrides.applied(facts, decided)
         write_atomically(folder.path / RUBRIC, text)
         known = (hand_ins.hand_in(entry, facts, decided) for entry in facts.entries)
         planned = [

@@ -28,6 +28,7 @@ from typing import Any
 import cattrs
 import yaml
 
+from grader.classroom.doubt import Doubt
 from grader.classroom.entry import Entry
 from grader.classroom.roster import Person
 from grader.errors import GraderError
@@ -98,6 +99,7 @@ class ClassFacts:
     deadline: dt.datetime | None = None
     late_rule: str = ""
     made: dt.datetime | None = None
+    doubts: tuple[Doubt, ...] = ()
 
 
 class ClassFolder:

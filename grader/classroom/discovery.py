@@ -8,15 +8,17 @@ import itertools
 import os
 import re
 import unicodedata
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from grader.classroom import commit_time, platforms
+from grader.classroom import commit_time, matching, platforms, times
+from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.entry import Entry
-from grader.classroom.platform import Claim, HandIn, claims_of
-from grader.classroom.roster import IDENTITY, Person
+from grader.classroom.matching import Match
+from grader.classroom.roster import Person
+from grader.classroom.times import HandInTime
 from grader.errors import GraderError
 from grader.host import tempdir
 from grader.intake.copy_plan import MB, SizeLimits
@@ -25,20 +27,28 @@ from grader.intake.unpack import unpack
 # An export of 300 submissions of the largest size that intake takes.
 EXPORT_LIMITS = SizeLimits(total_bytes=15_000 * MB, file_bytes=2_000 * MB, files=1_000_000, ratio=1_000_000)
 
+_NO_TIME = dt.datetime.min.replace(tzinfo=dt.UTC)
 _SLUG = re.compile(r"[^a-z0-9]+")
 _SHORT = 60
-_APOSTROPHE = re.compile("['`\u2018\u2019\u02bc]")
-_BETWEEN_WORDS = re.compile(r"[\s,._-]+")
 
 
 @dataclass(frozen=True)
 class Found:
-    """All that was found in a source. `missing` are the people of the roster without a submission."""
+    """All that was found in a source.
+
+    Attributes:
+        layout: the name of the export's layout.
+        entries: the submissions that count.
+        missing: the people of the roster without a submission, also those whom a doubt is about.
+        notes: remarks on the export.
+        doubts: what a person should look at before anything is graded.
+    """
 
     layout: str
     entries: tuple[Entry, ...]
     missing: tuple[Person, ...] = ()
     notes: tuple[str, ...] = field(default=())
+    doubts: tuple[Doubt, ...] = ()
 
 
 @contextmanager
@@ -59,26 +69,36 @@ def opened(source: Path) -> Iterator[Path]:
         raise GraderError(f"There is no {source}. Name the folder or the archive with the class's submissions.")
 
 
-def find(root: Path, roster: Sequence[Person] = (), earlier: Sequence[Entry] = ()) -> Found:
+def find(
+    root: Path,
+    roster: Sequence[Person] = (),
+    earlier: Sequence[Entry] = (),
+    known_times: Sequence[HandInTime] = (),
+    timed: bool = False,
+) -> Found:
     """Return the submissions in the folder `root`, each with its people. Those of an `earlier` run keep their ids.
 
-    Of several submissions of one team the latest counts, if the export gives the times; the others are left out
-    with a note. Otherwise all of them are entries.
+    Of several submissions of one team the latest counts, if their times are known; otherwise all of them are entries.
+    `known_times` are from beside the export; in a class that is `timed`, a submission without a time is a doubt.
 
     Raises:
         GraderError: there is no submission.
     """
     export = platforms.read(root)
-    notes = list(export.notes)
-    drafts = [_draft(hand_in, roster) for hand_in in export.hand_ins]
+    matches = matching.match(export.hand_ins, roster)
+    drafts = times.added([_draft(found) for found in matches], roster, known_times)
     drafts, left_out = _latest(drafts)
-    entries = _named(drafts, earlier)
-    for entry in entries:
-        if roster and not entry.people:
-            notes.append(f"{entry.label} fits nobody of the roster; it is graded as {entry.id}.")
+    entries = tuple(_with_earlier_time(entry, earlier) for entry in _named(drafts, earlier))
     handed_in = {person.key for entry in entries for person in entry.people}
     missing = tuple(person for person in roster if person.key not in handed_in)
-    return Found(export.layout, entries, missing, (*notes, *left_out))
+    ids = {entry.path: entry.id for entry in entries}
+    doubts = [
+        *(doubt for found in matches for doubt in matching.doubts(found, ids.get(found.hand_in.path, ""))),
+        *(replace(doubt, entry=ids.get(path, "")) for path, doubt in left_out),
+        *matching.class_doubts(export, entries, roster, missing),
+        *(times.doubts(entries, known_times, export.layout) if timed else ()),
+    ]
+    return Found(export.layout, entries, missing, export.notes, tuple(doubts))
 
 
 def content_hash(path: Path) -> str:
@@ -108,82 +128,55 @@ def slug(text: str) -> str:
     return _SLUG.sub("-", plain).strip("-")[:_SHORT].rstrip("-") or "submission"
 
 
-def _draft(hand_in: HandIn, roster: Sequence[Person]) -> Entry:
-    people: list[Person] = []
-    for claims in hand_in.claims:
-        people += _match(claims, roster) if roster else _claimed(claims)
-    teams = {person.team for person in people if person.team}
-    people += [person for person in roster if person.team in teams]
-    submitted = commit_time.last_commit(hand_in.path) if hand_in.repository else hand_in.submitted
+def _draft(found: Match) -> Entry:
+    hand_in = found.hand_in
     return Entry(
         id="",
         label=hand_in.label,
         path=hand_in.path,
         content=content_hash(hand_in.path),
-        people=tuple(dict.fromkeys(people)),
-        submitted=submitted,
+        people=tuple(found.people),
+        matched=tuple(found.people.values()),
+        submitted=commit_time.last_commit(hand_in.path) if hand_in.repository else hand_in.submitted,
         late=hand_in.late,
-        number=next((claim.value for claim in claims_of(hand_in) if claim.kind == "lms_id"), ""),
+        number=found.number,
     )
 
 
-def _match(claims: Iterable[Claim], roster: Sequence[Person]) -> list[Person]:
-    """Return the people whom the first fitting claim names: one person, or a team's members."""
-    for claim in claims:
-        kinds = ("team", "id", "login", "email", "name", "lms_id") if claim.kind == "any" else (claim.kind,)
-        for kind in kinds:
-            fits = [person for person in roster if _fits(person, kind, claim.value)]
-            if len(fits) == 1 or (fits and kind == "team"):
-                return fits
-    return []
+def _with_earlier_time(entry: Entry, earlier: Sequence[Entry]) -> Entry:
+    """Return the entry with the time of an earlier run, if nothing says when the same content was handed in now."""
+    same = (old for old in earlier if old.id == entry.id and old.content == entry.content)
+    before = next(same, None)
+    return replace(entry, submitted=before.submitted) if before and entry.submitted is None else entry
 
 
-def _fits(person: Person, kind: str, value: str) -> bool:
-    if kind == "joined name":  # Canvas: "doejane" for Jane Doe
-        words = slug(person.name).split("-")
-        return "".join([*words[-1:], *words[:-1]]) == slug(value).replace("-", "")
-    own = getattr(person, kind)
-    return bool(own) and (
-        own.casefold() == value.casefold() or (kind in ("name", "team") and _words(own) == _words(value))
-    )
-
-
-def _words(text: str) -> list[str]:
-    """Return the words of a name in any script, sorted, since some write the last name first; no apostrophes."""
-    letters = _APOSTROPHE.sub("", unicodedata.normalize("NFC", text).casefold())
-    return sorted(filter(None, _BETWEEN_WORDS.split(letters)))
-
-
-def _claimed(claims: Iterable[Claim]) -> list[Person]:
-    """Return the person whom the claims describe, for a class without a roster; none for a name alone."""
-    known = {claim.kind: claim.value for claim in reversed(list(claims))}
-    kinds = ("lms_id",) if "lms_id" in known else IDENTITY  # beside its number, Moodle's "id" and "team" are guesses
-    identity = {kind: known[kind] for kind in kinds if kind in known}
-    name = known.get("name") or known.get("joined name", "")
-    return [Person(**identity, name=name)] if identity else []
-
-
-def _latest(drafts: list[Entry]) -> tuple[list[Entry], list[str]]:
-    """Leave of each team's submissions only the latest, where the times tell; return them and what was left out."""
+def _latest(drafts: list[Entry]) -> tuple[list[Entry], list[tuple[Path, Doubt]]]:
+    """Return what counts, the latest of each team's submissions where the times tell, and a doubt on each choice."""
     groups: dict[Hashable, list[Entry]] = {}
     for number, draft in enumerate(drafts):
         team = next((person.team for person in draft.people if person.team), "")
-        who: Hashable = ("team", team) if team else tuple(person.key for person in draft.people) or number
+        who: Hashable = ("team", team) if team else frozenset(person.key for person in draft.people) or number
         groups.setdefault(who, []).append(draft)
-    kept, notes = [], []
+    kept: list[Entry] = []
+    doubts = []
     for several in groups.values():
-        times = [draft.submitted for draft in several if draft.submitted is not None]
         if len(several) == 1:
             kept += several
-        elif len({draft.content for draft in several}) == 1 or len(times) == len(several):
-            last = max(several, key=lambda draft: draft.submitted or dt.datetime.min.replace(tzinfo=dt.UTC))
-            others = [draft.label for draft in several if draft is not last]
-            kept.append(replace(last, notes=(f"The latest of {len(several)} submissions; not: {', '.join(others)}.",)))
-            notes.append(f"{last.label} is graded for its team, not {', '.join(others)}: earlier, or the same.")
+            continue
+        labels = ", ".join(sorted(draft.label for draft in several))
+        same = len({draft.content for draft in several}) == 1
+        if same or all(draft.submitted for draft in several):
+            last = max(several, key=lambda draft: (draft.submitted or _NO_TIME, draft.label))
+            others = ", ".join(sorted(draft.label for draft in several if draft is not last))
+            why = "they are the same" if same else f"it is the latest, of {last.submitted:%Y-%m-%d %H:%M}"
+            what = f"{last.label} counts, not {others}: {why}."
+            kept.append(replace(last, notes=(f"Of {len(several)} submissions {what}",)))
         else:
-            note = f"One of {len(several)} submissions of the same people; the gradebook takes the best."
-            kept += [replace(draft, notes=(note,)) for draft in several]
-    return kept, notes
+            last, what = several[0], f"{labels} are of the same people, and not all have a time: the best counts."
+            kept += [replace(draft, notes=(what,)) for draft in several]
+        todo = "Remove what should not count from the source." if not same else ""
+        doubts.append((last.path, Doubt(DoubtKind.SEVERAL, last.label, what, todo)))
+    return kept, doubts
 
 
 def _named(drafts: Sequence[Entry], earlier: Sequence[Entry]) -> tuple[Entry, ...]:
@@ -212,8 +205,8 @@ def _named(drafts: Sequence[Entry], earlier: Sequence[Entry]) -> tuple[Entry, ..
 
 def _wanted(draft: Entry) -> str:
     teams = {person.team for person in draft.people if person.team}
-    one = draft.people[0] if len(draft.people) == 1 else None
-    return slug(next(iter(teams)) if len(teams) == 1 else (one.login or one.id or one.name) if one else draft.label)
+    one = draft.people[0] if len(draft.people) == 1 else Person()
+    return slug(next(iter(teams)) if len(teams) == 1 else one.login or one.id or one.name or draft.label)
 
 
 def _mark(entry: Entry) -> str:

@@ -6,6 +6,7 @@ import datetime as dt
 from dataclasses import dataclass
 from pathlib import Path
 
+from grader.classroom.identity import Claim
 from grader.classroom.roster import Person
 
 
@@ -19,8 +20,10 @@ class Entry:
         number: the platform's own number for it or for who handed it in, "" if it gives none.
         path: the archive or folder.
         content: the SHA-256 of what was handed in, packed as it was.
-        people: who handed it in, with all their team; empty if nobody of the roster fits.
+        people: who handed it in, with all their team; empty if it is not certain.
         submitted: when, None if that is not known.
+        matched: by what each of `people` was matched, in their order: what the export says of them, "team" for a
+            member beside whom another one was matched, or "overrides" for a person's decision.
         late: whether the export marks it as late.
         notes: remarks for the instructor.
     """
@@ -34,3 +37,4 @@ class Entry:
     late: bool = False
     notes: tuple[str, ...] = ()
     number: str = ""
+    matched: tuple[Claim, ...] = ()

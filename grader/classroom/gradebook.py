@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Hashable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from enum import Enum
 from typing import Any
 
 from grader.classroom import lateness, overrides
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
+from grader.classroom.doubt import Doubt
 from grader.classroom.entry import Entry
 from grader.classroom.lateness import LateRule
-from grader.classroom.overrides import Decisions, PointsOverride
+from grader.classroom.overrides import Adjustment, Change, Decisions, PersonDecision, PointsOverride
 from grader.classroom.roster import Person
 from grader.scoring import rubric
 from grader.scoring.rubric import Rubric
@@ -50,9 +51,10 @@ class RequirementPoints:
 
 @dataclass(frozen=True)
 class Row:
-    """One person's line. `reached` is the sum of the requirements, `total` that without the `deduction` for lateness.
+    """One person's line. `reached` is the sum of the requirements, `total` what lateness and people leave of it.
 
-    `total` is None where a platform should show no grade: excused, or an error of ours.
+    `total` is None where a platform should show no grade: excused, not graded yet, or an error of ours. `late` is in
+    words. `decided` are decisions on the submission, `private` what concerns this person alone.
     """
 
     person: Person
@@ -62,26 +64,35 @@ class Row:
     reached: Decimal = NOTHING
     max: Decimal = NOTHING
     late_units: int = 0
-    late_unit: str = "day"
+    late: str = ""
     deduction: Decimal = NOTHING
     total: Decimal | None = None
+    grade: str = ""
     submitted: dt.datetime | None = None
     why: str = ""
+    decided: tuple[str, ...] = ()
+    private: tuple[str, ...] = ()
     comments: tuple[str, ...] = ()
     flags: int = 0
-    decided: tuple[str, ...] = field(default=())
+
+    @property
+    def final(self) -> bool:
+        """Return whether nothing is left to be graded or decided."""
+        return self.state in (State.GRADED, State.REFUSED, State.MISSING, State.EXCUSED)
+
+    @property
+    def figures(self) -> tuple[object, ...]:
+        """Return what a team's members share, unless one of them has an exception."""
+        return (self.state, self.total, self.late, self.deduction)
 
     @property
     def comment(self) -> str:
         """Return a few sentences for the person: state, what people decided, lateness."""
-        said = [self.why] if self.why else []
-        if self.state not in (State.GRADED, State.MISSING) and not self.why:
+        said = [*self.private, self.why] if self.why else list(self.private)
+        if self.state not in (State.GRADED, State.MISSING) and not said:
             said.append(self.state.value)
-        said += self.decided
-        if self.late_units:
-            units = f"{self.late_units} started {self.late_unit}{'s' if self.late_units > 1 else ''}"
-            said.append(f"{units} late: {self.deduction} points deducted")
-        return "; ".join([*said, *self.comments])
+        grade = f"grade {self.grade}" if self.grade else ""
+        return "; ".join(filter(None, [*said, *self.decided, self.late, grade, *self.comments]))
 
 
 def rounded(points: float | Decimal | str) -> Decimal:
@@ -91,18 +102,34 @@ def rounded(points: float | Decimal | str) -> Decimal:
 
 @dataclass(frozen=True)
 class Gradebook:
-    """All rows, in the order of the roster or of the submissions, and the rubric by which they were graded."""
+    """A class's grades, and the rubric by which they were graded.
+
+    Attributes:
+        rows: everybody's line, by id or name; of several submissions of one person the best.
+        every: one line for each person of each submission.
+        teams: by submission, what its people share: nobody's own extension, excuse or adjustment is in it.
+    """
 
     rubric: Rubric
     rows: tuple[Row, ...]
-    decisions: Decisions
-    late_rule: LateRule | None
-    deadline: dt.datetime | None
+    every: tuple[Row, ...]
+    teams: Mapping[str, Row]
+    decisions: Decisions = field(default_factory=Decisions)
+    late_rule: LateRule | None = None
+    deadline: dt.datetime | None = None
 
     @property
     def max(self) -> Decimal:
         """Return the points of the whole rubric."""
-        return rounded(sum(requirement.points for requirement in self.rubric.requirements))
+        return _worth(self.rubric)
+
+    def apart(self) -> list[str]:
+        """Return a remark on each person whose total is not their team's."""
+        return [
+            f"{row.submission}: {row.person.label} has {_shown(row)}, the team {_shown(self.teams[row.submission])}"
+            for row in self.every
+            if row.figures != self.teams[row.submission].figures
+        ]
 
 
 def read(folder: ClassFolder) -> Gradebook:
@@ -114,21 +141,45 @@ def read(folder: ClassFolder) -> Gradebook:
     facts = folder.facts()
     whole = rubric.load(folder.path / RUBRIC)
     decisions = overrides.of_class(folder, facts, whole)
+    facts = overrides.applied(facts, decisions)
     rule = lateness.parse(facts.late_rule) if facts.late_rule else None
     rows: dict[Hashable, list[Row]] = {}
+    teams: dict[str, Row] = {}
     for entry in facts.entries:
-        for person in entry.people or (Person(name=entry.label),):
+        graded = _Graded(entry, folder, facts, whole, decisions, rule)
+        people = entry.people or (_unknown(entry, facts),)
+        found = [graded.row(person, decisions.about(person)) for person in people]
+        for row in found:
             # What fits nobody is one person's whatever its label: two of one name stay two.
-            who = person.key if entry.people else entry.id
-            rows.setdefault(who, []).append(_row(person, entry, folder, facts, whole, decisions, rule))
+            rows.setdefault(row.person.key if entry.people else entry.id, []).append(row)
+        teams[entry.id] = _shared(found, graded.row(Person(name=entry.label), PersonDecision()))
+    every = tuple(row for several in rows.values() for row in several)
     for person in facts.missing:
-        rows[person.key] = [_missing(person, decisions, whole)]
+        doubt = next((doubt for doubt in facts.doubts if person in doubt.people), None)
+        rows[person.key] = [_missing(person, decisions, whole, doubt)]
     best = (max(several, key=lambda row: (row.total is not None, row.total or 0)) for several in rows.values())
-    return Gradebook(whole, tuple(sorted(best, key=_place)), decisions, rule, facts.deadline)
+    return Gradebook(whole, tuple(sorted(best, key=_place)), every, teams, decisions, rule, facts.deadline)
 
 
 def _place(row: Row) -> tuple[str, str]:
     return row.person.key[1], row.submission
+
+
+def _shared(rows: Sequence[Row], plain: Row) -> Row:
+    """Return what the people of a submission share; `plain` is without anybody's own exceptions."""
+    if len(rows) == 1:
+        return rows[0]
+    if any(row.figures != rows[0].figures for row in rows):
+        return plain
+    return replace(rows[0], person=plain.person, private=(), comments=plain.comments)
+
+
+def _shown(row: Row) -> str:
+    return row.state.value if row.total is None else f"{row.total} points"
+
+
+def _worth(whole: Rubric) -> Decimal:
+    return rounded(sum(requirement.points for requirement in whole.requirements))
 
 
 def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
@@ -136,9 +187,8 @@ def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
     name = str(report.get("submission", "submission"))
     if "requirements" not in report:
         why = str(report.get("refused", {}).get("because", "it could not be graded"))
-        maximum = rounded(sum(requirement.points for requirement in whole.requirements))
-        refused = Row(Person(name=name), State.REFUSED, name, max=maximum, total=NOTHING, why=why)
-        return Gradebook(whole, (refused,), Decisions(), None, None)
+        refused = Row(Person(name=name), State.REFUSED, name, max=_worth(whole), total=NOTHING, why=why)
+        return Gradebook(whole, (refused,), (refused,), {name: refused})
     found = _requirements(whole, report, {})
     reached = sum((each.points or NOTHING for each in found), NOTHING)
     record = Record(name, Status.GRADED)
@@ -152,57 +202,115 @@ def of_one(report: dict[str, Any], whole: Rubric) -> Gradebook:
         total=reached,
         flags=len(report.get("integrity", ())),
     )
-    return Gradebook(whole, (row,), Decisions(), None, None)
+    row = replace(row, grade=_grade(whole, row))
+    return Gradebook(whole, (row,), (row,), {name: row})
 
 
-def _row(
-    person: Person,
-    entry: Entry,
-    folder: ClassFolder,
-    facts: ClassFacts,
-    whole: Rubric,
-    decisions: Decisions,
-    rule: LateRule | None,
-) -> Row:
-    record = folder.current(entry, facts)
-    report = folder.report(entry.id) if record else None
-    decided, about = decisions.on(entry.id), decisions.about(person)
-    given = {override.requirement: override for override in decided.points}
-    graded = record is not None and record.status is Status.GRADED and report is not None
-    found = _requirements(whole, report if graded else None, given)
-    reached = sum((each.points or NOTHING for each in found), NOTHING)
-    maximum = sum((each.max for each in found), NOTHING)
-    submitted = decided.submitted or entry.submitted
-    until = about.extension.until if about.extension else facts.deadline
-    units = rule.units(submitted, until) if rule and submitted and until else 0
-    deduction = rounded(rule.deduction(units, reached, maximum)) if rule and units else NOTHING
-    state = State.EXCUSED if about.excused else _state(record, graded, found)
-    no_total = state in (State.EXCUSED, State.ERROR, State.PENDING)
-    return Row(
-        person=person,
-        state=state,
-        submission=entry.id,
-        requirements=found,
-        reached=reached,
-        max=maximum,
-        late_units=units,
-        late_unit=rule.unit if rule else "day",
-        deduction=deduction,
-        total=None if no_total else reached - deduction,
-        submitted=submitted,
-        why=_why(record, about, late=entry.late and submitted is None),
-        comments=(*decided.comments, *about.comments),
-        flags=len(report.get("integrity", ())) if report else 0,
-        decided=tuple(f"{o.requirement}: {o.points} points by {o.by} ({o.why})" for o in decided.points),
-    )
+class _Graded:
+    """What a class knows of one submission, for the lines of its people."""
+
+    def __init__(
+        self,
+        entry: Entry,
+        folder: ClassFolder,
+        facts: ClassFacts,
+        whole: Rubric,
+        decisions: Decisions,
+        rule: LateRule | None,
+    ) -> None:
+        self._entry, self._facts, self._whole, self._rule = entry, facts, whole, rule
+        self._record = folder.current(entry, facts)
+        self._report = folder.report(entry.id) if self._record else None
+        self._decided = decisions.on(entry.id)
+        self._graded = (
+            self._record is not None and self._record.status is Status.GRADED and self._report is not None
+        )  # fmt: skip
+        given = {override.requirement: override for override in self._decided.points}
+        self._found = _requirements(whole, self._report if self._graded else None, given)
+
+    def row(self, person: Person, about: PersonDecision) -> Row:
+        """Return a person's line; only `about` tells it from those of the team's others."""
+        reached = sum((each.points or NOTHING for each in self._found), NOTHING)
+        maximum = sum((each.max for each in self._found), NOTHING)
+        submitted = self._decided.submitted or self._entry.submitted
+        until = about.extension.until if about.extension else self._facts.deadline
+        units, late, deduction = 0, "", NOTHING
+        if self._rule and submitted and until and (units := self._rule.units(submitted, until)):
+            deduction = rounded(self._rule.deduction(submitted, until, reached, maximum))
+            too = ", too late to be accepted" if self._rule.too_late(submitted, until) else ""
+            late = f"{self._rule.counted(units)} late{too}: {deduction} points deducted"
+        state = _state(self._record, self._graded, self._found)
+        adjustments = (*self._decided.adjustments, *about.adjustments)
+        state, total = _adjusted(state, reached - deduction, maximum, adjustments)
+        if about.excused:
+            state, total = State.EXCUSED, None
+        row = Row(
+            person=person,
+            state=state,
+            submission=self._entry.id,
+            requirements=self._found,
+            reached=reached,
+            max=maximum,
+            late_units=units,
+            late=late,
+            deduction=deduction,
+            total=total,
+            submitted=submitted,
+            why=_why(self._record, late=self._entry.late and submitted is None),
+            decided=(
+                *(f"{o.requirement}: {o.points} points by {o.by} ({o.why})" for o in self._decided.points),
+                *map(str, self._decided.adjustments),
+            ),
+            private=_private(about),
+            comments=(*self._decided.comments, *about.comments),
+            flags=len(self._report.get("integrity", ())) if self._report else 0,
+        )
+        return replace(row, grade=_grade(self._whole, row))
 
 
-def _missing(person: Person, decisions: Decisions, whole: Rubric) -> Row:
+def _unknown(entry: Entry, facts: ClassFacts) -> Person:
+    """Return the person of a submission that matches nobody: the platform's number says who it is there."""
+    return Person(name=entry.label, lms_id=entry.number, lms=facts.layout if entry.number else "")
+
+
+def _missing(person: Person, decisions: Decisions, whole: Rubric, doubt: Doubt | None) -> Row:
+    """Return the line of a person without a submission; nothing is final while one may be theirs."""
     about = decisions.about(person)
+    state = State.PENDING if doubt else State.MISSING
+    state, total = _adjusted(state, NOTHING, _worth(whole), about.adjustments)
     if about.excused:
-        return Row(person, State.EXCUSED, why=f"excused: {about.excused.why}", comments=about.comments)
-    maximum = rounded(sum(requirement.points for requirement in whole.requirements))
-    return Row(person, State.MISSING, max=maximum, total=NOTHING, why="nothing handed in", comments=about.comments)
+        state, total = State.EXCUSED, None
+    row = Row(
+        person,
+        state,
+        max=_worth(whole),
+        total=total,
+        why="" if about.excused else f"a submission may be theirs: {doubt.label}" if doubt else "nothing handed in",
+        private=_private(about),
+        comments=about.comments,
+    )
+    return replace(row, grade=_grade(whole, row))
+
+
+def _adjusted(
+    state: State, left: Decimal, maximum: Decimal, adjustments: Sequence[Adjustment]
+) -> tuple[State, Decimal | None]:
+    """Return the state and the total after people's adjustments in their order, a bonus last.
+
+    A total by a person is a grade whatever the grader could do; points and a bonus are not.
+    """
+    total = None if state in (State.ERROR, State.PENDING) else left
+    for each in sorted(adjustments, key=lambda adjustment: adjustment.change is Change.BONUS):
+        if each.change is Change.TOTAL:
+            state, total = State.GRADED, each.points
+        elif total is not None:
+            most = total + each.points if each.change is Change.BONUS else maximum
+            total = min(most, max(NOTHING, total + each.points))
+    return state, None if total is None else rounded(total)
+
+
+def _grade(whole: Rubric, row: Row) -> str:
+    return whole.grade(float(row.total)) if row.final and row.total is not None else ""
 
 
 def _requirements(
@@ -242,11 +350,19 @@ def _state(record: Record | None, graded: bool, found: Sequence[RequirementPoint
     return State.TO_GRADE if any(each.points is None for each in found) else State.GRADED
 
 
-def _why(record: Record | None, about: overrides.PersonDecision, late: bool) -> str:
+def _why(record: Record | None, late: bool) -> str:
     said: Iterable[str] = (
-        f"excused: {about.excused.why}" if about.excused else "",
-        f"extension until {about.extension.until:%Y-%m-%d %H:%M}: {about.extension.why}" if about.extension else "",
         record.why if record else "",
         "marked as late by the platform, which does not say by how much" if late else "",
     )
     return "; ".join(text for text in said if text)
+
+
+def _private(about: PersonDecision) -> tuple[str, ...]:
+    """Return what was decided about one person, in words."""
+    said: Iterable[str] = (
+        f"excused: {about.excused.why}" if about.excused else "",
+        f"extension until {about.extension.until:%Y-%m-%d %H:%M}: {about.extension.why}" if about.extension else "",
+        *map(str, about.adjustments),
+    )
+    return tuple(text for text in said if text)

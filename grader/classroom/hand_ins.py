@@ -5,43 +5,57 @@ from __future__ import annotations
 import datetime as dt
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from grader import pipeline, report
-from grader.classroom import lateness, overrides
-from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record
+from grader.classroom import gradebook, lateness, overrides
+from grader.classroom.class_folder import ClassFacts, ClassFolder, Record
 from grader.classroom.entry import Entry
-from grader.classroom.overrides import Decisions
+from grader.classroom.gradebook import Gradebook, Row
+from grader.classroom.overrides import Decisions, PersonDecision
 from grader.report import data
 from grader.report.standing import DATA
-from grader.scoring import rubric
-from grader.scoring.grading import Decision, Grading, HandIn, Refusal
+from grader.scoring.grading import Decision, Final, Grading, HandIn, Refusal
 from grader.scoring.rubric import Rubric
 from grader.settings import Settings
 
 
-def hand_in(entry: Entry, facts: ClassFacts, decided: Decisions) -> HandIn:
-    """Return what is known of one of the class's entries."""
+def hand_in(entry: Entry, facts: ClassFacts, decided: Decisions, rows: Sequence[Row] = ()) -> HandIn:
+    """Return what is known of one of the class's entries; `rows` are its people's lines, once it is graded.
+
+    All of a team read one report, so it names no member's extension or reason. What one person alone may read, their
+    own extension too, is in the report of a submission with one row.
+    """
     on = decided.on(entry.id)
     submitted = on.submitted or entry.submitted
-    extended = {
-        person.label: extension.until
-        for person in entry.people
-        if (extension := decided.about(person).extension) is not None
-    }
-    deadline = [_time(facts.deadline), *(f"{_time(until)} for {name}" for name, until in extended.items())]
+    alone = rows[0].person if len(rows) == 1 else entry.people[0] if len(entry.people) == 1 else None
+    about = decided.about(alone) if alone else PersonDecision()
+    deadline = about.extension.until if about.extension else facts.deadline
     return HandIn(
         people=tuple(person.label for person in entry.people),
         team=next((person.team for person in entry.people if person.team), ""),
         name=entry.path.as_posix(),
         submitted=_time(submitted),
-        deadline="; ".join(filter(None, deadline)),
-        late=_late(entry, submitted, facts),
+        deadline=f"{_time(facts.deadline)}; extended to {_time(deadline)}" if about.extension else _time(deadline),
+        late=_late(entry, submitted, deadline, facts.late_rule),
         decisions=tuple(Decision(o.requirement, float(o.points), o.why, o.by) for o in on.points),
-        comments=on.comments,
+        comments=(*on.comments, *about.comments),
+        finals=tuple(_finals(rows)),
     )
+
+
+def _finals(rows: Sequence[Row]) -> Iterator[Final]:
+    """Return the final figures, none if all are what was measured or are not final."""
+    if not any(row.final and (row.grade or row.late or row.decided or row.private) for row in rows):
+        return
+    everybodys = all((row.figures, row.private) == (rows[0].figures, rows[0].private) for row in rows)
+    for row in rows[:1] if everybodys else rows:
+        points = float(row.total) if row.final and row.total is not None else None
+        state = () if row.final else (row.state.value,)
+        because = (*state, *(row.private if everybodys else ()), *row.decided, *filter(None, [row.late]))
+        yield Final(() if everybodys else (row.person.label,), points, float(row.max), row.grade, because)
 
 
 def refresh(folder: ClassFolder) -> list[str]:
@@ -50,28 +64,27 @@ def refresh(folder: ClassFolder) -> list[str]:
     Raises:
         GraderError: overrides.yaml has a mistake, or another run writes to the class.
     """
-    facts, whole = folder.facts(), rubric.load(folder.path / RUBRIC)
-    decided = overrides.of_class(folder, facts, whole)
-    stale = list(_stale(folder, facts, decided, whole))
+    book = gradebook.read(folder)
+    facts = overrides.applied(folder.facts(), book.decisions)
+    stale = list(_stale(folder, facts, book))
     if stale:
         with folder.locked():
             for record, known in stale:
                 old, new = folder.submission(record.id), folder.working(record.id)
                 shutil.copytree(old, new, copy_function=os.link, dirs_exist_ok=True)
-                report.write(_read_back(old, whole), new, hand_in=known)
+                report.write(_read_back(old, book.rubric), new, hand_in=known)
                 folder.keep(new, record)
     return [record.id for record, _ in stale]
 
 
-def _stale(
-    folder: ClassFolder, facts: ClassFacts, decided: Decisions, whole: Rubric
-) -> Iterator[tuple[Record, HandIn]]:
+def _stale(folder: ClassFolder, facts: ClassFacts, book: Gradebook) -> Iterator[tuple[Record, HandIn]]:
     for entry in facts.entries:
-        record, said, known = folder.record(entry.id), folder.report(entry.id), hand_in(entry, facts, decided)
+        record, said = folder.record(entry.id), folder.report(entry.id)
         if record is None or said is None or "hand_in" not in said:
             continue
+        known = hand_in(entry, facts, book.decisions, [row for row in book.every if row.submission == entry.id])
         # A report by another rubric is judged again by the run that brought the rubric.
-        if said["hand_in"] != data.plain(known) and said.get("rubric", whole.sha256) == whole.sha256:
+        if said["hand_in"] != data.plain(known) and said.get("rubric", book.rubric.sha256) == book.rubric.sha256:
             yield record, known
 
 
@@ -85,18 +98,16 @@ def _read_back(folder: Path, whole: Rubric) -> Grading | Refusal:
     return replace(grading, **data.circumstances(said))
 
 
-def _late(entry: Entry, submitted: dt.datetime | None, facts: ClassFacts) -> str:
-    if submitted is None or facts.deadline is None:
+def _late(entry: Entry, submitted: dt.datetime | None, deadline: dt.datetime | None, late_rule: str) -> str:
+    if submitted is None or deadline is None:
         return "marked as late by the platform, which does not say by how much" if entry.late else ""
-    if submitted <= facts.deadline:
+    if submitted <= deadline:
         return ""
-    rule = lateness.parse(facts.late_rule) if facts.late_rule else None
-    units = rule.units(submitted, facts.deadline) if rule else 0
-    after = f"{submitted - facts.deadline} after the deadline"
-    if rule is None:
+    after = f"{submitted - deadline} after the deadline"
+    if not late_rule:
         return after
-    counted = f"{units} started {rule.unit}{'' if units == 1 else 's'}"
-    return f"{after}, {counted}; the rule is: {facts.late_rule}"
+    rule = lateness.parse(late_rule)
+    return f"{after}, {rule.counted(rule.units(submitted, deadline))}; the rule is: {late_rule}"
 
 
 def _time(time: dt.datetime | None) -> str:

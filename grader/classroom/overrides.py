@@ -4,13 +4,19 @@
       team07:
         points:
           F4: {points: 3, why: "the wall stood in the start", by: "A. Lovelace"}
+        adjust: {points: -2, why: "handed in a build folder", by: "A. Lovelace"}
         comments: ["A fine README."]
         submitted: 2026-11-21T10:00
+      stranger:
+        people: [s1237]
     people:
       s1234:
         extension: {until: 2026-11-25T23:59, why: "ill", by: "A. Lovelace"}
+        bonus: {points: 3, why: "found a fault in the simulator", by: "A. Lovelace"}
       s1235:
         excused: {why: "passed last year", by: "A. Lovelace"}
+      s1236:
+        adjust: {total: 50, why: "oral exam", by: "A. Lovelace"}
 
 The kit never writes this file.
 """
@@ -19,14 +25,17 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
+from enum import Enum
 from pathlib import Path
 
 import yaml
 
 from grader import yaml_reader
 from grader.classroom.class_folder import ClassFacts, ClassFolder
+from grader.classroom.doubt import DoubtKind, too_many
+from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.roster import IDENTITY, Person
 from grader.errors import GraderError
 from grader.scoring.rubric import Rubric
@@ -60,13 +69,45 @@ class Extension:
     by: str
 
 
+class Change(Enum):
+    """What an adjustment does to the points that are left after lateness."""
+
+    POINTS = "points"
+    """Adds points, or subtracts them; the total stays between 0 and the maximum."""
+    TOTAL = "total"
+    """Sets the total, whatever was graded."""
+    BONUS = "bonus"
+    """Adds points at last, also beyond the maximum."""
+
+
+@dataclass(frozen=True)
+class Adjustment:
+    """A change of the whole instead of one requirement."""
+
+    change: Change
+    points: Decimal
+    why: str
+    by: str
+
+    def __str__(self) -> str:
+        words = {
+            Change.POINTS: f"{self.points:+f} points",
+            Change.TOTAL: f"total of {self.points:f} points",
+            Change.BONUS: f"bonus of {self.points:f} points",
+        }
+        return f"{words[self.change]} by {self.by} ({self.why})"
+
+
 @dataclass(frozen=True)
 class SubmissionDecision:
     """What people have decided about one submission."""
 
     points: tuple[PointsOverride, ...] = ()
+    adjustments: tuple[Adjustment, ...] = ()
     comments: tuple[str, ...] = ()
     submitted: dt.datetime | None = None
+    people: tuple[Person, ...] | None = None
+    """Whose it is, instead of whom the export was matched with; None if that was not decided."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +116,7 @@ class PersonDecision:
 
     excused: Excuse | None = None
     extension: Extension | None = None
+    adjustments: tuple[Adjustment, ...] = ()
     comments: tuple[str, ...] = ()
 
 
@@ -120,15 +162,34 @@ def of_class(folder: ClassFolder, facts: ClassFacts, rubric: Rubric) -> Decision
     return load(folder.overrides, [entry.id for entry in facts.entries], everyone, rubric)
 
 
+def applied(facts: ClassFacts, decisions: Decisions) -> ClassFacts:
+    """Return the facts with each submission given to whom a person assigned it; what that decides is no doubt any more.
+
+    class.yaml keeps what was found, so that a decision can be taken back.
+    """
+    assigned = {name: on.people for name, on in decisions.submissions.items() if on.people is not None}
+    entries = tuple(
+        replace(entry, people=people, matched=(Claim("overrides", "overrides.yaml"),) * len(people))
+        if (people := assigned.get(entry.id)) is not None
+        else entry
+        for entry in facts.entries
+    )
+    everyone = dict.fromkeys([*(who for entry in facts.entries for who in entry.people), *facts.missing])
+    handed_in = {who.key for entry in entries for who in entry.people}
+    doubts = tuple(doubt for doubt in facts.doubts if doubt.entry not in assigned)
+    if not too_many([entry for entry in entries if not entry.people and entry.id not in assigned], entries):
+        doubts = tuple(doubt for doubt in doubts if doubt.kind is not DoubtKind.MOST_UNMATCHED)
+    missing = tuple(who for who in everyone if who.key not in handed_in)
+    return replace(facts, entries=entries, missing=missing, doubts=doubts)
+
+
 class _Reader(YamlReader):
     def __init__(self, path: Path, submissions: Sequence[str], people: Sequence[Person], rubric: Rubric) -> None:
         super().__init__(path)
         self._submissions = submissions
         self._rubric = rubric
-        self._named: dict[str, list[Person]] = {}
-        for person in people:
-            for name in {getattr(person, kind) for kind in (*IDENTITY, "name")} - {""}:
-                self._named.setdefault(name, []).append(person)
+        self._people = people
+        self._names = {getattr(person, kind) for person in people for kind in (*IDENTITY, "name")} - {""}
 
     def read(self, root: yaml.Node | None) -> Decisions:
         if root is None:
@@ -142,57 +203,87 @@ class _Reader(YamlReader):
                     self.require_known(name, where, self._submissions, "a submission of this class")
                     submissions[name] = self._submission(decided)
                 else:
-                    self.require_known(name, where, self._named, "a person of this class")
-                    about[self._one_person(name, where).key] = self._person(decided)
+                    about[self._person_named(name, where).key] = self._person(decided)
         return Decisions(submissions, about)
 
-    def _one_person(self, name: str, where: yaml.Node) -> Person:
-        people = self._named[name]
-        if len(people) > 1:
-            names = " or ".join(f"{value} ({kind})" for kind, value in (person.key for person in people))
-            self.fail(where, f"{name} is {len(people)} people of this class; write {names}")
-        return people[0]
+    def _person_named(self, name: str, where: yaml.Node) -> Person:
+        found = identify([Claim(ANY, name)], self._people)
+        if not found.people and not found.why:
+            self.require_known(name, where, self._names, "a person of this class")
+        if not found.people:
+            names = " or ".join(f"{value} ({kind})" for kind, value in (person.key for person in found.rivals))
+            self.fail(where, f"{name} is {len(found.rivals)} people of this class; write {names}")
+        return found.people[0]
 
     def _submission(self, node: yaml.Node) -> SubmissionDecision:
         points: list[PointsOverride] = []
+        adjustments: list[Adjustment] = []
         comments: tuple[str, ...] = ()
-        submitted = None
-        for key, _, value in self.mapping(node, ("points", "comments", "submitted")):
+        submitted, people = None, None
+        for key, where, value in self.mapping(node, ("points", "adjust", "bonus", "comments", "submitted", "people")):
             if key == "points":
                 points = [self._points(name, where, given) for name, where, given in self.mapping(value)]
             elif key == "comments":
                 comments = self._texts(value)
-            else:
+            elif key == "submitted":
                 submitted = self._time(value)
-        return SubmissionDecision(tuple(points), comments, submitted)
+            elif key == "people":
+                nodes = value.value if isinstance(value, yaml.SequenceNode) else [value]
+                people = tuple(self._person_named(self.text(each), each) for each in nodes)
+            else:
+                adjustments.append(self._adjustment(key, where, value))
+        return SubmissionDecision(tuple(points), tuple(adjustments), comments, submitted, people)
 
     def _person(self, node: yaml.Node) -> PersonDecision:
         excused: Excuse | None = None
         extension: Extension | None = None
+        adjustments: list[Adjustment] = []
         comments: tuple[str, ...] = ()
-        for key, where, value in self.mapping(node, ("excused", "extension", "comments")):
+        for key, where, value in self.mapping(node, ("excused", "extension", "adjust", "bonus", "comments")):
             if key == "comments":
                 comments = self._texts(value)
+            elif key in ("adjust", "bonus"):
+                adjustments.append(self._adjustment(key, where, value))
             elif key == "excused":
                 given = self.fields(value, where, ("why", "by"), "a decision")
                 excused = Excuse(self.text(given["why"]), self.text(given["by"]))
             else:
                 given = self.fields(value, where, ("until", "why", "by"), "a decision")
                 extension = Extension(self._time(given["until"]), self.text(given["why"]), self.text(given["by"]))
-        return PersonDecision(excused, extension, comments)
+        return PersonDecision(excused, extension, tuple(adjustments), comments)
+
+    def _adjustment(self, key: str, where: yaml.Node, node: yaml.Node) -> Adjustment:
+        given = self.fields(node, where, ("why", "by"), "a decision", ("points", "total"))
+        kinds = [kind for kind in ("points", "total") if kind in given]
+        allowed = ("points",) if key == "bonus" else ("points", "total")
+        if len(kinds) != 1 or kinds[0] not in allowed:
+            self.fail(where, f"{key} needs {' or '.join(allowed)}, why, by")
+        value, maximum = self._number(given[kinds[0]]), sum(r.points for r in self._rubric.requirements)
+        if kinds[0] == "total" and not 0 <= value <= Decimal(str(maximum)):
+            self.fail(given["total"], f"the rubric has {maximum:g} points; {value} is outside 0 to {maximum:g}")
+        if key == "bonus" and value < 0:
+            self.fail(given["points"], f"a bonus of {value} points is none; `adjust` subtracts points")
+        change = Change.BONUS if key == "bonus" else Change(kinds[0])
+        return Adjustment(change, value, self.text(given["why"]), self.text(given["by"]))
 
     def _points(self, name: str, where: yaml.Node, node: yaml.Node) -> PointsOverride:
         worth = {requirement.id: requirement.points for requirement in self._rubric.requirements}
         self.require_known(name, where, worth, "a requirement of the rubric")
         given = self.fields(node, where, ("points", "why", "by"), "a decision")
-        text = self.text(given["points"])
+        value = self._number(given["points"])
+        if not 0 <= value <= Decimal(str(worth[name])):
+            self.fail(given["points"], f"{name} has {worth[name]:g} points; {value} is outside 0 to {worth[name]:g}")
+        return PointsOverride(name, value, self.text(given["why"]), self.text(given["by"]))
+
+    def _number(self, node: yaml.Node) -> Decimal:
+        text = self.text(node)
         try:
             value = Decimal(text)
         except ArithmeticError:
-            self.fail(given["points"], f"{text} is not a number of points")
-        if not 0 <= value <= Decimal(str(worth[name])):  # also refuses NaN, which compares False
-            self.fail(given["points"], f"{name} has {worth[name]:g} points; {text} is outside 0 to {worth[name]:g}")
-        return PointsOverride(name, value, self.text(given["why"]), self.text(given["by"]))
+            value = Decimal("nan")
+        if not value.is_finite():
+            self.fail(node, f"{text} is not a number of points")
+        return value
 
     def _texts(self, node: yaml.Node) -> tuple[str, ...]:
         if isinstance(node, yaml.SequenceNode):

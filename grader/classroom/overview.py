@@ -145,7 +145,7 @@ def _hash(text: str) -> str:
 
 
 def _line(rows: Sequence[Row], book: Gradebook, record: Record | None) -> Line:
-    row = next((each for each in rows if each.state is not State.EXCUSED), rows[0])
+    row = book.teams[rows[0].submission]
     points = {each.id: each for each in row.requirements}
     criteria = tuple(
         sum((points[r.id].points or NOTHING for r in criterion.requirements if r.id in points), NOTHING)

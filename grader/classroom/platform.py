@@ -7,24 +7,18 @@ described in docs/classes.md.
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from grader.classroom.gradebook import Gradebook
+from grader.classroom.gradebook import Gradebook, Row
+from grader.classroom.identity import ANY, Claim, identify
+from grader.classroom.roster import Person
 from grader.intake.containers import ARCHIVE_SUFFIXES
 
 _CLOSED = (".rar", ".7z", ".gz", ".xz", ".bz2", ".zst")
 _SYSTEM_FILES = frozenset({"__MACOSX", "Thumbs.db", "desktop.ini"})
-
-
-@dataclass(frozen=True)
-class Claim:
-    """Something that an export says about who handed in: `kind` is a field of Person, or "any" for one of them."""
-
-    kind: str
-    value: str
 
 
 @dataclass(frozen=True)
@@ -50,11 +44,21 @@ class HandIn:
 
 @dataclass(frozen=True)
 class Export:
-    """What a folder holds: its layout's name, the submissions, and a remark on each entry that is none."""
+    """What a folder holds.
+
+    Attributes:
+        layout: the name of its layout.
+        hand_ins: the submissions.
+        notes: a remark on each entry that is none.
+        absent: submissions that the export lists, but does not hold; their paths mean nothing.
+        foreign: the names of entries that look as if another platform had written them.
+    """
 
     layout: str
     hand_ins: tuple[HandIn, ...]
     notes: tuple[str, ...] = ()
+    absent: tuple[HandIn, ...] = ()
+    foreign: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -119,7 +123,18 @@ def stem(path: Path) -> str:
 
 def named(name: str) -> tuple[tuple[Claim, ...], ...]:
     """Return the claims of a submission whose file name is all that is known: any field of a person, or a team."""
-    return ((Claim("any", name),),)
+    return ((Claim(ANY, name), Claim("team", name)),)
+
+
+def others(entries: Iterable[Path]) -> tuple[list[HandIn], list[str]]:
+    """Return entries that are named as no platform names them: archives and folders by their names, and remarks."""
+    found, notes = [], []
+    for entry in entries:
+        if entry.is_dir() or is_archive(entry):
+            found.append(HandIn(entry, stem(entry), named(stem(entry))))
+        else:
+            notes.append(f"{entry.name} is neither an archive nor a folder; it was left out.")
+    return found, notes
 
 
 def unfolded(paths: Sequence[Path]) -> list[Path]:
@@ -144,6 +159,14 @@ def one_of(paths: Sequence[Path]) -> tuple[Path, list[str]]:
     return chosen, [f"{chosen.name} is graded, not {', '.join(others)}."] if others else []
 
 
-def claims_of(hand_in: HandIn) -> Iterator[Claim]:
-    """Return all that an export says about a submission's people."""
-    return (claim for person in hand_in.claims for claim in person)
+def rows_of(book: Gradebook, people: Sequence[Sequence[Claim]]) -> list[Row | None]:
+    """Return the row of each person of a sheet by what the sheet says of them, None for whom that is not certain.
+
+    A row that fits two people of the sheet is that of neither.
+    """
+    rows: dict[Person, list[Row]] = {}
+    for row in book.rows:
+        rows.setdefault(row.person, []).append(row)
+    found = [identify(claims, list(rows)).people for claims in people]
+    sure = [one[0] if len(one) == 1 and len(rows[one[0]]) == 1 and found.count(one) == 1 else None for one in found]
+    return [rows[person][0] if person is not None else None for person in sure]

@@ -71,7 +71,9 @@ def rescore(
         _require_evidence(folder, graded, wanted)
         rubric_hash = hashlib.sha256(text.encode()).hexdigest()
         decided = overrides.of_class(folder, facts, whole)
-        known = {entry.id: hand_ins.hand_in(entry, facts, decided) for entry in facts.entries}
+        known = {
+            entry.id: hand_ins.hand_in(entry, facts, decided) for entry in overrides.applied(facts, decided).entries
+        }
         judged: list[tuple[Record, dict[str, Decimal]]] = []
         with ProcessPoolExecutor(jobs or os.cpu_count() or 1) as pool:
             made = {record.id: folder.working(record.id) for record in graded}

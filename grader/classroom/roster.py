@@ -1,13 +1,18 @@
-"""Read roster.csv: who is in the class. Columns are found by their names, so exports of Canvas and Moodle serve too."""
+"""Read roster.csv: who is in the class. Columns are found by their names.
+
+A gradebook of Canvas, a grading worksheet of Moodle in any language and a roster of GitHub Classroom serve too.
+"""
 
 from __future__ import annotations
 
 import csv
 import io
+import itertools
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
+from grader.classroom import worksheet
 from grader.errors import GraderError
 
 # Our columns, and how the exports of Canvas, Moodle, Gradescope and GitHub Classroom call them. All in lower case.
@@ -17,16 +22,23 @@ _ALIASES: Mapping[str, tuple[str, ...]] = {
     "email": ("e-mail", "email address", "mail"),
     "login": ("sis login id", "username", "user name", "github_username", "github", "github username"),
     "team": ("group", "group name", "team name", "group_name"),
-    "lms_id": ("identifier", "canvas id", "canvas user id", "participant"),
+    "lms_id": ("canvas id", "canvas user id", "participant"),
 }
 IDENTITY = ("id", "lms_id", "login", "email")
 """The fields of a person that no two people share, the surest first."""
+_CANVAS = {"id", "sis login id"}  # "SIS User ID" is there only if the teacher may see it
+_GITHUB = {"identifier", "github_username"}
+_TEST_STUDENT = "Student, Test"  # of Canvas, for teachers who look at their course as a student
 _FIRST_NAMES, _LAST_NAMES = ("first name", "firstname", "given name"), ("last name", "surname", "lastname")
 
 
 @dataclass(frozen=True)
 class Person:
-    """One student. What the roster does not say is "". `lms_id` is the number that Canvas or Moodle give in exports."""
+    """One student. What the roster does not say is "".
+
+    `lms_id` is the number that a platform gives in exports, `lms` that platform: "canvas", "moodle" or "" if that is
+    not known. `sortable` is the name as it was, where that is with the last name first: "Doe, Jane".
+    """
 
     id: str = ""
     name: str = ""
@@ -34,6 +46,8 @@ class Person:
     login: str = ""
     team: str = ""
     lms_id: str = ""
+    lms: str = ""
+    sortable: str = ""
 
     @property
     def key(self) -> tuple[str, str]:
@@ -53,32 +67,41 @@ def load(path: Path) -> tuple[Person, ...]:
     Raises:
         GraderError: it cannot be read, has no usable column, or lists somebody twice; the message names the line.
     """
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise GraderError(f"The roster {path} cannot be read ({error}). Save it as CSV in UTF-8.") from error
-    rows = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter(text))
-    header = [cell.strip() for cell in next(rows, [])]
-    columns = _columns(header)
-    if not set(columns) & {"id", "name", "email", "login"}:
-        raise GraderError(
-            f"The roster {path} has no column that names a person. "
-            f"Its first line needs some of: {', '.join(field.name for field in fields(Person))}."
-        )
     people: list[Person] = []
     lines: dict[tuple[str, str], int] = {}
-    for row in rows:
-        person = _person(row, columns)
-        if person is None:
-            continue
+    for line, person, _ in rows(path):
         for kind, value in (person.key, *((kind, getattr(person, kind).casefold()) for kind in IDENTITY)):
-            if value and (first := lines.setdefault((kind, value), rows.line_num)) != rows.line_num:
+            if value and (first := lines.setdefault((kind, value), line)) != line:
                 raise GraderError(
-                    f"{path}, line {rows.line_num}: the {kind} {value} is in line {first} too. Keep one line for each "
+                    f"{path}, line {line}: the {kind} {value} is in line {first} too. Keep one line for each "
                     "person; an id, a login or an email tells people of one name apart."
                 )
         people.append(person)
     return tuple(people)
+
+
+def rows(path: Path) -> Iterator[tuple[int, Person, dict[str, str]]]:
+    """Yield for each person of a CSV file the line, the person and all cells by the column's name in lower case.
+
+    Raises:
+        GraderError: it cannot be read, or has no usable column.
+    """
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise GraderError(f"The roster {path} cannot be read ({error}). Save it as CSV in UTF-8.") from error
+    lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter(text))
+    header = [cell.strip() for cell in next(lines, [])]
+    columns, lms = _columns(header), _lms(header)
+    if not set(columns) & {"id", "name", "email", "login", "lms_id", "identifier"}:
+        raise GraderError(
+            f"The roster {path} has no column that names a person. Its first line needs some of: {', '.join(_ALIASES)}."
+        )
+    lowered = [name.casefold() for name in header]
+    for row in lines:
+        person = _person(row, columns, lms)
+        if person is not None:
+            yield lines.line_num, person, dict(itertools.zip_longest(lowered, row[: len(lowered)], fillvalue=""))
 
 
 def delimiter(text: str) -> str:
@@ -88,32 +111,57 @@ def delimiter(text: str) -> str:
 
 
 def _columns(header: list[str]) -> dict[str, list[int]]:
-    """Return the positions of our columns; a name may be in two, first and last."""
+    """Return the positions of our columns; a name may be in two, last and first."""
     lowered = [name.casefold() for name in header]
+    sheet = worksheet.columns(header)
+    if sheet is not None:
+        names = {"identifier": "lms_id"}
+        return {
+            names.get(what, what): [place] for what, place in sheet.items() if what not in ("submitted", "modified")
+        }
     found: dict[str, list[int]] = {}
     for field, aliases in _ALIASES.items():
         for name in (field, *aliases):
             if name in lowered:
                 found[field] = [lowered.index(name)]
                 break
-    if "sis user id" in lowered and "id" in lowered:  # Canvas: "ID" is its own number
-        found["id"], found["lms_id"] = [lowered.index("sis user id")], [lowered.index("id")]
+    if set(lowered) >= _CANVAS:  # "ID" is Canvas's own number
+        found["lms_id"] = [lowered.index("id")]
+        found["id"] = [lowered.index("sis user id")] if "sis user id" in lowered else []
+    if set(lowered) >= _GITHUB:
+        found["identifier"] = [lowered.index("identifier")]
     if "name" not in found:
-        parts = [next((lowered.index(n) for n in names if n in lowered), None) for names in (_FIRST_NAMES, _LAST_NAMES)]
+        parts = [next((lowered.index(n) for n in names if n in lowered), None) for names in (_LAST_NAMES, _FIRST_NAMES)]
         if found_parts := [part for part in parts if part is not None]:
             found["name"] = found_parts
     return found
 
 
-def _person(row: list[str], columns: Mapping[str, list[int]]) -> Person | None:
-    """Return the person of a line, None for an empty line and for Canvas's line of possible points."""
-    values = {field: " ".join(_cells(row, places)) for field, places in columns.items()}
-    if not any(values.values()) or values.get("name", "").startswith("Points Possible"):
+def _lms(header: list[str]) -> str:
+    """Return the platform that gave the numbers of the file, "" if that is not known."""
+    lowered = {name.casefold() for name in header}
+    if worksheet.columns(header) is not None or "participant" in lowered:
+        return "moodle"
+    return "canvas" if lowered >= _CANVAS or lowered & {"canvas id", "canvas user id"} else ""
+
+
+def _person(row: list[str], columns: Mapping[str, list[int]], lms: str) -> Person | None:
+    """Return the person of a line, None for an empty line and for Canvas's lines of points and of the test student."""
+    values = {field: ", ".join(_cells(row, places)) for field, places in columns.items()}
+    if identifier := values.pop("identifier", ""):  # of GitHub Classroom: whatever the teacher chose
+        kind = "email" if "@" in identifier else "id" if any(map(str.isdigit, identifier)) else "name"
+        values[kind] = identifier
+    name = values.get("name", "").removeprefix('="').removesuffix('"')  # so Canvas writes a name that begins with =
+    if not any(values.values()) or name.startswith("Points Possible"):
         return None
-    if "," in values.get("name", ""):  # "Doe, Jane"
-        last, _, first = values["name"].partition(",")
-        values["name"] = f"{first.strip()} {last.strip()}"
-    values["lms_id"] = values.get("lms_id", "").removeprefix("Participant").strip()
+    if lms == "canvas" and name == _TEST_STUDENT and not values.get("id"):
+        return None
+    if "," in name:  # "Doe, Jane"
+        last, _, first = name.partition(",")
+        values["sortable"], name = name, f"{first.strip()} {last.strip()}"
+    values["name"] = name
+    if values.get("lms_id"):
+        values["lms_id"], values["lms"] = worksheet.participant(values["lms_id"]) or values["lms_id"], lms
     return Person(**values)
 
 

@@ -15,7 +15,7 @@ from grader.report import cause, figures
 from grader.report.console import WORDS
 from grader.report.mutants import matrix
 from grader.sanitize import one_line, shown
-from grader.scoring.grading import Grading, HandIn, Loss, Refusal, decided, judged, losses, place, points
+from grader.scoring.grading import Grading, HandIn, Loss, Refusal, judged, losses, place, points
 from grader.scoring.scorecard import Outcome, RequirementScore
 
 if TYPE_CHECKING:
@@ -72,9 +72,10 @@ def render(
     if isinstance(result, Refusal):
         return environment.get_template("refusal.html.j2").render(refusal=result.shown(), hand_in=about)
     return environment.get_template("template.html.j2").render(
-        **_facts(result), hand_in=about, total=decided(result.scorecard, about),
+        **_facts(result),
+        hand_in=about,
         figures=figures.choose(result, bags) if pictures else figures.nothing(result),
-    )  # fmt: skip
+    )
 
 
 def _facts(grading: Grading) -> dict[str, Any]:

@@ -51,8 +51,27 @@ class Decision:
 
 
 @dataclass(frozen=True)
+class Final:
+    """The figure that counts in the end.
+
+    Attributes:
+        people: whose it is; empty if it is everybody's.
+        points: after lateness and decisions, None for no grade.
+        max: of the whole rubric.
+        grade: by the rubric's scale, "" without one.
+        because: sentences that say what came between the points measured and these.
+    """
+
+    people: tuple[str, ...]
+    points: float | None
+    max: float
+    grade: str = ""
+    because: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class HandIn:
-    """What a class knows of a submission, for the report. All but the decisions is text, "" where it is not known.
+    """What a class knows of a submission, for the report. Text is "" where it is not known.
 
     Attributes:
         people: who handed it in.
@@ -62,6 +81,8 @@ class HandIn:
         late: by how much it is late, and what the class's rule says of that.
         decisions: points by people.
         comments: by people.
+        finals: one that is everybody's, or one for each where a member of a team has an exception; none if the points
+            measured are final.
     """
 
     people: tuple[str, ...] = ()
@@ -72,6 +93,7 @@ class HandIn:
     late: str = ""
     decisions: tuple[Decision, ...] = ()
     comments: tuple[str, ...] = ()
+    finals: tuple[Final, ...] = ()
 
     def on(self, requirement: str) -> Decision | None:
         """Return the decision on a requirement."""
@@ -164,12 +186,6 @@ class Refusal:
     def shown(self) -> Refusal:
         """Return the same with all text that may come from a submission made safe to show."""
         return sanitize.shown(self)
-
-
-def decided(scorecard: Scorecard, hand_in: HandIn) -> float:
-    """Return the points of a scorecard with the decisions of people."""
-    given = {decision.requirement: decision.points for decision in hand_in.decisions}
-    return sum(given.get(score.requirement.id, score.points) for score in scorecard.requirements)
 
 
 def losses(score: RequirementScore) -> tuple[Loss, ...]:

@@ -60,13 +60,27 @@ class Criterion:
 
 
 @dataclass(frozen=True)
+class Step:
+    """One step of a grading scale: the grade for at least so many percent of the points."""
+
+    grade: str
+    percent: float
+
+
+@dataclass(frozen=True)
 class Rubric:
-    """The whole rubric. `sha256` is that of its file."""
+    """The whole rubric. `scale`, from the best grade to that for no points, may be empty. `sha256` is of its file."""
 
     title: str
     version: str
     criteria: tuple[Criterion, ...]
+    scale: tuple[Step, ...] = ()
     sha256: str = ""
+
+    def grade(self, points: float) -> str:
+        """Return the grade for a total, "" without a scale."""
+        worth = sum(requirement.points for requirement in self.requirements)
+        return next((step.grade for step in self.scale if points >= step.percent * worth / 100 - 1e-9), "")
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
@@ -121,9 +135,23 @@ class _Reader(YamlReader):
         self.points_lines: dict[str, int] = {}
 
     def rubric(self, node: yaml.Node) -> Rubric:
-        given = self.fields(node, node, ("title", "version", "criteria"), "a rubric")
+        given = self.fields(node, node, ("title", "version", "criteria"), "a rubric", ("scale",))
         criteria = tuple(self._criterion(item) for item in self.items(given["criteria"]))
-        return Rubric(self.text(given["title"]), self.text(given["version"]), criteria)
+        scale = self._scale(given["scale"]) if "scale" in given else ()
+        return Rubric(self.text(given["title"]), self.text(given["version"]), criteria, scale)
+
+    def _scale(self, node: yaml.Node) -> tuple[Step, ...]:
+        steps: list[Step] = []
+        for item in self.items(node):
+            given = self.fields(item, item, ("grade", "percent"), "a step of the scale")
+            steps.append(Step(self.text(given["grade"]), self._points(given["percent"])))
+            if len(steps) > 1 and steps[-1].percent >= steps[-2].percent:
+                self.fail(
+                    item, f"{steps[-1].grade} needs less than the {steps[-2].percent:g} percent of the step before"
+                )
+        if not steps or steps[-1].percent != 0:
+            self.fail(node, "a scale ends with the grade for 0 percent, so that every total has one")
+        return tuple(steps)
 
     def _criterion(self, node: yaml.Node) -> Criterion:
         given = self.fields(node, node, ("id", "title", "points", "levels", "requirements"), "a criterion")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from grader.classroom.platform import Export, Platform, entries_of, is_archive
@@ -28,7 +29,11 @@ def read(root: Path) -> Export:
     names = {entry.name for entry in entries}
     if "package.xml" in names or "src" in names:
         raise GraderError(f"{root} is a single submission. Grade it with `grader grade {root} --out OUT`.")
-    export = _recognised(root, entries).read(root, entries)
+    platform = _recognised(root, entries)
+    export = platform.read(root, entries)
+    if platform.layout == "plain":
+        foreign = (entry.name for entry in entries if _recognised(root, [entry]).layout != "plain")
+        export = replace(export, foreign=tuple(foreign))
     if not export.hand_ins:
         raise GraderError(
             f"{root} holds no submission: neither an archive nor a folder. "

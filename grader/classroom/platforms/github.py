@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from grader.classroom.gradebook import Gradebook, Row
-from grader.classroom.platform import Delivery, Export, HandIn, Platform, named
+from grader.classroom.identity import Claim
+from grader.classroom.platform import Delivery, Export, HandIn, Platform, others
 from grader.classroom.words import losses
 from grader.host.atomic import write_atomically
 from grader.sanitize import printable
@@ -125,17 +126,26 @@ def _line(text: str) -> str:
 def _read(root: Path, entries: Sequence[Path]) -> Export:
     """`assignment-login/`, clones of GitHub Classroom's repositories. All the names begin with the assignment's."""
     clones = [entry for entry in entries if (entry / ".git").exists()]
-    notes = [f"{e.name} is not a git repository; it was left out." for e in entries if e.is_dir() and e not in clones]
     names = [clone.name for clone in clones]
     prefix = f"{root.name.removesuffix('-submissions')}-" if root.name.endswith("-submissions") else ""
-    if not prefix or not all(name.startswith(prefix) for name in names):
+    guessed = not prefix or not all(name.startswith(prefix) for name in names)
+    if guessed:
         common = os.path.commonprefix(names) if len(names) > 1 else names[0]  # noqa: RUF071  # characters are meant
         prefix = common[: common.rfind("-") + 1]
     hand_ins = [
-        HandIn(clone, clone.name.removeprefix(prefix), named(clone.name.removeprefix(prefix)), repository=True)
+        HandIn(clone, clone.name.removeprefix(prefix), _claims(clone.name, prefix, guessed), repository=True)
         for clone in clones
     ]
-    return Export("git", tuple(hand_ins), tuple(notes))
+    more, notes = others(entry for entry in entries if entry not in clones)
+    return Export("git", (*hand_ins, *more), tuple(notes))
+
+
+def _claims(name: str, prefix: str, guessed: bool) -> tuple[tuple[Claim, ...], ...]:
+    """Return the login or the team; all logins may begin alike, so that a guessed prefix is too long."""
+    starts = [len(prefix)]
+    if guessed:
+        starts += [place + 1 for place, char in enumerate(prefix[:-1]) if char == "-"] + [0]
+    return (tuple(Claim(kind, name[start:]) for start in starts for kind in ("login", "team")),)
 
 
 def _recognises(_root: Path, entries: Sequence[Path]) -> bool:

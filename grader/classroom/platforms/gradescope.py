@@ -12,7 +12,8 @@ from typing import Any
 import yaml
 
 from grader.classroom.gradebook import Gradebook, RequirementPoints, Row
-from grader.classroom.platform import Claim, Delivery, Export, HandIn, Platform, one_of, only_archives, unfolded
+from grader.classroom.identity import Claim
+from grader.classroom.platform import Delivery, Export, HandIn, Platform, one_of, only_archives, others, unfolded
 from grader.classroom.words import losses
 from grader.errors import GraderError
 from grader.host.atomic import write_atomically
@@ -86,17 +87,14 @@ def _read(root: Path, entries: Sequence[Path]) -> Export:
         raise GraderError(
             f"{root / _METADATA} is not as Gradescope writes it ({error!r}). Export once more."
         ) from error
-    hand_ins, notes = [], []
+    hand_ins, notes = others(entry for entry in entries if entry.name not in (*described, _METADATA))
     for entry in entries:
         if entry.name in described:
             path, remarks = one_of(unfolded([entry])) if only_archives(entry) else (entry, [])
             notes += [f"{entry.name}: {remark}" for remark in remarks]
             hand_ins.append(replace(described[entry.name], path=path))
-        elif entry.name != _METADATA:
-            notes.append(f"{entry.name} is not in {_METADATA}; it was left out.")
-    missing = sorted(set(described) - {entry.name for entry in entries})
-    notes += [f"{name} is in {_METADATA} but not in the export." for name in missing]
-    return Export("gradescope", tuple(hand_ins), tuple(notes))
+    absent = [hand_in for name, hand_in in described.items() if name not in {entry.name for entry in entries}]
+    return Export("gradescope", tuple(hand_ins), tuple(notes), tuple(absent))
 
 
 class _RubyLoader(yaml.SafeLoader):

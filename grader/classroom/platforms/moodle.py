@@ -12,12 +12,14 @@ from pathlib import Path
 from grader.classroom import cells
 from grader.classroom.cells import Cell
 from grader.classroom.gradebook import Gradebook, Row
-from grader.classroom.platform import Claim, Delivery, Export, HandIn, Platform, one_of, unfolded
+from grader.classroom.identity import Claim, key
+from grader.classroom.platform import Delivery, Export, HandIn, Platform, one_of, others, rows_of, unfolded
+from grader.classroom.worksheet import PARTICIPANTS, participant
 from grader.errors import GraderError
 
 # Moodle matches a person by the column that the teacher chooses; a locked or empty one is no error.
 _IDENTITY = (("idnumber", "id"), ("email", "email"), ("username", "login"))
-_ENTRY = re.compile(r"(?P<name>.+?)_(?P<id>\d+)_assignsubmission_(?P<kind>[a-z]+)_?(?P<file>.*)", re.DOTALL)
+_ENTRY = re.compile(r"(?P<name>.+?)(?:_(?P<id>\d+))?_assignsubmission_(?P<kind>[a-z]+)_?(?P<file>.*)", re.DOTALL)
 _GRADE, _FEEDBACK, _MAXIMUM = "Grade", "Feedback comments", "Maximum Grade"
 
 
@@ -49,7 +51,8 @@ def fill(book: Gradebook, sheet: Path, path: Path) -> list[str]:
             "Download it in English, or use --for moodle without a sheet."
         )
     unknown = []
-    for cell_row in rows[1:]:
+    people = [_claims(dict(zip(header, cell_row, strict=False))) for cell_row in rows[1:]]
+    for cell_row, found in zip(rows[1:], rows_of(book, people), strict=True):
         cell_row += [""] * (len(header) - len(cell_row))
         named = dict(zip(header, cell_row, strict=True))
         maximum = named.get(_MAXIMUM, "").strip()
@@ -58,7 +61,6 @@ def fill(book: Gradebook, sheet: Path, path: Path) -> list[str]:
                 f"The assignment's maximum grade in Moodle is {maximum}, the rubric has {book.max} points. "
                 "Set the maximum in Moodle and download the worksheet once more."
             )
-        found = _find(book, named)
         if found is None:
             unknown.append(named.get("Full name") or named["Identifier"])
             continue
@@ -69,19 +71,14 @@ def fill(book: Gradebook, sheet: Path, path: Path) -> list[str]:
     return unknown
 
 
-def _find(book: Gradebook, named: dict[str, str]) -> Row | None:
-    number = named["Identifier"].removeprefix("Participant").strip()
-    wanted = (
-        ("lms_id", number),
-        ("id", named.get("ID number", "")),
-        ("email", named.get("Email address", "")),
-        ("name", named.get("Full name", "")),
-    )
-    for field, value in wanted:
-        fits = [row for row in book.rows if value and getattr(row.person, field) == value]
-        if len(fits) == 1:
-            return fits[0]
-    return None
+def _claims(named: dict[str, str]) -> list[Claim]:
+    """Return what a line of the sheet says of a participant."""
+    kinds = {"Identifier": "lms_id", "ID number": "id", "Email address": "email", "Full name": "name"}
+    return [
+        Claim(kind, participant(value) if kind == "lms_id" else value, "moodle" if kind == "lms_id" else "")
+        for column, kind in kinds.items()
+        if (value := named.get(column, "").strip())
+    ]
 
 
 def _grade(row: Row) -> str:
@@ -90,22 +87,29 @@ def _grade(row: Row) -> str:
 
 
 def _read(_root: Path, entries: Sequence[Path]) -> Export:
-    """`Jane Doe_12345_assignsubmission_file_/...`, or the same in front of each file's name."""
+    """`Jane Doe_12345_assignsubmission_file_/...`, or the same in front of each file's name.
+
+    In place of the name and the participant's number there may be a group's name and number, `Default group` alone,
+    or (before Moodle 4.1) a group's name, a hyphen and a participant; and `Participant` where names are hidden.
+    """
     people: dict[str, list[tuple[re.Match[str], Path]]] = {}
-    notes = []
+    odd = []
     for entry in entries:
         if found := _ENTRY.fullmatch(entry.name):
-            people.setdefault(found["id"], []).append((found, entry))
+            people.setdefault(found["id"] or found["name"], []).append((found, entry))
         else:
-            notes.append(f"{entry.name} is not named as Moodle names a submission; it was left out.")
-    hand_ins = []
-    for number, parts in people.items():
+            odd.append(entry)
+    hand_ins, notes = others(odd)
+    for parts in people.values():
         files = [entry for found, entry in parts if found["kind"] == "file"] or [entry for _, entry in parts]
         path, remarks = one_of(unfolded(files))
-        notes += [f"{parts[0][0]['name']}: {remark}" for remark in remarks]
-        name = parts[0][0]["name"]
-        claims = (Claim("lms_id", number), Claim("name", name), Claim("team", name), Claim("id", name))
-        hand_ins.append(HandIn(path, name, (claims,), submitted=None))
+        name, number = parts[0][0]["name"], parts[0][0]["id"] or ""
+        hidden = key(name) in map(key, PARTICIPANTS)
+        label = f"{name} {number}" if hidden else name
+        notes += [f"{label}: {remark}" for remark in remarks]
+        claims = [Claim("lms_id", number, "moodle")] if number else []
+        claims += [] if hidden else [Claim("name", name), Claim("team", name)]
+        hand_ins.append(HandIn(path, label, (tuple(claims),)))
     return Export("moodle", tuple(hand_ins), tuple(notes))
 
 

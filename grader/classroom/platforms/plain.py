@@ -8,7 +8,7 @@ from pathlib import Path
 from grader.classroom import cells
 from grader.classroom.cells import Cell
 from grader.classroom.gradebook import Gradebook, Row
-from grader.classroom.platform import Delivery, Export, HandIn, Platform, is_archive, named, stem
+from grader.classroom.platform import Delivery, Export, Platform, others
 
 _PERSON = ("id", "name", "email", "login", "team")
 
@@ -52,11 +52,8 @@ def _who(row: Row) -> tuple[str, ...]:
 
 def _read(_root: Path, entries: Sequence[Path]) -> Export:
     """Archives and folders, each named after a team or a person."""
-    kept = [entry for entry in entries if entry.is_dir() or is_archive(entry)]
-    notes = [
-        f"{entry.name} is neither an archive nor a folder; it was left out." for entry in entries if entry not in kept
-    ]
-    return Export("plain", tuple(HandIn(e, stem(e), named(stem(e))) for e in kept), tuple(notes))
+    hand_ins, notes = others(entries)
+    return Export("plain", tuple(hand_ins), tuple(notes))
 
 
 def _deliver(delivery: Delivery) -> list[str]:

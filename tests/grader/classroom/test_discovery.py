@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+import re
 import subprocess
 import tempfile
 import zipfile
@@ -13,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from grader.classroom import discovery
+from grader.classroom.doubt import DoubtKind
 from grader.classroom.entry import Entry
 from grader.classroom.roster import Person
 from grader.errors import GraderError
@@ -32,7 +34,7 @@ def test_a_team_submission_is_all_its_members(tmp_path):
 
 @pytest.mark.parametrize(
     "name",
-    ["boek.zip", "s3.zip", "bo@uni.edu.zip", "Bo Ek.zip", "Ek_Bo.zip", "ekbo_12347_9_pkg.zip", "ekbo_99_9_pkg.zip"],
+    ["boek.zip", "s3.zip", "bo@uni.edu.zip", "Bo Ek.zip", "ek,_bo.zip", "ekbo_12347_9_pkg.zip"],
 )
 def test_a_person_is_found_by_whatever_the_export_calls_them(tmp_path, name):
     (tmp_path / name).touch()
@@ -50,7 +52,9 @@ def test_who_fits_nobody_is_graded_all_the_same_and_said(tmp_path):
     (tmp_path / "stranger.zip").touch()
     found = discovery.find(tmp_path, [JANE])
     assert [entry.id for entry in found.entries] == ["stranger"]
-    assert any("fits nobody of the roster" in note for note in found.notes)
+    assert [(doubt.kind, doubt.entry) for doubt in found.doubts if not doubt.stops] == [
+        (DoubtKind.UNMATCHED, "stranger")
+    ]
 
 
 def test_two_of_one_name_fit_nobody(tmp_path):
@@ -63,7 +67,7 @@ def test_two_of_one_name_fit_nobody(tmp_path):
 def test_without_a_roster_the_export_itself_says_who(tmp_path):
     (tmp_path / "Jane Doe_12345_assignsubmission_file_a.zip").touch()
     (entry,) = discovery.find(tmp_path).entries
-    assert (entry.id, entry.people) == ("jane-doe", (Person(name="Jane Doe", lms_id="12345"),))
+    assert (entry.id, entry.people) == ("jane-doe", (Person(name="Jane Doe", lms_id="12345", lms="moodle"),))
 
 
 @pytest.mark.parametrize(
@@ -98,7 +102,7 @@ def test_names_in_other_scripts_are_compared_letter_by_letter(tmp_path, stranger
     assert entry.people == ()
 
 
-@pytest.mark.parametrize("name", ["OBrien Jane", "o'brien, jane", "Jane O\u2019Brien", "jane_obrien"])
+@pytest.mark.parametrize("name", ["o'brien, jane", "Jane O\u2019Brien", "jane_obrien"])
 def test_an_apostrophe_or_a_comma_makes_nobody_a_stranger(tmp_path, name):
     (tmp_path / f"{name}.zip").touch()
     (entry,) = discovery.find(tmp_path, [JANE, obrien := Person("s8", "Jane O'Brien")]).entries
@@ -150,7 +154,9 @@ def test_the_latest_of_a_team_counts_where_times_tell(tmp_path):
     found = discovery.find(tmp_path, [JANE, LI])
     (entry,) = found.entries
     assert (entry.id, entry.path.name) == ("team07", "submission_2")
-    assert any("not jane@uni.edu" in note for note in found.notes)
+    (doubt,) = found.doubts
+    assert (doubt.kind, doubt.entry) == (DoubtKind.SEVERAL, "team07")
+    assert re.match(r"li@uni.edu counts, not jane@uni.edu: it is the latest, of 2026-11-20", doubt.what)
 
 
 def test_without_times_all_of_a_team_are_graded(tmp_path):

@@ -7,6 +7,7 @@ import csv
 import io
 import json
 import re
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
 
@@ -83,8 +84,21 @@ def canvas_import(path: Path) -> tuple[str, str, dict[str, str]]:
     return found[1], found[2], scores
 
 
+def numbered_by(platform: str, book: gradebook.Gradebook) -> gradebook.Gradebook:
+    return replace(book, rows=tuple(replace(row, person=replace(row.person, lms=platform)) for row in book.rows))
+
+
+def test_a_participants_number_of_moodle_is_no_number_of_canvas(book, tmp_path):
+    """It was written into the column ID, by which Canvas looks first: that of another person."""
+    canvas.write(numbered_by("moodle", book), tmp_path / "canvas.csv", "Robots (77)")
+    assert {line[1] for line in rows(tmp_path / "canvas.csv")[1:]} == {""}
+    (tmp_path / "export.csv").write_text(CANVAS_EXPORT.replace("99999,,", "12346,,"))
+    unknown = canvas.fill(numbered_by("moodle", book), tmp_path / "export.csv", tmp_path / "import.csv", "Robots")
+    assert unknown == ["Nobody, Known"]
+
+
 def test_canvas_imports_the_grades(book, tmp_path):
-    canvas.write(book, tmp_path / "canvas.csv", "Robots (77)")
+    canvas.write(numbered_by("canvas", book), tmp_path / "canvas.csv", "Robots (77)")
     title, number, scores = canvas_import(tmp_path / "canvas.csv")
     assert (title, number) == ("Robots", "77")
     assert scores == {"12345": "98.00", "12346": "98.00", "12347": "0.00", "12348": "EX"}

@@ -14,6 +14,7 @@ from grader.classroom import gradebook
 from grader.classroom.gradebook import Gradebook, Row, State, rounded
 from grader.scoring import rubric
 
+SCALED = rubric.RUBRIC.read_text().rstrip() + "\n"
 DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)
 
 
@@ -84,6 +85,74 @@ def test_excused_people_have_no_grade(class_of_four):
     book = gradebook.read(folder)
     assert [(row(book, key).state, row(book, key).total) for key in ("s1", "s4")] == [(State.EXCUSED, None)] * 2
     assert row(book, "s2").total == Decimal("98.00"), "the rest of the team is graded"
+
+
+def test_no_members_exception_changes_what_the_team_shares(class_of_four):
+    """The last row of a team was taken for all of it: one excused member, and the team's repository said 0."""
+    folder = class_of_four(
+        "people:\n  s1: {adjust: {points: -10, why: absent, by: Ada}}\n  s2: {excused: {why: ill, by: Ada}}\n"
+    )
+    book = gradebook.read(folder)
+    assert [(row(book, key).state, row(book, key).total) for key in ("s1", "s2")] == [
+        (State.GRADED, Decimal("88.00")),
+        (State.EXCUSED, None),
+    ]
+    team = book.teams["team07"]
+    assert (team.state, team.total, team.comment) == (State.GRADED, Decimal("98.00"), "")
+    assert book.apart() == [
+        "team07: Jane Doe has 88.00 points, the team 98.00 points",
+        "team07: =Li Wu has excused, the team 98.00 points",
+    ]
+
+
+def test_an_extension_of_all_members_is_the_teams(class_of_four):
+    until = "extension: {until: '2026-11-30T00:00+00:00', why: ill, by: Ada}"
+    folder = class_of_four(
+        f"people: {{s1: {{{until}}}, s2: {{{until}}}}}",
+        late_rule="10 % per started day",
+        submitted=DEADLINE + dt.timedelta(hours=30),
+    )
+    book = gradebook.read(folder)
+    assert book.teams["team07"].total == Decimal("98.00")
+    assert book.apart() == []
+
+
+@pytest.mark.parametrize(
+    ("team", "person", "total"),
+    [
+        ("adjust: {points: -8", "", "70.40"),
+        ("adjust: {points: -90", "", "0.00"),
+        ("adjust: {points: 90", "", "100.00"),
+        ("bonus: {points: 90", "", "168.40"),
+        ("adjust: {total: 50", "", "50.00"),
+        ("adjust: {total: 50", "adjust: {points: 1.5", "51.50"),
+        ("adjust: {points: -8", "adjust: {total: 60", "60.00"),
+        ("adjust: {total: 99", "bonus: {points: 2", "101.00"),
+    ],
+)
+def test_people_adjust_the_total_after_lateness(class_of_four, team, person, total):
+    text = f"submissions: {{team07: {{{team}, why: x, by: Ada}}}}}}\n"
+    text += f"people: {{s1: {{{person}, why: y, by: Bob}}}}}}\n" if person else ""
+    folder = class_of_four(
+        text, late_rule="10 % per started day", submitted=DEADLINE + dt.timedelta(hours=30), report=report({"F4": 2.0})
+    )
+    found = row(gradebook.read(folder), "s1")
+    assert found.total == Decimal(total)
+    assert "by Ada (x)" in found.comment
+
+
+def test_a_total_by_a_person_is_a_grade_for_who_handed_in_nothing(class_of_four):
+    folder = class_of_four("people: {s4: {adjust: {total: 61.5, why: oral exam, by: Ada}}}")
+    found = row(gradebook.read(folder), "s4")
+    assert (found.state, found.total) == (State.GRADED, Decimal("61.50"))
+    assert "total of 61.5 points by Ada (oral exam)" in found.comment
+
+
+def test_a_scale_turns_totals_into_grades(class_of_four):
+    scale = "scale:\n  - {grade: '1.0', percent: 95}\n  - {grade: '5.0', percent: 0}\n"
+    book = gradebook.read(class_of_four("people: {s4: {excused: {why: ill, by: Ada}}}", rubric=SCALED + scale))
+    assert [(r.person.id, r.grade) for r in book.rows] == [("s1", "1.0"), ("s2", "1.0"), ("s3", "5.0"), ("s4", "")]
+    assert row(book, "s1").comment == "grade 1.0"
 
 
 def test_a_requirement_without_checks_waits_for_a_person(class_of_four):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ from helpers import recordings
 from helpers.report_examples import REFUSED
 
 from grader import evidence, pipeline, report
-from grader.classroom import command, hand_ins
+from grader.classroom import command, gradebook, hand_ins
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
 from grader.classroom.entry import Entry
 from grader.classroom.overrides import Decisions
@@ -55,7 +56,8 @@ def made_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
             report.write(grading, made, hand_in=known, pictures=False)
         else:
             report.write(REFUSED, made, hand_in=known)
-        folder.keep(made, Record(entry.id, status, rubric=whole.sha256))
+        folder.keep(made, Record(entry.id, status, content=entry.content, rubric=whole.sha256))
+    assert hand_ins.refresh(folder) == ["team07"], "its final figure is known only after the grading"
     return folder.path
 
 
@@ -89,12 +91,14 @@ def test_a_decision_is_written_into_the_report_without_running_a_check(graded: C
     assert after["hand_in"].pop("decisions") == [
         {"requirement": "F4", "points": 3.5, "why": "the wall stood in the start", "by": "A. L."}
     ]
+    (final,) = after["hand_in"].pop("finals")
+    assert final["points"] == pytest.approx(0.8 * (before["total"] - 1.5))
     before["hand_in"].pop("decisions")
+    before["hand_in"].pop("finals")
     assert after == before
     page = (graded.submission("team07") / report.PAGE).read_text()
     assert "<strong>F4</strong>: 3.5 points, by A. L.: the wall stood in the start" in page
     assert "<del>5</del> 3.5 / 5" in page
-    assert f"{before['total'] - 1.5:g} with the points that" in page
     assert (graded.submission("team07") / pipeline.EVIDENCE / "build.json").exists()
     assert hand_ins.refresh(graded) == [], "nothing has changed since"
 
@@ -108,12 +112,61 @@ def test_a_decision_on_a_refusal_stands_in_its_report(graded: ClassFolder):
     assert "the wall stood in the start" in (graded.submission("team08") / report.PAGE).read_text()
 
 
-def test_an_extension_is_shown_beside_the_deadline(graded: ClassFolder):
+def finals(folder: ClassFolder) -> list[tuple[list[str], float | None]]:
+    return [(final["people"], final["points"]) for final in said(folder)["hand_in"]["finals"]]
+
+
+def test_the_figure_on_the_page_is_the_gradebooks(graded: ClassFolder):
+    """The page showed the points measured, so 26.36 where the gradebook had 24.30 after lateness."""
+    hand_ins.refresh(graded)
+    total = gradebook.read(graded).rows[0].total
+    assert total is not None
+    assert float(total) == pytest.approx(0.8 * said(graded)["total"], abs=0.01)
+    assert finals(graded) == [([], float(total))]
+    page = (graded.submission("team07") / report.PAGE).read_text()
+    assert f"Final: {float(total):g} of 100" in page
+    assert "2 started days late" in page
+
+
+@pytest.mark.parametrize("again", [command._write_pages, lambda folder: rescore(folder, jobs=1)])
+def test_every_verb_that_changes_the_gradebook_writes_the_pages_with_it(graded: ClassFolder, again):
+    graded.overrides.write_text("submissions: {team07: {adjust: {total: 12.5, why: x, by: Ada}}}")
+    again(graded)
+    command._write_pages(graded)
+    assert finals(graded) == [([], 12.5)]
+    assert "total of 12.5 points by Ada (x)" in (graded.submission("team07") / report.PAGE).read_text()
+    graded.overrides.unlink()
+    command._write_pages(graded)
+    assert finals(graded) == [([], float(gradebook.read(graded).rows[0].total or 0))]
+
+
+def test_a_members_extension_is_a_figure_of_their_own_and_no_reason_on_the_teams_page(graded: ClassFolder):
     graded.overrides.write_text(
-        'people:\n  s1:\n    extension: {until: 2026-11-25T23:59:00Z, why: "ill", by: "A. L."}\n'
+        'people:\n  s1:\n    extension: {until: 2026-11-25T23:59:00Z, why: "had the flu", by: "A. L."}\n'
     )
     hand_ins.refresh(graded)
-    assert said(graded)["hand_in"]["deadline"] == ("2026-11-20 23:59:00+00:00; 2026-11-25 23:59:00+00:00 for Jane Doe")
+    measured = said(graded)["total"]
+    (jane, full), (li, less) = finals(graded)
+    assert (jane, full, li) == (["Jane Doe"], pytest.approx(measured), ["Li Wu"])
+    assert less == pytest.approx(0.8 * measured, abs=0.01)
+    assert said(graded)["hand_in"]["deadline"] == "2026-11-20 23:59:00+00:00"
+    page = (graded.submission("team07") / report.PAGE).read_text()
+    assert "Final, Li Wu" in page
+    assert "flu" not in page
+
+
+def test_the_only_member_reads_their_own_extension(graded: ClassFolder):
+    facts = graded.facts()
+    entries = (replace(facts.entries[0], people=(JANE,)), *facts.entries[1:])
+    graded.write_facts(replace(facts, entries=entries))
+    graded.overrides.write_text(
+        'people:\n  s1:\n    extension: {until: 2026-11-25T23:59:00Z, why: "had the flu", by: "A. L."}\n'
+    )
+    hand_ins.refresh(graded)
+    known = said(graded)["hand_in"]
+    assert known["deadline"] == "2026-11-20 23:59:00+00:00; extended to 2026-11-25 23:59:00+00:00"
+    assert known["late"] == ""
+    assert "had the flu" in known["finals"][0]["because"][0]
 
 
 def test_a_rescore_keeps_what_is_known_and_says_when_it_judged_again(graded: ClassFolder):
@@ -139,7 +192,7 @@ def test_the_reports_stay_while_another_run_writes_to_the_class(graded: ClassFol
 def test_a_single_grading_knows_nothing_of_people(graded: ClassFolder, tmp_path: Path):
     report.write(REFUSED, tmp_path / "out")
     found = json.loads((tmp_path / "out" / "report.json").read_text())["hand_in"]
-    assert found == {"people": [], "decisions": [], "comments": []} | dict.fromkeys(
+    assert found == {"people": [], "decisions": [], "comments": [], "finals": []} | dict.fromkeys(
         ("team", "name", "submitted", "deadline", "late"), ""
     )
     assert HandIn().on("F4") is None

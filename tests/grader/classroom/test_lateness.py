@@ -27,18 +27,53 @@ def test_a_day_counts_once_it_has_started(submitted, days):
 
 def test_percent_are_of_the_points_reached_unless_it_says_of_the_maximum():
     reached, maximum = Decimal("80"), Decimal("100")
-    assert lateness.parse("10 % per started day").deduction(2, reached, maximum) == 16
-    assert lateness.parse("10 % of the maximum per started day").deduction(2, reached, maximum) == 20
-    assert lateness.parse("2.5 points per started day").deduction(2, reached, maximum) == 5
+    for text, points in (
+        ("10 % per started day", 16),
+        ("10 % of the maximum per started day", 20),
+        ("2.5 points per started day", 5),
+    ):
+        assert lateness.parse(text).deduction(after(days=2), DEADLINE, reached, maximum) == points
 
 
 def test_no_deduction_takes_more_than_there_is():
-    assert lateness.parse("50 points per started day").deduction(3, Decimal("80"), Decimal("100")) == 80
+    rule = lateness.parse("50 points per started day")
+    assert rule.deduction(after(days=3), DEADLINE, Decimal("80"), Decimal("100")) == 80
 
 
 def test_after_the_last_day_nothing_is_accepted():
     rule = lateness.parse("10 % per started day, at most 3 days")
-    assert [rule.deduction(days, Decimal("80"), Decimal("100")) for days in (3, 4)] == [24, 80]
+    taken = [rule.deduction(after(days=days), DEADLINE, Decimal("80"), Decimal("100")) for days in (3, 4)]
+    assert taken == [24, 80]
+
+
+def test_two_days_of_an_hourly_rule_are_48_hours():
+    """They were two hours, so three hours late lost all 80 points."""
+    rule = lateness.parse("1 % per started hour, at most 2 days")
+    taken = [
+        rule.deduction(after(**late), DEADLINE, Decimal("80"), Decimal("100"))
+        for late in ({"hours": 3}, {"hours": 48}, {"hours": 48, "seconds": 1})
+    ]
+    assert taken == [Decimal("2.4"), Decimal("38.4"), 80]
+
+
+def test_hours_limit_a_daily_rule_to_the_second():
+    rule = lateness.parse("10 % per started day, at most 36 hours")
+    assert [rule.too_late(after(hours=hours), DEADLINE) for hours in (30, 36, 37)] == [False, False, True]
+    assert rule.units(after(hours=37), DEADLINE) == 2
+
+
+def test_a_rule_is_printed_back_with_three_examples_that_it_computes_itself():
+    rule = lateness.parse("1 % per started hour, at most 2 days, 15 minutes of grace")
+    assert rule.examples(DEADLINE, Decimal("100.00")) == [
+        "2026-11-21 00:15, 16 minutes after the deadline: 1 started hour; "
+        "of 80.00 points 0.80 are deducted, 79.20 are left",
+        "2026-11-23 00:14, 48 hours, 15 minutes after the deadline: 48 started hours; "
+        "of 80.00 points 38.40 are deducted, 41.60 are left",
+        "2026-11-23 00:15, 48 hours, 16 minutes after the deadline: too late; "
+        "of 80.00 points 80.00 are deducted, 0.00 are left",
+    ]
+    endless = lateness.parse("2 points per started day").examples(DEADLINE, Decimal("100.00"))
+    assert [line.partition("points ")[2].partition(" are")[0] for line in endless] == ["2.00", "2.00", "6.00"]
 
 
 def test_grace_costs_nothing_and_then_counts_from_its_end():

@@ -8,7 +8,7 @@ from decimal import Decimal
 import pytest
 
 from grader.classroom import overrides
-from grader.classroom.overrides import Decisions, Excuse, PointsOverride
+from grader.classroom.overrides import Adjustment, Change, Decisions, Excuse, PointsOverride
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 from grader.scoring import rubric
@@ -30,6 +30,17 @@ people:
     excused: {why: passed last year, by: Ada}
 """
 
+ADJUSTED = """\
+submissions:
+  team07:
+    adjust: {points: -2, why: a build folder, by: Ada}
+people:
+  jdoe:
+    adjust: {total: 50, why: oral exam, by: Ada}
+  s2:
+    bonus: {points: 3.5, why: found a fault, by: Ada}
+"""
+
 
 def load(tmp_path, text: str) -> Decisions:
     path = tmp_path / "overrides.yaml"
@@ -48,6 +59,31 @@ def test_points_comments_times_extensions_and_excuses(tmp_path):
     assert extension.until == dt.datetime(2026, 11, 25, 23, 59, tzinfo=dt.UTC)
     assert found.about(PEOPLE[1]).excused == Excuse("passed last year", "Ada")
     assert found.on("team08").points == ()
+
+
+def test_the_whole_is_adjusted_for_a_submission_or_a_person(tmp_path):
+    found = load(tmp_path, ADJUSTED)
+    assert found.on("team07").adjustments == (Adjustment(Change.POINTS, Decimal("-2"), "a build folder", "Ada"),)
+    assert found.about(PEOPLE[0]).adjustments == (Adjustment(Change.TOTAL, Decimal("50"), "oral exam", "Ada"),)
+    assert [str(each) for each in found.about(PEOPLE[1]).adjustments] == ["bonus of 3.5 points by Ada (found a fault)"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("points: -2", "points: lots", r"line 3: lots is not a number of points"),
+        ("points: -2, ", "", r"line 3: adjust needs points or total, why, by"),
+        ("points: -2", "points: -2, total: 3", r"line 3: adjust needs points or total, why, by"),
+        ("total: 50", "total: 101", r"line 6: the rubric has 100 points; 101 is outside 0 to 100"),
+        ("points: 3.5", "points: -1", r"line 8: a bonus of -1 points is none; `adjust` subtracts points"),
+        ("points: 3.5", "total: 3", r"line 8: bonus needs points, why, by"),
+        (", by: Ada}\npeople", "}\npeople", r"line 3: 'by' is missing"),
+    ],
+)
+def test_a_mistake_in_an_adjustment_is_named_with_its_line(tmp_path, old, new, said):
+    assert old in ADJUSTED
+    with pytest.raises(GraderError, match=said):
+        load(tmp_path, ADJUSTED.replace(old, new, 1))
 
 
 def test_a_name_that_two_people_have_decides_about_neither(tmp_path):

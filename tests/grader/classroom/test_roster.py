@@ -27,7 +27,7 @@ def test_our_own_columns(tmp_path):
 
 def test_a_spreadsheets_semicolons_and_byte_order_mark(tmp_path):
     found = people(tmp_path, "ID;Name;E-Mail\n1;Müller, Jörg;j@uni.edu\n", "utf-8-sig")
-    assert found == (Person("1", "Jörg Müller", "j@uni.edu"),)
+    assert found == (Person("1", "Jörg Müller", "j@uni.edu", sortable="Müller, Jörg"),)
 
 
 def test_canvas_gradebook_is_a_roster(tmp_path):
@@ -37,7 +37,7 @@ def test_canvas_gradebook_is_a_roster(tmp_path):
         "    Points Possible,,,,,100\n"
         '"Doe, Jane",12345,s1,jdoe,A,\n',
     )
-    assert found == (Person(id="s1", name="Jane Doe", login="jdoe", lms_id="12345"),)
+    assert found == (Person("s1", "Jane Doe", login="jdoe", lms_id="12345", lms="canvas", sortable="Doe, Jane"),)
 
 
 def test_moodle_grading_worksheet_is_a_roster(tmp_path):
@@ -45,7 +45,7 @@ def test_moodle_grading_worksheet_is_a_roster(tmp_path):
         tmp_path,
         'Identifier,"Full name","ID number","Email address",Status,Grade\n"Participant 12345",Jane Doe,s1,j@x,,\n',
     )
-    assert found == (Person(id="s1", name="Jane Doe", email="j@x", lms_id="12345"),)
+    assert found == (Person("s1", "Jane Doe", "j@x", lms_id="12345", lms="moodle"),)
 
 
 def test_first_and_last_names_are_joined(tmp_path):

@@ -122,7 +122,7 @@ def change(data, where, key, value):
         ("check", "points", float("nan"), ".nan is not a number of points"),
         ("check", "points", "one", "one is not a number of points"),
         ("criterion", "levels", {"A": "all"}, "'B' is missing; a criterion needs A, B, C, D"),
-        ("rubric", "weights", {}, "weights is not allowed here. There are: title, version, criteria."),
+        ("rubric", "weights", {}, "weights is not allowed here. There are: title, version, criteria, scale."),
         ("criterion", "level", {}, "level is not allowed here. Did you mean levels?"),
         ("requirement", "check", [], "check is not allowed here. Did you mean checks?"),
         ("check", "point", 1, "point is not allowed here. Did you mean points? There are: id, points, level."),
@@ -173,3 +173,27 @@ def test_what_is_no_rubric_is_refused(write, text, says):
 
 def test_a_missing_rubric_is_refused(tmp_path):
     assert "cannot be read as a rubric" in refused(tmp_path / "none.yaml")
+
+
+GERMAN = [{"grade": "1.0", "percent": 95}, {"grade": "4.0", "percent": 50}, {"grade": "5.0", "percent": 0}]
+
+
+def test_a_scale_gives_a_grade_for_every_total(write):
+    path = write(change(small(), "rubric", "scale", GERMAN))
+    whole = load(path)
+    assert [whole.grade(points) for points in (6, 5, 4.75, 4.74, 2.5, 2.49, 0)] == [
+        "1.0", "1.0", "1.0", "4.0", "4.0", "5.0", "5.0",
+    ]  # fmt: skip
+    assert load(write(small())).grade(5) == ""
+
+
+@pytest.mark.parametrize(
+    ("scale", "says"),
+    [
+        (GERMAN[:2], "a scale ends with the grade for 0 percent"),
+        ([GERMAN[1], GERMAN[0], GERMAN[2]], "1.0 needs less than the 50 percent of the step before"),
+        ([{"grade": "1.0"}], "'percent' is missing; a step of the scale needs grade, percent"),
+    ],
+)
+def test_a_scale_that_is_not_sorted_or_has_no_end_is_refused(write, scale, says):
+    assert says in refused(write(change(small(), "rubric", "scale", scale)))

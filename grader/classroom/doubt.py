@@ -1,0 +1,70 @@
+"""What a person should look at before a class is graded: whose a submission is, which one counts, what is not known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sized
+from dataclasses import dataclass
+from enum import Enum
+
+from grader.classroom.roster import Person
+from grader.errors import GraderError
+
+
+class DoubtKind(Enum):
+    """What is doubtful."""
+
+    LAYOUT = "the layout of the export"
+    MOST_UNMATCHED = "most submissions match nobody"
+    UNMATCHED = "matches nobody of the roster"
+    AMBIGUOUS = "could be of several people"
+    SEVERAL = "several hand-ins of the same people"
+    NO_TIME = "no time of submission"
+    UNLINKED = "no account on the platform"
+    LEFT_OUT = "cannot be graded"
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """One doubt about a class.
+
+    Attributes:
+        kind: what is doubtful.
+        label: the submission, person or file as the export or the roster calls it.
+        what: a sentence that says what was found.
+        todo: a sentence that says what to do.
+        entry: the id of the submission in the class, "" if the doubt is not about one.
+        people: the people of the roster whom it may concern: until it is decided, none of them handed in nothing.
+        stops: nothing should be graded before a person has looked at it.
+    """
+
+    kind: DoubtKind
+    label: str
+    what: str
+    todo: str
+    entry: str = ""
+    people: tuple[Person, ...] = ()
+    stops: bool = False
+
+    @property
+    def text(self) -> str:
+        """Return the doubt and what to do as one line."""
+        return f"{self.what} {self.todo}".strip()
+
+
+class DoubtfulClass(GraderError):
+    """Whose the submissions are is so doubtful that nothing was graded."""
+
+
+def require_certain(doubts: Iterable[Doubt]) -> None:
+    """Refuse to go on if a doubt stops the class.
+
+    Raises:
+        DoubtfulClass: with all that stops it, and what to do.
+    """
+    if stops := [doubt.text for doubt in doubts if doubt.stops]:
+        raise DoubtfulClass("Nothing was graded.", "\n".join(stops))
+
+
+def too_many(unmatched: Sized, entries: Sized) -> bool:
+    """Return whether so many of the submissions match nobody that the roster is hardly that of the class."""
+    return 2 * len(unmatched) > len(entries)

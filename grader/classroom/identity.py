@@ -1,0 +1,218 @@
+"""Find the one person of a class whom an export, a sheet or a decision means.
+
+A platform's own number comes first, then id, e-mail and login, then the exact name. What contradicts itself, and a
+name that several people have, means none of them: it is refused, with everyone whom it may mean. The order of the
+people decides nothing.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from grader.classroom.roster import Person
+
+ANY, SHORT = "any", "short name"
+"""Kinds of claims beside the fields of Person: one of them all, and Canvas's name of a person in a file's name."""
+
+_UNIQUE = ("lms_id", "id", "email", "login")  # the surest first
+_CALLED = {"lms_id": "number", "email": "e-mail", "overrides": "a decision in"}
+# What Moodle calls the people without a group, in its language packs (string defaultteam of mod_assign).
+_NO_TEAM = (
+    "Default group", "Standard-Gruppe", "Groupe par d\u00e9faut", "Grupo predeterminado", "Gruppo di default",
+    "Grupo predefinido", "Standaard groep", "Grup per defecte", "Talde lehenetsia",
+)  # fmt: skip
+# Apostrophes, which many leave out or write otherwise, and what Moodle takes out of a file's name (PARAM_FILE).
+_DROPPED = str.maketrans("", "", "'`\u00b4\u2018\u2019\u02bc\u02b9\u2032\uff07" + '&<>"|:\\/')
+_SPACE, _TEAM_SPACE = re.compile(r"[\s_]+"), re.compile(r"[\s_-]+")
+_WORD = ("L", "M", "Nd", "Pc")  # [[:word:]] in Ruby, which is all that Canvas keeps of a name
+
+
+@dataclass(frozen=True)
+class Claim:
+    """Something that is said of one person: `kind` is a field of Person, ANY or SHORT; `lms` gave a number."""
+
+    kind: str
+    value: str
+    lms: str = ""
+
+    @property
+    def text(self) -> str:
+        """Return the claim for people, such as "Canvas's number 123"."""
+        whose = f"{self.lms.capitalize()}'s " if self.lms else ""
+        return f"{whose}{_CALLED.get(self.kind, self.kind)} {self.value}"
+
+
+@dataclass(frozen=True)
+class Identified:
+    """Whom claims mean.
+
+    Attributes:
+        people: one person, or the members of a team; empty if that is not certain.
+        by: the claim that decided.
+        rivals: everyone whom it may be, where that is not certain.
+        why: the reason why it is not certain, "" if nothing fits at all.
+    """
+
+    people: tuple[Person, ...] = ()
+    by: Claim | None = None
+    rivals: tuple[Person, ...] = ()
+    why: str = ""
+
+
+def identify(claims: Sequence[Claim], people: Sequence[Person]) -> Identified:
+    """Return whom the claims mean; all of them are about one person, or about one team."""
+    sure = _sure(claims, people)
+    called = {person: claim for person in people for claim in claims if _is_called(person, claim)}
+    teams, team = _team(claims, people)
+    if len(sure) > 1:
+        return _refused(sure, " and ".join(sorted(f"{claim.text} is {who.label}'s" for who, claim in sure.items())))
+    for person, claim in sure.items():
+        own_name = person in called or any(_agrees(person, other) for other in claims)
+        if called and person not in called:
+            return _refused((person, *called), f"{claim.text} is {person.label}'s, but the name is not")
+        if person in team or (own_name and not team) or (not team and not _needs_name(person, claim, claims)):
+            return Identified((person,), claim)
+        if not team or own_name or claim.kind != "lms_id" or _is_permanent(person, claim):
+            other = f"the team {teams[0]} is without them" if team else "the name is not"
+            return _refused((person, *team), f"{claim.text} is {person.label}'s, but {other}")
+    if len(called) > 1:
+        return _refused(called, f"{len(called)} people of the class have this name")
+    for person, claim in called.items():
+        if team and person not in team:
+            return _refused((person, *team), f"it names {person.label} and the team {teams[0]}")
+        if wrong := next((other for other in claims if _contradicts(person, other)), None):
+            return _refused([person], f"the name is {person.label}'s, but {wrong.text} is not")
+        return Identified((person,), claim)
+    if len(teams) > 1:
+        return _refused(team, f"the teams {' and '.join(teams)} have this name")
+    if team:
+        return Identified(team, next(claim for claim in claims if _team([claim], people)[1]))
+    return Identified(rivals=_sorted(who for who in people if any(_resembles(who, claim) for claim in claims)))
+
+
+def short_names(name: str, sortable: str = "") -> str:
+    """Return what Canvas calls a person in the name of a file, from the sortable name if that is known."""
+    if not sortable:
+        first, _, last = name.strip().rpartition(" ")
+        sortable = f"{last}{first}"
+    return _squeezed(sortable)
+
+
+def key(text: str) -> str:
+    """Return a name in the form in which names are compared: all letters of every script, without apostrophes."""
+    last, comma, first = text.partition(",")
+    whole = f"{first} {last}" if comma else text
+    folded = unicodedata.normalize("NFC", unicodedata.normalize("NFC", whole).casefold())
+    return _SPACE.sub(" ", folded.translate(_DROPPED)).strip()
+
+
+def _sure(claims: Sequence[Claim], people: Sequence[Person]) -> dict[Person, Claim]:
+    """Return everyone whom a number, an id, an e-mail or a login means, each with the surest of them."""
+    found: dict[Person, Claim] = {}
+    for kind in _UNIQUE:
+        for claim in claims:
+            for person in people:
+                if claim.kind in (kind, ANY) and _has(person, kind, claim):
+                    found.setdefault(person, Claim(kind, claim.value, claim.lms))
+    return found
+
+
+def _has(person: Person, kind: str, claim: Claim) -> bool:
+    own = getattr(person, kind)
+    return bool(own) and _plain(own) == _plain(claim.value) and (kind != "lms_id" or _same_lms(person, claim))
+
+
+def _same_lms(person: Person, claim: Claim) -> bool:
+    return not claim.lms or person.lms in ("", claim.lms)
+
+
+def _is_permanent(person: Person, claim: Claim) -> bool:
+    """Return whether a number is one person's for ever: Canvas's is, Moodle gives others for each assignment."""
+    return claim.kind != "lms_id" or person.lms == claim.lms == "canvas"
+
+
+def _needs_name(person: Person, claim: Claim, claims: Iterable[Claim]) -> bool:
+    """Return whether a number alone is not enough, because there are two names that could be compared."""
+    named = any(other.kind in ("name", SHORT) for other in claims)
+    return named and bool(person.name) and not _is_permanent(person, claim)
+
+
+def _contradicts(person: Person, claim: Claim) -> bool:
+    """Return whether the person has another number, id, e-mail or login than the claim says."""
+    own = getattr(person, claim.kind) if claim.kind in _UNIQUE else ""
+    return bool(own) and not _has(person, claim.kind, claim) and (claim.kind != "lms_id" or _same_lms(person, claim))
+
+
+def _is_called(person: Person, claim: Claim) -> bool:
+    """Return whether the claim is the person's whole name; Moodle writes that of their group before it."""
+    if not person.name:
+        return False
+    if claim.kind == SHORT:
+        return short_names(person.name, person.sortable) == _squeezed(claim.value)
+    if claim.kind not in ("name", ANY):
+        return False
+    groups = (person.team,) if person.team else _NO_TEAM
+    return key(claim.value) in (key(person.name), *(key(f"{group}-{person.name}") for group in groups))
+
+
+def _agrees(person: Person, claim: Claim) -> bool:
+    """Return whether a name may be that of a person whom a number means: a group may stand before it."""
+    if claim.kind == SHORT:
+        return _squeezed(claim.value) in _rotations(person.name)
+    if claim.kind != "name" or not person.name:
+        return False
+    said, own = key(claim.value), key(person.name)
+    return said == own or said.endswith(f"-{own}") or own.endswith(f"-{said}")
+
+
+def _team(claims: Sequence[Claim], people: Sequence[Person]) -> tuple[list[str], tuple[Person, ...]]:
+    """Return the teams that the claims name, and everyone in them."""
+    found = {}
+    for person in people:
+        for claim in claims:
+            if person.team and claim.kind == "team" and _team_key(person.team) == _team_key(claim.value):
+                found[person] = person.team
+    return sorted(set(found.values())), tuple(found)
+
+
+def _team_key(text: str) -> str:
+    return _TEAM_SPACE.sub(" ", key(text.replace(",", " "))).strip()
+
+
+def _resembles(person: Person, claim: Claim) -> bool:
+    """Return whether a name is so like the person's that a human should look: its words in another order."""
+    if claim.kind == SHORT:
+        return _squeezed(claim.value) in _rotations(person.name)
+    if claim.kind not in ("name", ANY) or not person.name:
+        return False
+    own = sorted(_words(person.name))
+    return own in (sorted(_words(claim.value)), sorted(_words(claim.value)[-len(own) :]))
+
+
+def _words(text: str) -> list[str]:
+    return [word for word in re.split(r"[\s,._-]+", key(text.replace(",", " "))) if word]
+
+
+def _rotations(name: str) -> set[str]:
+    words = _words(name)
+    return {_squeezed("".join(words[start:] + words[:start])) for start in range(len(words))}
+
+
+def _squeezed(text: str) -> str:
+    letters = (char for char in unicodedata.normalize("NFC", text) if unicodedata.category(char).startswith(_WORD))
+    return unicodedata.normalize("NFC", "".join(letters).casefold())
+
+
+def _plain(text: str) -> str:
+    return unicodedata.normalize("NFC", text.strip().casefold())
+
+
+def _refused(rivals: Iterable[Person], why: str) -> Identified:
+    return Identified(rivals=_sorted(rivals), why=why)
+
+
+def _sorted(people: Iterable[Person]) -> tuple[Person, ...]:
+    return tuple(sorted(dict.fromkeys(people), key=lambda person: person.key))

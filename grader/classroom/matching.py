@@ -1,0 +1,166 @@
+"""Match the submissions of an export with the people of a roster, and say by what, or why not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from grader.classroom.doubt import Doubt, DoubtKind, too_many
+from grader.classroom.entry import Entry
+from grader.classroom.identity import SHORT, Claim, Identified, identify
+from grader.classroom.platform import Export, HandIn, is_archive
+from grader.classroom.roster import IDENTITY, Person
+
+GO_ON = "--despite-doubts"
+"""The option that grades a class in spite of a doubt that stops it."""
+_BY_NAME = ("name", SHORT)
+_SHOWN = 10
+
+
+@dataclass(frozen=True)
+class Match:
+    """Whose a submission is: its people, each with what decided, and those of its submitters who are not known."""
+
+    hand_in: HandIn
+    people: Mapping[Person, Claim]
+    unknown: tuple[Identified, ...] = ()
+
+    @property
+    def number(self) -> str:
+        """Return the platform's number for who handed in, "" if it gives none."""
+        claims = (claim for person in self.hand_in.claims for claim in person)
+        return next((claim.value for claim in claims if claim.kind == "lms_id"), "")
+
+
+def match(hand_ins: Sequence[HandIn], roster: Sequence[Person]) -> list[Match]:
+    """Return whose each submission is: people of the roster with all their team, or whom the export itself names."""
+    if not roster:
+        return [Match(hand_in, _claimed(hand_in)) for hand_in in hand_ins]
+    return [_with_team(found, roster) for found in _without_namesakes([_match(each, roster) for each in hand_ins])]
+
+
+def doubts(found: Match, entry: str) -> list[Doubt]:
+    """Return what is doubtful about whose a submission is, which has the id `entry` in the class."""
+    return [_doubt(found.hand_in.label, unknown, entry, bool(found.people)) for unknown in found.unknown]
+
+
+def class_doubts(
+    export: Export, entries: Sequence[Entry], roster: Sequence[Person], missing: Sequence[Person]
+) -> Iterator[Doubt]:
+    """Yield what is doubtful about an export as a whole, and about the people without a submission."""
+    unmatched = [entry for entry in entries if not entry.people]
+    strange = [entry.label for entry in unmatched if entry.path.name in export.foreign]
+    if strange:
+        yield Doubt(
+            DoubtKind.LAYOUT,
+            export.layout,
+            f"Some entries are named as a learning platform names them, most are not: {_some(strange)}.",
+            "Name the folder or the archive as the platform exported it, without other files, or go on with "
+            f"{GO_ON} if these are only names.",
+            stops=True,
+        )
+    if roster and too_many(unmatched, entries):
+        yield Doubt(
+            DoubtKind.MOST_UNMATCHED,
+            export.layout,
+            f"{len(unmatched)} of {len(entries)} submissions fit nobody of the roster "
+            f"(layout: {export.layout}): {_some(sorted(entry.label for entry in unmatched))}.",
+            "Is it the roster of this class, and has it the numbers of this assignment? "
+            f"Go on with {GO_ON} if it is; who is not matched gets a line of their own.",
+            stops=True,
+        )
+    for entry in entries:
+        if entry.path.is_file() and not is_archive(entry.path):
+            yield Doubt(
+                DoubtKind.LEFT_OUT,
+                entry.label,
+                f"{entry.label} handed in {entry.path.name}, which is neither an archive nor a folder.",
+                "It cannot be graded; look at it, and ask for the package.",
+                entry.id,
+            )
+    for hand_in in export.absent:
+        found = [identify(claims, roster) for claims in hand_in.claims]
+        yield Doubt(
+            DoubtKind.LEFT_OUT,
+            hand_in.label,
+            f"The export lists a submission of {hand_in.label}, but does not hold it.",
+            "Export once more.",
+            people=tuple(person for each in found for person in each.people or each.rivals),
+        )
+    if export.layout == "git":
+        for person in missing:
+            if not person.login:
+                yield Doubt(
+                    DoubtKind.UNLINKED,
+                    person.label,
+                    f"{person.label} has no GitHub account in the roster.",
+                    "Link it in GitHub Classroom and download the roster once more, or add the login to the roster.",
+                    people=(person,) if unmatched else (),
+                )
+
+
+def _some(names: Sequence[str]) -> str:
+    more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+    return ", ".join(names[:_SHOWN]) + more
+
+
+def _match(hand_in: HandIn, roster: Sequence[Person]) -> Match:
+    found = [identify(claims, roster) for claims in hand_in.claims]
+    people = {person: each.by for each in found if each.by is not None for person in each.people}
+    return Match(hand_in, people, tuple(each for each in found if not each.people))
+
+
+def _without_namesakes(found: list[Match]) -> list[Match]:
+    """Take a person from all submissions that have only the name in common with them, if several accounts have it."""
+    numbers: dict[Person, set[str]] = {}
+    for each in found:
+        for person, by in each.people.items():
+            if by.kind in _BY_NAME and each.number:
+                numbers.setdefault(person, set()).add(each.number)
+    several = {person: sorted(of) for person, of in numbers.items() if len(of) > 1}
+    return [_without(each, several) for each in found]
+
+
+def _without(found: Match, several: Mapping[Person, list[str]]) -> Match:
+    refused = [who for who, by in found.people.items() if who in several and by.kind in _BY_NAME]
+    why = "accounts {} have the name of {}"
+    unknown = (Identified(rivals=(who,), why=why.format(" and ".join(several[who]), who.label)) for who in refused)
+    people = {who: by for who, by in found.people.items() if who not in refused}
+    return replace(found, people=people, unknown=(*found.unknown, *unknown))
+
+
+def _with_team(found: Match, roster: Sequence[Person]) -> Match:
+    teams = {person.team for person in found.people if person.team}
+    members = {who: Claim("team", who.team) for who in roster if who.team in teams}
+    return replace(found, people={**members, **found.people})
+
+
+def _claimed(hand_in: HandIn) -> dict[Person, Claim]:
+    """Return the people whom the claims describe, for a class without a roster; none for a name alone."""
+    found = {}
+    for claims in hand_in.claims:
+        known = {claim.kind: claim for claim in reversed(claims)}
+        surest = next((known[kind] for kind in ("lms_id", *IDENTITY) if kind in known), None)
+        if surest is not None and ("team" not in known or surest.kind == "lms_id"):
+            name = known.get("name", known.get(SHORT, Claim("", ""))).value
+            identity = {kind: known[kind].value for kind in IDENTITY if kind in known}
+            found[Person(**identity, name=name, lms=surest.lms)] = surest
+    return found
+
+
+def _doubt(label: str, unknown: Identified, entry: str, others: bool) -> Doubt:
+    rivals = unknown.rivals
+    names = " or ".join(f"{kind} {value}" if kind != "name" else value for kind, value in (who.key for who in rivals))
+    assign = f"write into overrides.yaml: submissions: {{{entry}: {{people: [ID]}}}}."
+    if unknown.why:
+        kind, what = DoubtKind.AMBIGUOUS, f"{label} is not certain: {unknown.why}."
+        todo = f"If it is that of {names}, {assign}"
+    elif rivals:
+        kind, what = DoubtKind.UNMATCHED, f"{label} fits nobody of the roster; the name resembles {names}."
+        todo = f"If it is theirs, {assign}"
+    else:
+        kind, what = DoubtKind.UNMATCHED, f"{label} fits nobody of the roster."
+        todo = f"Add the person to the roster, or {assign}"
+    if others:
+        what = what.replace(label, f"One of the people of {label}", 1)
+    return Doubt(kind, label, what, todo, entry, rivals)

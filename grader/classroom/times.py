@@ -1,0 +1,126 @@
+"""When submissions were handed in, where the export does not say: from a list that the platform exports beside it.
+
+A grading worksheet of Moodle has the time of each participant's submission, Canvas's list of an assignment's
+submissions (JSON of its API) that of each account; any CSV with a column `submitted` serves too.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from grader.classroom import roster, worksheet
+from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.entry import Entry
+from grader.classroom.identity import Claim, identify
+from grader.classroom.roster import IDENTITY, Person
+from grader.errors import GraderError
+
+_COLUMNS = ("submitted", "submitted at", "submitted_at")
+_NONE = ("", "-")
+_SHOWN = 10
+
+
+@dataclass(frozen=True)
+class HandInTime:
+    """When one person handed in: `when` is None if `text`, which the list says, cannot be read."""
+
+    claims: tuple[Claim, ...]
+    when: dt.datetime | None
+    text: str
+
+
+def load(path: Path) -> tuple[HandInTime, ...]:
+    """Return the times in a list of submissions or in a roster, none if it has no column of them.
+
+    Raises:
+        GraderError: it cannot be read.
+    """
+    return tuple(_of_canvas(path) if path.suffix.lower() == ".json" else _of_table(path))
+
+
+def added(entries: Sequence[Entry], people: Sequence[Person], times: Sequence[HandInTime]) -> list[Entry]:
+    """Return the entries, those without a time with the latest time of whoever handed them in."""
+    everyone = people or tuple(dict.fromkeys(person for entry in entries for person in entry.people))
+    known: dict[Person, list[dt.datetime]] = {}
+    for time in times:
+        for person in identify(time.claims, everyone).people:
+            if time.when is not None:
+                known.setdefault(person, []).append(time.when)
+    return [entry if entry.submitted else replace(entry, submitted=_latest(entry, known)) for entry in entries]
+
+
+def doubts(entries: Sequence[Entry], times: Sequence[HandInTime], layout: str) -> Iterator[Doubt]:
+    """Yield a doubt about the submissions without a time, and one about each time that cannot be read."""
+    without = sorted(entry.label for entry in entries if entry.submitted is None)
+    if without:
+        names = ", ".join(without[:_SHOWN]) + (f" and {len(without) - _SHOWN} more" if len(without) > _SHOWN else "")
+        yield Doubt(
+            DoubtKind.NO_TIME,
+            layout,
+            f"{len(without)} of {len(entries)} submissions have no time, so nothing is deducted for lateness: {names}.",
+            _SOURCES.get(layout, "Give their times with --times, or as `submitted:` in overrides.yaml."),
+        )
+    for time in times:
+        if time.when is None:
+            label = ", ".join(claim.text for claim in time.claims)
+            what = f'The time "{time.text}" of {label} cannot be read.'
+            yield Doubt(DoubtKind.NO_TIME, label, what, "Write it as 2026-11-20T23:59 into a CSV for --times.")
+
+
+_SOURCES = {
+    "moodle": "Download the grading worksheet of the assignment, and give it with --roster or --times.",
+    "canvas": "Save the list of the assignment's submissions as JSON, and give it with --times "
+    "(docs/classes.md says how).",
+}
+
+
+def _latest(entry: Entry, known: dict[Person, list[dt.datetime]]) -> dt.datetime | None:
+    """Return the latest time of those who were matched themselves; of their team only if they have none."""
+    own = {who for who, claim in zip(entry.people, entry.matched, strict=True) if claim.kind != "team"}
+    for people in (own, set(entry.people)):
+        if times := [time for who in people for time in known.get(who, ())]:
+            return max(times)
+    return None
+
+
+def _of_table(path: Path) -> Iterator[HandInTime]:
+    for _, person, cells in roster.rows(path):
+        sheet = worksheet.columns(list(cells))
+        names = list(cells)
+        column = names[sheet["submitted"]] if sheet and "submitted" in sheet else ""
+        text = cells.get(column or next((name for name in _COLUMNS if name in cells), ""), "").strip()
+        if text not in _NONE:
+            yield HandInTime(_claims(person), _time(text), text)
+
+
+def _claims(person: Person) -> tuple[Claim, ...]:
+    claims = [
+        Claim(kind, value, person.lms if kind == "lms_id" else "")
+        for kind in (*IDENTITY, "name")
+        if (value := getattr(person, kind))
+    ]
+    return tuple(claims)
+
+
+def _of_canvas(path: Path) -> Iterator[HandInTime]:
+    try:
+        for submission in json.loads(path.read_text(encoding="utf-8-sig")):
+            if submission["submitted_at"]:
+                text = str(submission["submitted_at"])
+                yield HandInTime((Claim("lms_id", str(submission["user_id"]), "canvas"),), _time(text), text)
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise GraderError(
+            f"{path} is not a list of submissions as Canvas's API writes it ({error!r}). Save it once more."
+        ) from error
+
+
+def _time(text: str) -> dt.datetime | None:
+    try:
+        time = dt.datetime.fromisoformat(text)
+    except ValueError:
+        return worksheet.time(text)
+    return time if time.tzinfo else time.astimezone()

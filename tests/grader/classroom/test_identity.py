@@ -1,0 +1,394 @@
+"""Whose a submission is: no person ever gets another one's, and what is not certain is a doubt that is listed."""
+
+from __future__ import annotations
+
+import unicodedata
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from grader.classroom import discovery, matching, roster
+from grader.classroom.discovery import Found
+from grader.classroom.doubt import DoubtKind
+from grader.classroom.identity import ANY, SHORT, Claim, identify
+from grader.classroom.platform import HandIn
+from grader.classroom.roster import Person
+
+JANE = Person("s1", "Jane Doe", "jane@uni.edu", "jdoe", "", "101")
+EVE = Person("s7", "Eve Adams", "eve@uni.edu", "eve", "Team 7", "707")
+
+
+def found(root: Path, names: list[str], people: list[Person]) -> Found:
+    """Find submissions with these names. Each is a file of its own, a name that ends in "/" a folder."""
+    for number, name in enumerate(names):
+        path = root / name
+        if name.endswith("/"):
+            path.mkdir(parents=True)
+            path /= "package.zip"
+        path.write_text(str(number))
+    return discovery.find(root, people)
+
+
+def owners(result: Found) -> dict[str, list[str]]:
+    """Return who has what, by what is handed in."""
+    return {entry.path.read_text(): sorted(person.label for person in entry.people) for entry in result.entries}
+
+
+@pytest.mark.parametrize(
+    ("name", "person"),
+    [
+        ("王 小明", "李 小龍"),
+        ("Иван Иванов", "Пётр Петров"),
+        ("مريم علي", "فاطمة حسن"),
+        ("Wei Li", "Li Wei"),
+        ("Anna Marie Beck", "Marie Anna Beck"),
+        ("Jose Nunez", "José Núñez"),
+        ("Lukasz", "Łukasz"),
+    ],
+)
+@pytest.mark.parametrize("pattern", ["{}.zip", "{}_5_assignsubmission_file_/"])
+def test_another_name_is_another_person(tmp_path, pattern, name, person):
+    """Names of other scripts were all equal, and so were two people whose words are the same in another order."""
+    result = found(tmp_path, [pattern.format(name)], [Person("s8", person)])
+    assert owners(result) == {"0": []}
+    assert result.doubts[0].kind is DoubtKind.UNMATCHED
+
+
+@pytest.mark.parametrize(
+    ("name", "person"),
+    [
+        ("Sean OBrien", "Sean O'Brien"),
+        ("Sean O\u2019Brien", "Sean O'Brien"),
+        ("Sean O'Brien", "Sean O\u02bcBrien"),
+        ("O'Brien, Sean", "Sean O'Brien"),
+        ("sean_obrien", "Sean O'Brien"),
+        (unicodedata.normalize("NFD", "José Núñez"), "José Núñez"),
+        ("STRASSE", "Straße"),
+        ("李 小龍", "李 小龍"),
+        ("Doe, Jane", "Jane Doe"),
+        ("Jane Doe", "Doe, Jane"),
+    ],
+)
+def test_a_name_may_be_written_in_several_ways(tmp_path, name, person):
+    result = found(tmp_path, [f"{name}.zip"], [Person("s8", person), Person("s9", "Bo Ek")])
+    assert owners(result) == {"0": [person]}
+    assert result.doubts == ()
+
+
+def test_moodle_writes_obrien_and_the_roster_o_brien(tmp_path):
+    result = found(tmp_path, ["Sean OBrien_5_assignsubmission_file_/"], [Person("s8", "Sean O'Brien")])
+    assert owners(result) == {"0": ["Sean O'Brien"]}
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_two_of_one_name_get_neither_submission_by_order(tmp_path, order):
+    people = [Person("s1", "Jane Doe"), Person("s2", "Jane Doe")][::order]
+    result = found(tmp_path, ["Jane Doe_5_assignsubmission_file_/", "Jane Doe_6_assignsubmission_file_/"], people)
+    assert owners(result) == {"0": [], "1": []}
+    kinds = [doubt.kind for doubt in result.doubts if not doubt.stops]
+    assert kinds == [DoubtKind.AMBIGUOUS, DoubtKind.AMBIGUOUS]
+    assert set(result.doubts[0].people) == set(people)
+
+
+def test_two_accounts_of_one_name_are_not_both_the_one_person_of_the_roster(tmp_path):
+    """The roster had one Jane Doe, the export two: both submissions were hers, and the better one counted."""
+    result = found(
+        tmp_path,
+        ["Jane Doe_5_assignsubmission_file_/", "Jane Doe_6_assignsubmission_file_/"],
+        [Person("s1", "Jane Doe"), Person("s2", "Bo Ek")],
+    )
+    assert owners(result) == {"0": [], "1": []}
+    assert "accounts 5 and 6 have the name of Jane Doe" in result.doubts[0].what
+
+
+def test_a_number_that_the_name_contradicts_decides_nothing(tmp_path):
+    """The numbers of participants are others in each assignment; the roster may be of an earlier one."""
+    people = [replace(JANE, lms="moodle"), Person("s2", "Bo Ek", lms_id="102", lms="moodle")]
+    result = found(tmp_path, ["Bo Ek_101_assignsubmission_file_/", "Jane Doe_103_assignsubmission_file_/"], people)
+    assert owners(result) == {"0": [], "1": []}
+    whats = sorted(doubt.what for doubt in result.doubts if doubt.kind is DoubtKind.AMBIGUOUS)
+    assert whats == [
+        "Bo Ek is not certain: Moodle's number 101 is Jane Doe's, but the name is not.",
+        "Jane Doe is not certain: the name is Jane Doe's, but Moodle's number 103 is not.",
+    ]
+
+
+def test_an_email_that_the_name_contradicts_decides_nothing(tmp_path):
+    (tmp_path / "submission_metadata.yml").write_text(
+        "submission_1:\n  :submitters:\n  - :name: Jane Doe\n    :email: other@uni.edu\n"
+    )
+    (tmp_path / "submission_1").mkdir()
+    result = discovery.find(tmp_path, [JANE])
+    assert result.entries[0].people == ()
+    assert "the name is Jane Doe's, but e-mail other@uni.edu is not" in result.doubts[0].what
+
+
+def test_who_goes_by_another_name_is_known_by_id_or_email(tmp_path):
+    (tmp_path / "submission_metadata.yml").write_text(
+        "submission_1:\n  :submitters:\n  - :name: Janie D.\n    :email: JANE@uni.edu\n"
+    )
+    (tmp_path / "submission_1").mkdir()
+    assert discovery.find(tmp_path, [JANE]).entries[0].people == (JANE,)
+
+
+def test_a_submitter_whom_the_roster_does_not_have_is_a_doubt_though_the_others_are_known(tmp_path):
+    (tmp_path / "submission_metadata.yml").write_text(
+        "submission_1:\n  :submitters:\n  - :email: jane@uni.edu\n  - :name: Zed\n    :email: zed@uni.edu\n"
+    )
+    (tmp_path / "submission_1").mkdir()
+    result = discovery.find(tmp_path, [JANE])
+    assert result.entries[0].people == (JANE,)
+    assert [doubt.kind for doubt in result.doubts] == [DoubtKind.UNMATCHED]
+
+
+# Moodle's groups: mod/assign/classes/downloader.php, and locallib.php before Moodle 4.1.
+
+
+def test_a_groups_number_is_not_a_participants(tmp_path):
+    """`Team 7_707` has the group's number 707; a participant of that number had the whole group's grade."""
+    bo = Person("s2", "Bo Ek", lms_id="707", lms="moodle")
+    result = found(tmp_path, ["Team 7_707_assignsubmission_file_/"], [replace(EVE, lms_id="9"), bo])
+    assert owners(result) == {"0": ["Eve Adams"]}
+
+
+@pytest.mark.parametrize("number", ["707", "999"])
+def test_a_groups_name_before_a_members_is_read(tmp_path, number):
+    roster_number = "707" if number == "707" else ""
+    people = [replace(EVE, lms_id=roster_number), Person("s2", "Adams"), Person("s3", "Bo Ek", team="Team 8")]
+    result = found(tmp_path, [f"Team 7-Eve Adams_{number}_assignsubmission_file_/"], people)
+    assert owners(result) == {"0": ["Eve Adams"]}
+
+
+def test_the_end_of_a_double_name_is_not_the_name(tmp_path):
+    """`Anne-Marie Li` is not Marie Li of a group called Anne."""
+    result = found(tmp_path, ["Anne-Marie Li_5_assignsubmission_file_/"], [Person("s1", "Marie Li")])
+    assert owners(result) == {"0": []}
+    assert result.doubts[0].people == (Person("s1", "Marie Li"),), "but somebody should look"
+
+
+def test_the_default_group_is_those_whom_the_worksheet_says_are_in_it(tmp_path):
+    people = [Person("s1", "Jane Doe", team="Default group"), EVE]
+    result = found(tmp_path, ["Default group_assignsubmission_file_/", "Team 7_3_assignsubmission_file_/"], people)
+    assert owners(result) == {"0": ["Jane Doe"], "1": ["Eve Adams"]}
+
+
+def test_a_member_of_the_default_group_is_named_behind_it(tmp_path):
+    names = ["Default group-Jane Doe_101_assignsubmission_file_/", "Standard-Gruppe-Bo Ek_9_assignsubmission_file_/"]
+    result = found(tmp_path, names, [JANE, Person("s2", "Bo Ek")])
+    assert owners(result) == {"0": ["Jane Doe"], "1": ["Bo Ek"]}
+
+
+@pytest.mark.parametrize("word", ["Participant", "Teilnehmerin", "Participante"])
+def test_a_hidden_name_is_nobodys_and_the_number_decides(tmp_path, word):
+    people = [Person(lms_id="101", lms="moodle", id="s1"), Person(lms_id="102", lms="moodle", id="s2")]
+    result = found(tmp_path, [f"{word}_101_assignsubmission_file_/", f"{word}_102_assignsubmission_file_/"], people)
+    assert owners(result) == {"0": ["s1"], "1": ["s2"]}
+
+
+# Canvas: lib/content_zipper.rb.
+
+
+@pytest.mark.parametrize(
+    ("person", "short"),
+    [
+        (Person(name="Jane Doe", sortable="Doe, Jane"), "doejane"),
+        (Person(name="Jane Doe"), "doejane"),
+        (Person(name="小龍 李", sortable="李, 小龍"), "李小龍"),
+        (Person(name="Sean O'Brien", sortable="O'Brien, Sean"), "obriensean"),
+        (Person(name="María del Carmen García", sortable="del Carmen García, María"), "delcarmengarcíamaría"),
+        (Person(name="Пётр Иванов", sortable="Иванов, Пётр"), "ивановпётр"),
+        (Person(name="रवि कुमार", sortable="कुमार, रवि"), "कुमाररवि"),
+        (Person(name="Ann_Lee X", sortable="X, Ann_Lee"), "xann_lee"),
+    ],
+)
+def test_canvas_short_names_are_made_by_its_own_rule_in_any_script(person, short):
+    assert identify([Claim(SHORT, short)], [person]).people == (person,)
+
+
+def test_where_two_have_one_short_name_only_the_number_decides(tmp_path):
+    """`lian` is An Li and, without the space, Lian: only Canvas's number says who."""
+    people = [
+        Person("s1", "An Li", lms_id="11", lms="canvas", sortable="Li, An"),
+        Person("s2", "Lian", lms_id="12", lms="canvas", sortable="Lian"),
+    ]
+    assert owners(found(tmp_path, ["lian_12_9_a.zip"], people)) == {"0": ["Lian"]}
+    unknown = found(tmp_path, ["lian_12_9_a.zip"], [replace(who, lms_id="", lms="") for who in people])
+    assert owners(unknown) == {"0": []}
+    assert unknown.doubts[0].kind is DoubtKind.AMBIGUOUS
+
+
+def test_a_short_name_of_another_order_is_not_the_persons(tmp_path):
+    """`weili` is Li Wei; Wei Li would be `liwei`."""
+    result = found(tmp_path, ["weili_5_9_a.zip"], [Person("s1", "Wei Li", sortable="Li, Wei")])
+    assert owners(result) == {"0": []}
+
+
+def test_a_participants_number_of_moodle_is_no_number_of_canvas(tmp_path):
+    """A roster of Moodle beside an export of Canvas gave the submission of account 101 to participant 101."""
+    result = found(tmp_path, ["ekbo_101_9_a.zip"], [replace(JANE, lms="moodle"), Person("s2", "Bo Ek")])
+    assert owners(result) == {"0": ["Bo Ek"]}
+
+
+def test_canvas_test_student_is_not_in_the_class(tmp_path):
+    path = tmp_path / "roster.csv"
+    path.write_text(
+        "Student,ID,SIS Login ID,Section,Robots (77)\n    Points Possible,,,,100\n"
+        '"Doe, Jane",101,jdoe,A,\n"Student, Test",888,5e1f7c,A,\n'
+    )
+    assert [(person.name, person.lms_id, person.id) for person in roster.load(path)] == [("Jane Doe", "101", "")]
+
+
+def test_a_student_called_test_student_stays_in_the_class(tmp_path):
+    path = tmp_path / "roster.csv"
+    path.write_text('Student,ID,SIS User ID,SIS Login ID,Section\n"Student, Test",888,s8,tstudent,A\n')
+    assert [person.id for person in roster.load(path)] == ["s8"]
+
+
+# GitHub Classroom.
+
+
+def test_unlinked_people_of_a_github_roster_keep_their_identifiers(tmp_path):
+    """They had no login, no name and no id: one line of the gradebook for all of them."""
+    path = tmp_path / "roster.csv"
+    path.write_text(
+        '"identifier","github_username","github_id","name"\n"s1001","anna","1","Anna"\n"s1002","","",""\n'
+        '"li@uni.edu","","",""\n"Ek, Bo","","",""\n'
+    )
+    people = roster.load(path)
+    assert [(who.id, who.email, who.name, who.login) for who in people] == [
+        ("s1001", "", "Anna", "anna"),
+        ("s1002", "", "", ""),
+        ("", "li@uni.edu", "", ""),
+        ("", "", "Bo Ek", ""),
+    ]
+    assert len({person.key for person in people}) == 4
+
+
+def test_who_has_no_github_account_in_the_roster_is_listed(tmp_path):
+    for login in ("anna", "b0b"):
+        (tmp_path / f"robots-{login}" / ".git").mkdir(parents=True)
+        (tmp_path / f"robots-{login}" / "README.md").write_text(login)
+    bob = Person("s2", "Bob")
+    result = discovery.find(tmp_path, [Person("s1", "Anna", login="anna"), bob])
+    doubts = {doubt.kind: doubt for doubt in result.doubts}
+    assert set(doubts) == {DoubtKind.UNMATCHED, DoubtKind.UNLINKED}
+    assert doubts[DoubtKind.UNLINKED].people == (bob,), "b0b may be his"
+
+
+def test_logins_that_all_begin_alike_are_found_whole(tmp_path):
+    """What all names share was taken for the assignment's: `uni-anna` was looked for as `anna`."""
+    people = [Person("s1", "Anna", login="uni-anna"), Person("s2", "Bob", login="uni-bob")]
+    for person in people:
+        (tmp_path / f"robots-{person.login}" / ".git").mkdir(parents=True)
+        (tmp_path / f"robots-{person.login}" / "README.md").write_text(person.login)
+    assert {entry.people for entry in discovery.find(tmp_path, people).entries} == {(who,) for who in people}
+
+
+def test_a_login_with_hyphens_is_not_a_name_with_spaces(tmp_path):
+    (tmp_path / "robots-submissions" / "robots-jane-doe" / ".git").mkdir(parents=True)
+    (entry,) = discovery.find(tmp_path / "robots-submissions", [Person("s1", "Jane Doe", login="jd")]).entries
+    assert entry.people == ()
+
+
+# Any class.
+
+
+@dataclass(frozen=True)
+class Student:
+    """Somebody with a name, and the numbers that tell the platforms' accounts apart."""
+
+    number: int
+    given: str
+    family: str
+
+    def person(self, *, lms: str = "", numbers: bool = True) -> Person:
+        name = f"{self.given} {self.family}".strip()
+        number = str(self.number) if lms and numbers else ""
+        return Person(f"s{self.number}", name, lms_id=number, lms=lms if number else "", sortable=self.sortable)
+
+    @property
+    def sortable(self) -> str:
+        return f"{self.family}, {self.given}"
+
+
+def moodle_name(student: Student) -> str:
+    """Return what Moodle puts before a file: fullname, clean_filename (PARAM_FILE), spaces for underscores."""
+    kept = "".join(
+        char for char in f"{student.given} {student.family}" if char not in "&<>\"`|':\\/" and ord(char) > 31
+    )
+    return kept.replace("_", " ")
+
+
+def canvas_name(student: Student) -> str:
+    """Return what Canvas puts before a file: the sortable name in lower case, of that what Ruby calls a word."""
+    kept = (
+        c for c in student.sortable.lower() if unicodedata.category(c)[0] in "LM" or unicodedata.category(c) == "Nd"
+    )
+    return "".join(kept)
+
+
+LETTERS = st.characters(codec="utf-8", categories=("L", "M", "Nd"), include_characters=" '-.\u2019")
+NAMES = st.one_of(
+    st.sampled_from(
+        ["Li", "Wei", "Anna", "Marie", "Anna-Marie", "O'Brien", "OBrien", "李", "小龍", "王", "Müller", "Mu"]
+    ),
+    st.text(
+        st.characters(codec="utf-8", categories=("L", "M", "Nd"), include_characters=" '-.\u2019"),
+        min_size=1,
+        max_size=6,
+    ),
+).filter(lambda text: text.strip())
+CLASSES = st.lists(st.tuples(NAMES, NAMES), min_size=1, max_size=8).map(
+    lambda names: [Student(number, given.strip(), family.strip()) for number, (given, family) in enumerate(names, 11)]
+)
+
+
+def hand_in(platform: str, student: Student) -> HandIn:
+    number = str(student.number)
+    claims = {
+        "moodle": (
+            Claim("lms_id", number, "moodle"),
+            *(Claim(kind, moodle_name(student)) for kind in ("name", "team")),
+        ),
+        "canvas": (Claim("lms_id", number, "canvas"), Claim(SHORT, canvas_name(student))),
+        "plain": (Claim(ANY, f"{student.given} {student.family}"),),
+    }[platform]
+    return HandIn(Path(number), student.given, (claims,))
+
+
+def matched(hand_ins: list[HandIn], people: list[Person]) -> dict[str, set[Person]]:
+    return {found.hand_in.path.name: set(found.people) for found in matching.match(hand_ins, people)}
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    students=CLASSES,
+    numbers=st.booleans(),
+    platform=st.sampled_from(["moodle", "canvas", "plain"]),
+    mixed=st.randoms(use_true_random=False),
+)
+def test_no_submission_is_ever_matched_with_another_person(students, numbers, platform, mixed):
+    """For any class, with names in any script and namesakes; and the order of nothing matters."""
+    people = [student.person(lms="" if platform == "plain" else platform, numbers=numbers) for student in students]
+    hand_ins = [hand_in(platform, student) for student in students]
+    before = matched(hand_ins, people)
+    for student, person in zip(students, people, strict=True):
+        assert before[str(student.number)] <= {person}
+        if numbers and platform != "plain":
+            assert before[str(student.number)] == {person}, "the platform's own number decides"
+    mixed.shuffle(people)
+    mixed.shuffle(hand_ins)
+    assert matched(hand_ins, people) == before
+
+
+@settings(max_examples=100, deadline=None)
+@given(students=CLASSES, kept=st.integers(min_value=1, max_value=255), platform=st.sampled_from(["moodle", "canvas"]))
+def test_who_is_not_in_the_roster_is_none_of_the_people_in_it(students, kept, platform):
+    """With the platform's numbers in the roster: a namesake of somebody in it is still somebody else."""
+    people = [student.person(lms=platform) for student in students if kept >> (student.number - 11) & 1]
+    if people:
+        for number, found_people in matched([hand_in(platform, student) for student in students], people).items():
+            assert {person.lms_id for person in found_people} <= {number}
