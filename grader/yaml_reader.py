@@ -15,7 +15,7 @@ from grader.errors import GraderError
 _LISTED = 12  # names; more are not read
 
 # Where PyYAML has libyaml, it reads the rubric in a fifteenth of the time, and nearly every command reads the rubric.
-_FAST_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+FAST_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def compose(path: Path, text: str) -> yaml.Node | None:
@@ -25,7 +25,7 @@ def compose(path: Path, text: str) -> yaml.Node | None:
         GraderError: it is not YAML.
     """
     with contextlib.suppress(yaml.YAMLError):
-        return yaml.compose(text, _FAST_LOADER)
+        return yaml.compose(text, FAST_LOADER)
     try:  # again, for an error with the right line
         return yaml.compose(text, yaml.SafeLoader)
     except yaml.MarkedYAMLError as error:

@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import datetime as dt
-import hashlib
 import os
 import socket
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, replace
+from decimal import Decimal
 from pathlib import Path
 from typing import Protocol
 
 from grader import sandbox
 from grader.checks import checks_run
-from grader.classroom import cluster, discovery, hand_ins, overrides
-from grader.classroom.class_folder import CLASS, RUBRIC, ClassFacts, ClassFolder, Record, Status, relative
+from grader.classroom import cluster, discovery, hand_ins, overrides, plan
+from grader.classroom.class_folder import CLASS, PLAN, RUBRIC, ClassFacts, ClassFolder, Record, Status
+from grader.classroom.class_settings import ClassSettings, Given, settle
+from grader.classroom.doubt import Doubt, require_certain
 from grader.classroom.entry import Entry
 from grader.classroom.one_grading import Ending, Order, Runner
+from grader.classroom.plan import Action, Plan, Wanted
 from grader.classroom.roster import Person
+from grader.classroom.times import HandInTime
+from grader.errors import UsageError
 from grader.host import provenance, shortage
 from grader.host.atomic import write_atomically
 from grader.scoring import rubric
@@ -37,17 +42,33 @@ _TICK_S = 1.0  # between two looks at what is running, for the progress line
 
 @dataclass(frozen=True)
 class Options:
-    """How to grade a class. `scheduler` is a Dask scheduler's address, "" for this machine with `jobs` at a time."""
+    """What a run's command says. None leaves a setting of the class as it is, and `change` names those to be changed.
 
-    rubric: Path = rubric.RUBRIC
-    seed: int = 0
+    Attributes:
+        added: further sources, read together with the class's own.
+        times: when submissions were handed in, where the sources do not say it; the class remembers them.
+        only: the submissions to grade; all if it is empty.
+        regrade: grade again what another kit has graded.
+        fresh: grade everything again, from nothing that is kept.
+        despite_doubts: grade even where a doubt about whose the submissions are would stop the class.
+        scheduler: a Dask scheduler's address, "" for this machine with `jobs` submissions at a time.
+    """
+
+    rubric: Path | None = None
+    seed: int | None = None
+    deadline: dt.datetime | None = None
+    late_rule: str | None = None
+    added: tuple[Path, ...] = ()
+    times: tuple[HandInTime, ...] = ()
+    change: frozenset[str] = frozenset()
+    only: frozenset[str] = frozenset()
+    regrade: bool = False
+    fresh: bool = False
+    despite_doubts: bool = False
     cache: Path | None = None
     mutation_budget_s: float = MUTATION_BUDGET_S
     jobs: int = 0
     scheduler: str = ""
-    deadline: dt.datetime | None = None
-    late_rule: str = ""
-    fresh: bool = False
 
 
 @dataclass(frozen=True)
@@ -74,8 +95,11 @@ class Summary:
     interrupted: bool = False
 
 
-class Said(Protocol):
-    """Who is told how a run goes on."""
+class ProgressListener(Protocol):
+    """Hears how a run goes on."""
+
+    def planned(self, planned: Plan) -> None:
+        """Say what will be done; called once, before anything is graded."""
 
     def finished(self, record: Record, progress: Progress) -> None:
         """Say that a submission is done."""
@@ -85,76 +109,160 @@ class Said(Protocol):
 
 
 def jobs_here() -> int:
-    """Return how many gradings this machine bears at once: by its cores and its free memory, at least one."""
+    """Return how many gradings this machine can run at once: by its cores and its free memory, at least one."""
     return max(1, min((os.cpu_count() or 1) // CORES_EACH, shortage.free_memory() // MEMORY_EACH))
 
 
-def run(source: Path, out: Path, people: Sequence[Person], options: Options, said: Said) -> Summary:
-    """Grade the submissions in `source` into the class folder `out`, and return what was done.
-
-    What `out` holds already with the same input, rubric, seed and kit is not graded again. Ctrl-C ends the running
-    gradings and returns; the same call goes on from what was finished.
+def look(source: Path | None, out: Path, people: Sequence[Person] | None, options: Options) -> Plan:
+    """Return what `run` would do. Nothing is graded and nothing is written.
 
     Raises:
-        GraderError: there are no submissions, the folder cannot be written, or this machine cannot grade at all.
-        SubmissionError: the archive of the class cannot be opened.
+        GraderError: as `run`.
+        SubmissionError: an archive of the class cannot be opened.
+    """
+    with _prepared(source, ClassFolder(out), people, options) as prepared:
+        return prepared.plan
+
+
+def run(
+    source: Path | None, out: Path, people: Sequence[Person] | None, options: Options, listener: ProgressListener
+) -> Summary:
+    """Grade the submissions in `source` into the class folder `out`, and return what was done.
+
+    Source and people are those of the class's first run where they are None. What `out` holds already with the same
+    input, rubric and seed is not graded again. Ctrl-C ends the running gradings and returns; the same call goes on
+    from what was finished.
+
+    Raises:
+        GraderError: there are no submissions, the folder cannot be written, the class has other settings than those
+            given, whose its submissions are is too doubtful, or this machine cannot grade at all.
+        SubmissionError: an archive of the class cannot be opened.
     """
     started = time.monotonic()
-    whole = rubric.load(options.rubric, checks_run.known())
     if not options.scheduler:
         sandbox.require()
     folder = ClassFolder(out)
-    with folder.locked(), discovery.opened(source) as root:
-        earlier = folder.facts().entries if (folder.path / CLASS).exists() else ()
-        found = discovery.find(root, people, earlier)
-        text = options.rubric.read_text(encoding="utf-8")
-        rubric_hash = hashlib.sha256(text.encode()).hexdigest()
-        kit = provenance.kit_hash()
-        facts = ClassFacts(
-            title=whole.title,
-            source=str(source),
-            layout=found.layout,
-            rubric=rubric_hash,
-            kit=kit,
-            version=provenance.environment()["ros2-course-kit"],
-            commit=provenance.commit(),
-            seed=options.seed,
-            entries=relative(found.entries, root),
-            missing=found.missing,
-            notes=found.notes,
-            deadline=options.deadline,
-            late_rule=options.late_rule,
-            made=dt.datetime.now().astimezone(),
-            doubts=found.doubts,
-        )
-        decided = overrides.of_class(folder, facts, whole)
+    if source is None:
+        folder.facts()  # before anything is written
+    with folder.locked(), _prepared(source, folder, people, options) as prepared:
+        plan.write(prepared.plan, folder.path / PLAN)
+        listener.planned(prepared.plan)
+        if not options.despite_doubts:
+            require_certain(prepared.doubts)
+        facts = prepared.facts
         folder.write_facts(facts)
-        facts = overrides.applied(facts, decided)
-        write_atomically(folder.path / RUBRIC, text)
-        known = (hand_ins.hand_in(entry, facts, decided) for entry in facts.entries)
-        planned = [
-            _planned(entry, each, text, rubric_hash, kit, options)
-            for entry, each in zip(found.entries, known, strict=True)
-        ]
-        todo = [job for job in planned if options.fresh or not _done(folder, job)]
+        write_atomically(folder.path / RUBRIC, prepared.rubric)
+        todo = prepared.todo
         workforce = (
-            cluster.workforce(options.scheduler, kit) if options.scheduler else here(options.jobs or jobs_here())
+            cluster.workforce(options.scheduler, facts.kit) if options.scheduler else local(options.jobs or jobs_here())
         )
         with workforce as grade:
-            loop = _Loop(folder, grade, said, len(planned))
+            loop = _Loop(folder, grade, listener, len(facts.entries))
             interrupted = loop.run(todo)
-    records = [folder.current(entry, facts) for entry in found.entries]
+    records = [folder.current(entry, facts) for entry in facts.entries]
     states = [record.status for record in records if record is not None]
     return Summary(
-        entries=len(found.entries),
+        entries=len(facts.entries),
         graded=states.count(Status.GRADED),
         refused=states.count(Status.REFUSED),
         errors=states.count(Status.ERROR),
-        kept=len(planned) - len(todo),
-        missing=len(found.missing),
+        kept=len(prepared.plan.of(Action.KEEP)),
+        missing=len(facts.missing),
         seconds=time.monotonic() - started,
         interrupted=interrupted,
     )
+
+
+@dataclass(frozen=True)
+class _Prepared:
+    """All that is known before anything is graded; `rubric` is its text, `doubts` are those that no run had before."""
+
+    facts: ClassFacts
+    doubts: Sequence[Doubt]
+    rubric: str
+    todo: list[Job]
+    plan: Plan
+
+
+@contextmanager
+def _prepared(
+    source: Path | None, folder: ClassFolder, people: Sequence[Person] | None, options: Options
+) -> Iterator[_Prepared]:
+    """Yield what will be done; the sources are open meanwhile."""
+    remembered = (folder.path / CLASS).exists()
+    path = options.rubric or (folder.path / RUBRIC if remembered else rubric.RUBRIC)
+    whole = rubric.load(path, checks_run.known())
+    given = Given(
+        source=str(source) if source else None,
+        roster=None if people is None else tuple(people),
+        rubric=path.read_text(encoding="utf-8") if options.rubric else None,
+        seed=options.seed,
+        deadline=options.deadline,
+        late=options.late_rule,
+        added=tuple(map(str, options.added)),
+        change=options.change,
+    )
+    settings = settle(folder, given)
+    before = folder.facts() if remembered else None
+    earlier = before.entries if before else ()
+    with _opened(settings.sources, earlier) as roots:
+        first, *added = roots.values()
+        timed = settings.deadline is not None or bool(settings.late)
+        found = discovery.find(first, settings.roster, earlier, added, options.times, timed)
+        facts = ClassFacts(
+            title=whole.title,
+            source=settings.source,
+            layout=found.layout,
+            rubric=settings.rubric_hash,
+            kit=provenance.kit_hash(),
+            version=provenance.environment()["ros2-course-kit"],
+            commit=provenance.commit(),
+            seed=settings.seed,
+            entries=tuple(_recorded(entry, roots) for entry in found.entries),
+            missing=found.missing,
+            notes=found.notes,
+            doubts=found.doubts,
+            deadline=settings.deadline,
+            late_rule=settings.late,
+            made=dt.datetime.now().astimezone(),
+            roster=settings.roster,
+            added=settings.added,
+        )
+        decided = overrides.of_class(folder, facts, whole)
+        now = overrides.applied(facts, decided)
+        if unknown := sorted(options.only - {entry.id for entry in facts.entries}):
+            names = ", ".join(entry.id for entry in facts.entries)
+            raise UsageError(f"The class has no submission {', '.join(unknown)}.", f"It has {names}.")
+        known = (hand_ins.hand_in(entry, now, decided) for entry in now.entries)
+        jobs = [
+            _job(entry, each, settings, facts.kit, options) for entry, each in zip(found.entries, known, strict=True)
+        ]
+        records = {entry.id: folder.record(entry.id) for entry in found.entries}
+        wanted = Wanted(options.only, options.regrade, options.fresh)
+        actions = {job.entry.id: plan.decide(job.entry, records[job.entry.id], job.record, wanted) for job in jobs}
+        todo = [job for job in jobs if actions[job.entry.id].action is Action.GRADE]
+        several = 1 if options.scheduler else options.jobs or jobs_here()
+        maximum = Decimal(str(sum(requirement.points for requirement in whole.requirements)))
+        planned = plan.make(now, decided, actions, filter(None, records.values()), maximum, several)
+        new = [each for each in now.doubts if before is None or each not in before.doubts]
+        yield _Prepared(facts, new, settings.rubric, todo, planned)
+
+
+@contextmanager
+def _opened(sources: Sequence[str], earlier: Sequence[Entry]) -> Iterator[Mapping[str, Path]]:
+    """Yield the sources' folders. One that an earlier run has read may be gone by now, if another is there."""
+    read = {entry.source for entry in earlier}
+    present = [each for each in sources if Path(each).exists() or each not in read]
+    with ExitStack() as stack:
+        yield {each: stack.enter_context(discovery.opened(Path(each))) for each in present or sources}
+
+
+def _recorded(entry: Entry, roots: Mapping[str, Path]) -> Entry:
+    """Return the entry as class.yaml keeps it: its source, and its path in there."""
+    for source, root in roots.items():
+        if entry.path.is_relative_to(root) and not entry.absent:
+            return replace(entry, source=source, path=entry.path.relative_to(root))
+    return entry
 
 
 @dataclass(frozen=True)
@@ -181,7 +289,7 @@ class Workforce(Protocol):
         """End everything at once."""
 
 
-class _Here:
+class _Local:
     """Grades on this machine."""
 
     def __init__(self, jobs: int) -> None:
@@ -213,9 +321,9 @@ class _Here:
 
 
 @contextmanager
-def here(jobs: int) -> Iterator[Workforce]:
+def local(jobs: int) -> Iterator[Workforce]:
     """Yield what grades up to `jobs` submissions at a time on this machine."""
-    workforce = _Here(jobs)
+    workforce = _Local(jobs)
     try:
         yield workforce
     finally:
@@ -225,10 +333,10 @@ def here(jobs: int) -> Iterator[Workforce]:
 class _Loop:
     """Hands jobs out, keeps the results, and tries once more, alone, what failed for reasons of ours."""
 
-    def __init__(self, folder: ClassFolder, workforce: Workforce, said: Said, total: int) -> None:
+    def __init__(self, folder: ClassFolder, workforce: Workforce, listener: ProgressListener, total: int) -> None:
         self._folder = folder
         self._workforce = workforce
-        self._said = said
+        self._listener = listener
         self._total = total
         self._done = 0
         self._seconds: list[float] = []
@@ -265,7 +373,7 @@ class _Loop:
                     again.append(job)
                 else:
                     self._keep(job, ending, attempt, len(waiting) + len(running) + len(again), slots)
-            self._said.going_on(self._progress(len(waiting) + len(running) + len(again), slots))
+            self._listener.going_on(self._progress(len(waiting) + len(running) + len(again), slots))
         return again
 
     def _keep(self, job: Job, ending: Ending, attempt: int, left: int, slots: int) -> None:
@@ -276,7 +384,7 @@ class _Loop:
         self._done += 1
         if ending.status is Status.GRADED:  # what cannot be graded takes no time worth counting
             self._seconds.append(ending.seconds)
-        self._said.finished(record, self._progress(left, slots))
+        self._listener.finished(record, self._progress(left, slots))
 
     def _progress(self, left: int, slots: int) -> Progress:
         mean = sum(self._seconds) / len(self._seconds) if self._seconds else None
@@ -288,13 +396,13 @@ class _Loop:
         )
 
 
-def _planned(entry: Entry, known: HandIn, text: str, rubric_hash: str, kit: str, options: Options) -> Job:
+def _job(entry: Entry, known: HandIn, settings: ClassSettings, kit: str, options: Options) -> Job:
     order = Order(
         id=entry.id,
         source=str(entry.path.resolve()),
         out="",
-        rubric=text,
-        seed=options.seed,
+        rubric=settings.rubric,
+        seed=settings.seed,
         cache=str(options.cache.resolve()) if options.cache else "",
         mutation_budget_s=options.mutation_budget_s,
         hand_in=asdict(known),
@@ -304,16 +412,10 @@ def _planned(entry: Entry, known: HandIn, text: str, rubric_hash: str, kit: str,
         id=entry.id,
         status=Status.ERROR,
         content=entry.content,
-        rubric=rubric_hash,
+        rubric=settings.rubric_hash,
         kit=kit,
-        seed=options.seed,
+        seed=settings.seed,
         mutation_budget_s=options.mutation_budget_s,
         host=socket.gethostname(),
     )
     return Job(entry, order, record)
-
-
-def _done(folder: ClassFolder, job: Job) -> bool:
-    """Return whether the submission is graded already, with everything the same."""
-    record = folder.record(job.entry.id)
-    return record is not None and record.key == job.record.key and record.status is not Status.ERROR

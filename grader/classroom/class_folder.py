@@ -2,6 +2,8 @@
 
     class.yaml               what was graded: rubric, kit, seed, source, deadline, and each submission with its people
     rubric.yaml              the rubric by which it was graded
+    plan.csv                 what the last run was about to do
+    batch.log                how all runs went, with times
     submissions/ID/          record.json, report.json, report.html, evidence/
     gradebook.csv            one line for each person
     index.html               the class at a glance
@@ -20,7 +22,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -28,6 +30,7 @@ from typing import Any
 import cattrs
 import yaml
 
+from grader import yaml_reader
 from grader.classroom.doubt import Doubt
 from grader.classroom.entry import Entry
 from grader.classroom.roster import Person
@@ -37,6 +40,7 @@ from grader.host.atomic import write_atomically
 
 CLASS, RECORD, RUBRIC = "class.yaml", "record.json", "rubric.yaml"
 OVERRIDES, GRADEBOOK, OVERVIEW = "overrides.yaml", "gradebook.csv", "index.html"
+PLAN, LOG = "plan.csv", "batch.log"
 SUBMISSIONS = "submissions"
 _WORK, _LOCK = ".work", ".lock"
 _CLASS_SCHEMA, _RECORD_SCHEMA = "ros2-course-kit/class/1", "ros2-course-kit/record/1"
@@ -76,14 +80,23 @@ class Record:
     attempts: int = 1
 
     @property
-    def key(self) -> tuple[object, ...]:
-        """Return all that decides the result: two gradings with the same key give the same points."""
-        return (self.content, self.rubric, self.kit, self.seed, self.mutation_budget_s)
+    def kits(self) -> str:
+        """Return which kit graded, and which one judged if that was another: their hashes, cut short."""
+        return self.kit[:8] + (f", judged by {self.judge[:8]}" if self.judge not in ("", self.kit) else "")
+
+    def holds(self, content: str, rubric: str, seed: int) -> bool:
+        """Return whether the result is that of this content by this rubric and seed.
+
+        Without a grade only the content counts: neither rubric nor seed makes a package of what is none.
+        """
+        return self.content == content and (
+            self.status is not Status.GRADED or (self.rubric, self.seed) == (rubric, seed)
+        )
 
 
 @dataclass(frozen=True)
 class ClassFacts:
-    """What class.yaml says. Hashes are SHA-256; `source` is the path as it was given."""
+    """What class.yaml says. Hashes are SHA-256; `source` and those `added` to it are paths as they were given."""
 
     title: str
     source: str
@@ -100,6 +113,8 @@ class ClassFacts:
     late_rule: str = ""
     made: dt.datetime | None = None
     doubts: tuple[Doubt, ...] = ()
+    roster: tuple[Person, ...] = ()
+    added: tuple[str, ...] = ()
 
 
 class ClassFolder:
@@ -129,7 +144,7 @@ class ClassFolder:
                 f"{self.path} is not a class: it has no {CLASS}. `grader batch SOURCE --out CLASS` makes one."
             )
         try:
-            data = yaml.safe_load(path.read_text(encoding="utf-8"))
+            data = yaml.load(path.read_text(encoding="utf-8"), yaml_reader.FAST_LOADER)
             if data.pop("schema") != _CLASS_SCHEMA:
                 raise ValueError("made by another version of the kit")
             return _CONVERTER.structure(data, ClassFacts)
@@ -143,8 +158,8 @@ class ClassFolder:
             cattrs.BaseValidationError,
         ) as error:
             raise GraderError(
-                f"{path} is damaged ({type(error).__name__}: {error}). "
-                "Run the same `grader batch` once more; what is graded stays graded."
+                f"{path} is damaged ({type(error).__name__}: {error}). Move it away and run `grader batch` with the "
+                "source and all options, as the first time; what is graded stays graded."
             ) from error
 
     def write_facts(self, facts: ClassFacts) -> None:
@@ -168,8 +183,7 @@ class ClassFolder:
         A run that was interrupted leaves results of the run before it.
         """
         record = self.record(entry.id)
-        wanted = (entry.content, facts.rubric, facts.seed)
-        return record if record and (record.content, record.rubric, record.seed) == wanted else None
+        return record if record and record.holds(entry.content, facts.rubric, facts.seed) else None
 
     def report(self, name: str) -> dict[str, Any] | None:
         """Return a submission's report.json, None if there is none."""
@@ -225,11 +239,6 @@ class ClassFolder:
             tempdir.remove(old)
         else:
             made.rename(place)
-
-
-def relative(entries: tuple[Entry, ...], root: Path) -> tuple[Entry, ...]:
-    """Return the entries with paths relative to the export's folder, as class.yaml keeps them."""
-    return tuple(replace(entry, path=entry.path.relative_to(root)) for entry in entries)
 
 
 def _converter() -> cattrs.Converter:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
@@ -10,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from grader.classroom.class_folder import Status
-from grader.classroom.one_grading import Ending, Order, grade_packed, pack, unpack_results
+from grader.classroom.one_grading import Ending, Order, Runner, grade_packed, pack, unpack_results
 from grader.errors import GraderError
 from grader.host import provenance
 
 _CONNECT_S = 15
+_LOOK_S = 0.5  # between two looks of a worker at whether its grading is still wanted
 
 
 class Cluster:
@@ -36,7 +38,7 @@ class Cluster:
         return dict(self._doing)
 
     def stop(self) -> None:
-        """Forget what is not finished; what a worker is doing it does to its end, for nobody."""
+        """End everything at once; each worker ends its grading as soon as it notices."""
         self._executor.shutdown(wait=False)  # Dask cancels what is pending then
         self._threads.shutdown(wait=False, cancel_futures=True)
 
@@ -47,13 +49,43 @@ class Cluster:
             archive = pack(source) if source.is_dir() else source.read_bytes()
             # The cache is each machine's own.
             sent = asdict(order) | {"source": source.name, "out": "", "cache": ""}
-            status, why, seconds, results = self._executor.submit(grade_packed, sent, archive, source.is_dir()).result()
+            status, why, seconds, results = self._executor.submit(
+                grade_while_wanted, sent, archive, source.is_dir()
+            ).result()
             unpack_results(results, Path(order.out))
             return Ending(Status(status), why, seconds)
         except Exception as error:  # of many kinds: Dask's own, the network's
             return Ending(Status.ERROR, f"The cluster did not grade it: {type(error).__name__}: {error}")
         finally:
             del self._doing[order.id]
+
+
+def grade_while_wanted(order: dict[str, object], archive: bytes, folder: bool) -> tuple[str, str, float, bytes]:
+    """Do what `grade_packed` does, as a task of a Dask worker; end it when the task is cancelled or the worker closes.
+
+    Dask itself lets a function that runs go on to its end. A client that is killed cancels its tasks, too.
+    """
+    from distributed import Status as WorkerStatus
+    from distributed import get_worker
+
+    worker: Any = get_worker()
+    task, runner, over = worker.get_current_task(), Runner(), threading.Event()
+
+    def watch() -> None:
+        while not over.wait(_LOOK_S):
+            state = worker.state.tasks.get(task)
+            closing = worker.status in (WorkerStatus.closing, WorkerStatus.closed)
+            if closing or state is None or state.state == "cancelled":
+                runner.stop()
+                return
+
+    watcher = threading.Thread(target=watch, daemon=True)
+    watcher.start()
+    try:
+        return grade_packed(order, archive, folder, runner)
+    finally:
+        over.set()
+        watcher.join()
 
 
 @contextmanager

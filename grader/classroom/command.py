@@ -6,18 +6,32 @@ import argparse
 import datetime as dt
 import json
 import sys
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
-from grader.classroom import batch, class_folder, comparison, gradebook, hand_ins, lateness, overview, rescore, roster
+from grader.classroom import (
+    batch,
+    class_folder,
+    class_settings,
+    comparison,
+    gradebook,
+    hand_ins,
+    overview,
+    plan,
+    rescore,
+    roster,
+    times,
+)
 from grader.classroom.class_folder import ClassFolder, Record, Status
+from grader.classroom.plan import Plan
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import all_platforms, plain
 from grader.classroom.roster import Person
-from grader.errors import EXIT_GRADED, EXIT_INTERRUPTED, EXIT_OUR_FAULT, GraderError
+from grader.errors import EXIT_GRADED, EXIT_INTERRUPTED, EXIT_OUR_FAULT, GraderError, KitError, UsageError
 from grader.sanitize import printable
 from grader.scoring import rubric
 
@@ -35,24 +49,47 @@ def _add_batch(verbs: Any) -> None:
         "batch",
         help="grade a class",
         description="Grade every submission of a class: an export of Moodle, Canvas or Gradescope, clones of GitHub "
-        "Classroom, or a folder of archives and folders. The same command goes on where a run was interrupted.",
-        epilog="Example:  grader batch submissions.zip --roster roster.csv --out class",
+        "Classroom, or a folder of archives and folders. The class remembers source, roster, rubric, seed, deadline "
+        "and late rule: `grader batch --out CLASS` goes on where a run was interrupted.",
+        epilog="Example:  grader batch submissions.zip --roster roster.csv --out class --plan",
     )
-    parser.add_argument("source", type=Path, help="the folder or the archive with the submissions")
-    parser.add_argument("--out", type=Path, required=True, metavar="CLASS", help="the folder for the class's results")
-    parser.add_argument("--roster", type=Path, help="CSV with columns such as id, name, email, login, team")
-    parser.add_argument("--rubric", type=Path, default=rubric.RUBRIC, help="a rubric other than the kit's own")
-    parser.add_argument("--seed", type=int, default=0, help="decides speeds, places and noise (default 0)")
     parser.add_argument(
-        "--jobs", type=int, default=0, metavar="N", help="submissions at a time (default: what this machine bears)"
+        "source", type=Path, nargs="?", help="the folder or the archive with the submissions; a class knows its own"
+    )
+    parser.add_argument("--out", type=Path, metavar="CLASS", help="the folder for the class's results")
+    parser.add_argument(
+        "--plan", action="store_true", help="only show what would be done, and write it to CLASS/plan.csv"
+    )
+    parser.add_argument("--roster", type=Path, help="CSV with columns such as id, name, email, login, team")
+    parser.add_argument(
+        "--times", type=Path, nargs="+", default=[], metavar="LIST",
+        help="when submissions were handed in: a grading worksheet of Moodle, a list of submissions of Canvas (JSON), "
+        "or a CSV with a column submitted; a roster with such a column is enough",
+    )  # fmt: skip
+    parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
+    parser.add_argument("--seed", type=int, help="decides speeds, places and noise (default 0)")
+    parser.add_argument(
+        "--add", type=Path, nargs="+", default=[], metavar="SOURCE", help="read a further export, such as of late ones"
+    )
+    parser.add_argument(
+        "--change", nargs="+", default=[], choices=list(class_settings.CHANGEABLE), metavar="NAME",
+        help=f"what the class has is to be changed: {', '.join(class_settings.CHANGEABLE)}",
+    )  # fmt: skip
+    parser.add_argument("--only", nargs="+", default=[], metavar="ID", help="grade only these submissions")
+    parser.add_argument(
+        "--jobs", type=int, default=0, metavar="N", help="submissions at a time (default: what this machine can run)"
     )
     parser.add_argument("--scheduler", default="", metavar="tcp://HOST:PORT", help="grade on a Dask cluster instead")
     parser.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
     parser.add_argument(
         "--deadline", type=_time, metavar="TIME", help="such as 2026-11-20T23:59; local time without a zone"
     )
-    parser.add_argument("--late", default="", metavar="RULE", help='such as "10 %% per started day, at most 3 days"')
+    parser.add_argument("--late", metavar="RULE", help='such as "10 %% per started day, at most 3 days"')
+    parser.add_argument("--regrade", action="store_true", help="grade again what another version of the kit graded")
     parser.add_argument("--fresh", action="store_true", help="grade again what is graded already")
+    parser.add_argument(
+        "--despite-doubts", action="store_true", help="grade even if it is doubtful whose most submissions are"
+    )
     parser.set_defaults(run=_batch)
 
 
@@ -117,50 +154,74 @@ def _time(text: str) -> dt.datetime:
 
 
 def _batch(options: argparse.Namespace) -> int:
-    people = roster.load(options.roster) if options.roster else ()
     if options.jobs < 0:
-        raise GraderError("--jobs must be 1 or more.")
-    if options.late:
-        lateness.parse(options.late)
-    said = _Said()
-    try:
-        return _run_batch(options, people, said)
-    except KeyboardInterrupt:
-        said.close()
-        print(_INTERRUPTED, file=sys.stderr)
-        return EXIT_INTERRUPTED
-
-
-def _run_batch(options: argparse.Namespace, people: Sequence[Person], said: _Said) -> int:
-    summary = batch.run(
-        options.source,
-        options.out,
-        people,
-        batch.Options(
-            rubric=options.rubric,
-            seed=options.seed,
-            cache=options.cache,
-            jobs=options.jobs,
-            scheduler=options.scheduler,
-            deadline=options.deadline,
-            late_rule=options.late,
-            fresh=options.fresh,
-        ),
-        said,
+        raise UsageError("--jobs must be 1 or more.")
+    if options.source is not None and (options.source / class_folder.CLASS).exists():
+        raise UsageError(f"{options.source} is a class.", f"Go on with it: grader batch --out {options.source}")
+    if options.out is None and (options.source is None or not options.plan):
+        raise UsageError("The folder for the results is missing.", "Add --out CLASS.")
+    people = roster.load(options.roster) if options.roster else None
+    lists = [*options.times, *([options.roster] if options.roster else [])]
+    wanted = batch.Options(
+        rubric=options.rubric,
+        seed=options.seed,
+        deadline=options.deadline,
+        late_rule=options.late,
+        added=tuple(options.add),
+        times=tuple(time for path in lists for time in times.load(path)),
+        change=frozenset(options.change),
+        only=frozenset(options.only),
+        regrade=options.regrade,
+        fresh=options.fresh,
+        despite_doubts=options.despite_doubts,
+        cache=options.cache,
+        jobs=options.jobs,
+        scheduler=options.scheduler,
     )
-    said.close()
-    for note in ClassFolder(options.out).facts().notes:
-        print(f"note: {printable(note, 300)}")
-    print(
+    if options.plan:
+        return _plan(options, people, wanted)
+    console = _Console(options.out / class_folder.LOG)
+    try:
+        return _run_batch(options, people, wanted, console)
+    except KeyboardInterrupt:
+        console.say(_INTERRUPTED)
+        return EXIT_INTERRUPTED
+    except KitError as error:
+        console.log(str(error))
+        raise
+    finally:
+        console.close()
+
+
+def _plan(options: argparse.Namespace, people: Sequence[Person] | None, wanted: batch.Options) -> int:
+    """Print the plan in full, and write it into the class's folder where one is named."""
+    with tempfile.TemporaryDirectory(prefix="plan-") as empty:
+        planned = batch.look(options.source, options.out or Path(empty), people, wanted)
+    for line in (*plan.table(planned), "", *plan.summary(planned)):
+        print(line)
+    if options.out:
+        plan.write(planned, options.out / class_folder.PLAN)
+        print(f"Plan: {options.out / class_folder.PLAN}")
+    return EXIT_GRADED
+
+
+def _run_batch(
+    options: argparse.Namespace, people: Sequence[Person] | None, wanted: batch.Options, console: _Console
+) -> int:
+    summary = batch.run(options.source, options.out, people, wanted, console)
+    console.clear()
+    words = (
         f"{summary.entries} submissions: {summary.graded} graded, {summary.refused} cannot be graded, "
         f"{summary.errors} with an error of the kit or machine"
         + (f"; {summary.kept} of them were graded before" if summary.kept else "")
         + (f"; {summary.missing} people handed in nothing" if summary.missing else "")
     )
+    print(words)
+    console.log(words)
     if summary.interrupted:
         left = summary.entries - summary.graded - summary.refused - summary.errors
-        print(f"{_INTERRUPTED} {left} are left.", file=sys.stderr)
-        print(f"`grader gradebook {options.out}` writes the gradebook of those that are graded.", file=sys.stderr)
+        console.say(f"{_INTERRUPTED} {left} are left.")
+        console.say(f"`grader gradebook {options.out}` writes the gradebook of those that are graded.")
         return EXIT_INTERRUPTED
     print(f"Class: {_write_pages(ClassFolder(options.out))}")
     return EXIT_OUR_FAULT if summary.errors else EXIT_GRADED
@@ -238,17 +299,27 @@ def _compare(options: argparse.Namespace) -> int:
     return 1 if differences or alone else EXIT_GRADED
 
 
-class _Said:
-    """Shows on standard error how a run goes on: a line for each submission, and on a terminal one that changes."""
+class _Console:
+    """Shows on standard error how a run goes on: a line for each submission, and on a terminal one that changes.
 
-    def __init__(self) -> None:
+    The lines are in the class's log, too, with the time of each.
+    """
+
+    def __init__(self, log: Path) -> None:
         self._terminal = sys.stderr.isatty()
         self._started = time.monotonic()
+        self._path = log
+        self._log: TextIO | None = None
+
+    def planned(self, planned: Plan) -> None:
+        self._log = self._path.open("a", encoding="utf-8", buffering=1)  # not before: the class is locked by now
+        for line in plan.summary(planned):
+            self.say(printable(line, 1000))
 
     def finished(self, record: Record, progress: batch.Progress) -> None:
         words = {Status.GRADED: "graded", Status.REFUSED: "cannot be graded", Status.ERROR: "ERROR of the grader"}
         why = f": {printable(' '.join(record.why.split()))}" if record.why else ""
-        self._line(
+        self.say(
             f"{progress.done:>4}/{progress.total}  {record.id:<20} {words[record.status]}, {record.seconds:.0f} s{why}"
             f"{_left(progress)}"
         )
@@ -256,23 +327,32 @@ class _Said:
     def going_on(self, progress: batch.Progress) -> None:
         if self._terminal:
             running = ", ".join(f"{name} {what}".strip() for name, what in sorted(progress.running.items()))
-            so_far = f"[{_clock(time.monotonic() - self._started)}] {progress.done}/{progress.total}"
+            so_far = f"[{plan.clock(time.monotonic() - self._started)}] {progress.done}/{progress.total}"
             line = f"{so_far}{_left(progress)}; {running}"
             print(f"\r\x1b[K{printable(line, 118)}", end="", file=sys.stderr, flush=True)
 
-    def close(self) -> None:
+    def say(self, text: str) -> None:
+        """Show a line that stays, and log it."""
+        self.clear()
+        print(text, file=sys.stderr, flush=True)
+        self.log(text)
+
+    def log(self, text: str) -> None:
+        """Write a line into the class's log only."""
+        if self._log:
+            self._log.write(f"{dt.datetime.now().astimezone().isoformat(sep=' ', timespec='seconds')}  {text}\n")
+
+    def clear(self) -> None:
+        """Remove the line that changes."""
         if self._terminal:
             print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
-    def _line(self, text: str) -> None:
-        self.close()
-        print(text, file=sys.stderr, flush=True)
+    def close(self) -> None:
+        """Close the log."""
+        self.clear()
+        if self._log:
+            self._log.close()
 
 
 def _left(progress: batch.Progress) -> str:
-    return f"; about {_clock(progress.left_s)} left" if progress.left_s else ""
-
-
-def _clock(seconds: float) -> str:
-    minutes = int(seconds) // 60
-    return f"{minutes // 60}:{minutes % 60:02}:{int(seconds) % 60:02}"
+    return f"; about {plan.clock(progress.left_s)} left" if progress.left_s else ""

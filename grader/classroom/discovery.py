@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from grader.classroom import commit_time, matching, platforms, times
+from grader.classroom import commit_time, matching, platforms, retention, times
 from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.entry import Entry
 from grader.classroom.matching import Match
@@ -73,32 +73,38 @@ def find(
     root: Path,
     roster: Sequence[Person] = (),
     earlier: Sequence[Entry] = (),
+    added: Sequence[Path] = (),
     known_times: Sequence[HandInTime] = (),
     timed: bool = False,
 ) -> Found:
-    """Return the submissions in the folder `root`, each with its people. Those of an `earlier` run keep their ids.
+    """Return the submissions in the folder `root` and in those `added` to it, each with its people.
 
-    Of several submissions of one team the latest counts, if their times are known; otherwise all of them are entries.
+    Those of an `earlier` run keep their ids, and stay if they are in none of the folders any more. Of several
+    submissions of one team the latest counts, if their times are known; otherwise all of them are entries.
     `known_times` are from beside the export; in a class that is `timed`, a submission without a time is a doubt.
 
     Raises:
         GraderError: there is no submission.
     """
-    export = platforms.read(root)
-    matches = matching.match(export.hand_ins, roster)
+    exports = [platforms.read(each) for each in (root, *added)]
+    matches = matching.match([hand_in for export in exports for hand_in in export.hand_ins], roster)
     drafts = times.added([_draft(found) for found in matches], roster, known_times)
+    stay = retention.retained(earlier, drafts, roster)
     drafts, left_out = _latest(drafts)
-    entries = tuple(_with_earlier_time(entry, earlier) for entry in _named(drafts, earlier))
+    named = [_with_earlier_time(entry, earlier) for entry in _named(drafts, earlier, stay)]
+    entries = tuple(sorted((*named, *stay), key=lambda entry: entry.id))
     handed_in = {person.key for entry in entries for person in entry.people}
     missing = tuple(person for person in roster if person.key not in handed_in)
-    ids = {entry.path: entry.id for entry in entries}
+    ids = {entry.path: entry.id for entry in named}
     doubts = [
-        *(doubt for found in matches for doubt in matching.doubts(found, ids.get(found.hand_in.path, ""))),
+        *(doubt for found in matches for doubt in matching.doubts(found, ids.get(found.hand_in.path, ""), missing)),
         *(replace(doubt, entry=ids.get(path, "")) for path, doubt in left_out),
-        *matching.class_doubts(export, entries, roster, missing),
-        *(times.doubts(entries, known_times, export.layout) if timed else ()),
+        *(matching.unmatched(entry) for entry in stay if roster and not entry.people),
+        *matching.class_doubts(exports, named, roster, missing),
+        *(times.doubts(entries, known_times, exports[0].layout) if timed else ()),
     ]
-    return Found(export.layout, entries, missing, export.notes, tuple(doubts))
+    notes = tuple(note for export in exports for note in export.notes)
+    return Found(exports[0].layout, entries, missing, notes, tuple(doubts))
 
 
 def content_hash(path: Path) -> str:
@@ -163,32 +169,42 @@ def _latest(drafts: list[Entry]) -> tuple[list[Entry], list[tuple[Path, Doubt]]]
         if len(several) == 1:
             kept += several
             continue
-        labels = ", ".join(sorted(draft.label for draft in several))
+        names = _distinct(several)
         same = len({draft.content for draft in several}) == 1
         if same or all(draft.submitted for draft in several):
-            last = max(several, key=lambda draft: (draft.submitted or _NO_TIME, draft.label))
-            others = ", ".join(sorted(draft.label for draft in several if draft is not last))
+            last = max(several, key=lambda draft: (draft.submitted or _NO_TIME, draft.path))
+            others = ", ".join(sorted(names[draft.path] for draft in several if draft is not last))
+            which = "One" if same else "The latest"
+            kept.append(replace(last, notes=(f"{which} of {len(several)} submissions; not: {others}.",)))
             why = "they are the same" if same else f"it is the latest, of {last.submitted:%Y-%m-%d %H:%M}"
-            what = f"{last.label} counts, not {others}: {why}."
-            kept.append(replace(last, notes=(f"Of {len(several)} submissions {what}",)))
+            what, todo = f"{names[last.path]} counts, not {others}: {why}.", ""
         else:
-            last, what = several[0], f"{labels} are of the same people, and not all have a time: the best counts."
+            last = several[0]
+            what = (
+                f"{', '.join(sorted(names.values()))} are of the same people, and not all have a time: the best counts."
+            )
             kept += [replace(draft, notes=(what,)) for draft in several]
-        todo = "Remove what should not count from the source." if not same else ""
+            todo = "Give their times with --times, or remove what should not count from the source."
         doubts.append((last.path, Doubt(DoubtKind.SEVERAL, last.label, what, todo)))
     return kept, doubts
 
 
-def _named(drafts: Sequence[Entry], earlier: Sequence[Entry]) -> tuple[Entry, ...]:
+def _distinct(several: Sequence[Entry]) -> dict[Path, str]:
+    """Return what to call each of several submissions: the label, or the file where two have the same label."""
+    labels = [draft.label for draft in several]
+    return {d.path: d.label if labels.count(d.label) == 1 else d.path.name for d in several}
+
+
+def _named(drafts: Sequence[Entry], earlier: Sequence[Entry], stay: Sequence[Entry]) -> Iterator[Entry]:
     """Give each entry an id that no other has: its team's, its person's or its label's.
 
-    An entry of an `earlier` run keeps its id, so that results and decisions stay with it. Where several would have one
-    id, each of them has its mark appended: no order decides who is who.
+    An entry of an `earlier` run keeps its id, so that results and decisions stay with it, as do those that `stay`.
+    Where several would have one id, each of them has its mark appended: no order decides who is who.
     """
     kept = {(entry.label, _mark(entry)): entry.id for entry in earlier}
     ids: list[str] = []
     wanted = [_wanted(draft) for draft in drafts]
-    taken = {name for draft in drafts if (name := kept.get((draft.label, _mark(draft))))}
+    taken = {name for draft in drafts if (name := kept.get((draft.label, _mark(draft))))} | {each.id for each in stay}
     for draft, name in zip(drafts, wanted, strict=True):
         marked = f"{name}-{_mark(draft)}"
         choices = (
@@ -199,8 +215,7 @@ def _named(drafts: Sequence[Entry], earlier: Sequence[Entry]) -> tuple[Entry, ..
         before = kept.pop((draft.label, _mark(draft)), "")
         ids.append(before or next(choices))
         taken.add(ids[-1])
-    named = (replace(draft, id=name) for draft, name in zip(drafts, ids, strict=True))
-    return tuple(sorted(named, key=lambda entry: entry.id))
+    return (replace(draft, id=name) for draft, name in zip(drafts, ids, strict=True))
 
 
 def _wanted(draft: Entry) -> str:

@@ -34,6 +34,7 @@ class Doubt:
         todo: a sentence that says what to do.
         entry: the id of the submission in the class, "" if the doubt is not about one.
         people: the people of the roster whom it may concern: until it is decided, none of them handed in nothing.
+        anyone: it may concern everyone who has no submission.
         stops: nothing should be graded before a person has looked at it.
     """
 
@@ -44,6 +45,7 @@ class Doubt:
     entry: str = ""
     people: tuple[Person, ...] = ()
     stops: bool = False
+    anyone: bool = False
 
     @property
     def text(self) -> str:

@@ -26,6 +26,8 @@ class Entry:
             member beside whom another one was matched, or "overrides" for a person's decision.
         late: whether the export marks it as late.
         notes: remarks for the instructor.
+        source: the folder or archive in which it was found, as it was given.
+        absent: an earlier run found it, and the present sources do not have it. What was graded stays.
     """
 
     id: str
@@ -38,3 +40,5 @@ class Entry:
     notes: tuple[str, ...] = ()
     number: str = ""
     matched: tuple[Claim, ...] = ()
+    source: str = ""
+    absent: bool = False

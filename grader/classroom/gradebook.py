@@ -11,7 +11,7 @@ from typing import Any
 
 from grader.classroom import lateness, overrides
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
-from grader.classroom.doubt import Doubt
+from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.entry import Entry
 from grader.classroom.lateness import LateRule
 from grader.classroom.overrides import Adjustment, Change, Decisions, PersonDecision, PointsOverride
@@ -74,6 +74,8 @@ class Row:
     private: tuple[str, ...] = ()
     comments: tuple[str, ...] = ()
     flags: int = 0
+    kit: str = ""
+    """The kit that graded the submission, as Record.kits has it."""
 
     @property
     def final(self) -> bool:
@@ -131,6 +133,11 @@ class Gradebook:
             if row.figures != self.teams[row.submission].figures
         ]
 
+    @property
+    def kits(self) -> frozenset[str]:
+        """Return the versions of the kit that graded the class."""
+        return frozenset(row.kit for row in self.rows if row.kit)
+
 
 def read(folder: ClassFolder) -> Gradebook:
     """Return the gradebook of a class, from its records, reports and overrides as they are now.
@@ -155,7 +162,7 @@ def read(folder: ClassFolder) -> Gradebook:
         teams[entry.id] = _shared(found, graded.row(Person(name=entry.label), PersonDecision()))
     every = tuple(row for several in rows.values() for row in several)
     for person in facts.missing:
-        doubt = next((doubt for doubt in facts.doubts if person in doubt.people), None)
+        doubt = next((doubt for doubt in facts.doubts if doubt.anyone or person in doubt.people), None)
         rows[person.key] = [_missing(person, decisions, whole, doubt)]
     best = (max(several, key=lambda row: (row.total is not None, row.total or 0)) for several in rows.values())
     return Gradebook(whole, tuple(sorted(best, key=_place)), every, teams, decisions, rule, facts.deadline)
@@ -225,6 +232,8 @@ class _Graded:
         self._graded = (
             self._record is not None and self._record.status is Status.GRADED and self._report is not None
         )  # fmt: skip
+        # A text or a link instead of a package is worth what a person says: points, or `adjust: {total: 0}`.
+        self._no_package = any(d.kind is DoubtKind.LEFT_OUT and d.entry == entry.id for d in facts.doubts)
         given = {override.requirement: override for override in self._decided.points}
         self._found = _requirements(whole, self._report if self._graded else None, given)
 
@@ -240,6 +249,8 @@ class _Graded:
             too = ", too late to be accepted" if self._rule.too_late(submitted, until) else ""
             late = f"{self._rule.counted(units)} late{too}: {deduction} points deducted"
         state = _state(self._record, self._graded, self._found)
+        if state is State.REFUSED and self._no_package:
+            state = State.PENDING
         adjustments = (*self._decided.adjustments, *about.adjustments)
         state, total = _adjusted(state, reached - deduction, maximum, adjustments)
         if about.excused:
@@ -264,6 +275,7 @@ class _Graded:
             private=_private(about),
             comments=(*self._decided.comments, *about.comments),
             flags=len(self._report.get("integrity", ())) if self._report else 0,
+            kit=self._record.kits if self._record else "",
         )
         return replace(row, grade=_grade(self._whole, row))
 

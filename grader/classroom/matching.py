@@ -28,8 +28,17 @@ class Match:
     @property
     def number(self) -> str:
         """Return the platform's number for who handed in, "" if it gives none."""
+        return self._numbered.value
+
+    @property
+    def lms(self) -> str:
+        """Return the platform that gave the number."""
+        return self._numbered.lms
+
+    @property
+    def _numbered(self) -> Claim:
         claims = (claim for person in self.hand_in.claims for claim in person)
-        return next((claim.value for claim in claims if claim.kind == "lms_id"), "")
+        return next((claim for claim in claims if claim.kind == "lms_id"), Claim("lms_id", ""))
 
 
 def match(hand_ins: Sequence[HandIn], roster: Sequence[Person]) -> list[Match]:
@@ -39,21 +48,27 @@ def match(hand_ins: Sequence[HandIn], roster: Sequence[Person]) -> list[Match]:
     return [_with_team(found, roster) for found in _without_namesakes([_match(each, roster) for each in hand_ins])]
 
 
-def doubts(found: Match, entry: str) -> list[Doubt]:
-    """Return what is doubtful about whose a submission is, which has the id `entry` in the class."""
-    return [_doubt(found.hand_in.label, unknown, entry, bool(found.people)) for unknown in found.unknown]
+def doubts(found: Match, entry: str, missing: Sequence[Person]) -> list[Doubt]:
+    """Return what is doubtful about whose a submission is, which has the id `entry` in the class.
+
+    A submission that matches nobody may be that of anyone without one, unless their numbers say otherwise.
+    """
+    anyone = any(not person.lms_id or not found.number or person.lms != found.lms for person in missing)
+    whole = [_doubt(found.hand_in.label, unknown, entry, bool(found.people)) for unknown in found.unknown]
+    return [replace(doubt, anyone=anyone and not doubt.people) for doubt in whole]
 
 
 def class_doubts(
-    export: Export, entries: Sequence[Entry], roster: Sequence[Person], missing: Sequence[Person]
+    exports: Sequence[Export], entries: Sequence[Entry], roster: Sequence[Person], missing: Sequence[Person]
 ) -> Iterator[Doubt]:
-    """Yield what is doubtful about an export as a whole, and about the people without a submission."""
+    """Yield what is doubtful about the exports as a whole, about odd entries, and about people without a submission."""
     unmatched = [entry for entry in entries if not entry.people]
-    strange = [entry.label for entry in unmatched if entry.path.name in export.foreign]
-    if strange:
+    layouts = ", ".join(dict.fromkeys(export.layout for export in exports))
+    foreign = {name for export in exports for name in export.foreign}
+    if strange := [entry.label for entry in unmatched if entry.path.name in foreign]:
         yield Doubt(
             DoubtKind.LAYOUT,
-            export.layout,
+            layouts,
             f"Some entries are named as a learning platform names them, most are not: {_some(strange)}.",
             "Name the folder or the archive as the platform exported it, without other files, or go on with "
             f"{GO_ON} if these are only names.",
@@ -62,9 +77,9 @@ def class_doubts(
     if roster and too_many(unmatched, entries):
         yield Doubt(
             DoubtKind.MOST_UNMATCHED,
-            export.layout,
+            layouts,
             f"{len(unmatched)} of {len(entries)} submissions fit nobody of the roster "
-            f"(layout: {export.layout}): {_some(sorted(entry.label for entry in unmatched))}.",
+            f"(layout: {layouts}): {_some(sorted(entry.label for entry in unmatched))}.",
             "Is it the roster of this class, and has it the numbers of this assignment? "
             f"Go on with {GO_ON} if it is; who is not matched gets a line of their own.",
             stops=True,
@@ -75,10 +90,11 @@ def class_doubts(
                 DoubtKind.LEFT_OUT,
                 entry.label,
                 f"{entry.label} handed in {entry.path.name}, which is neither an archive nor a folder.",
-                "It cannot be graded; look at it, and ask for the package.",
+                "Ask for the package, or decide: in overrides.yaml, "
+                f"submissions: {{{entry.id}: {{adjust: {{total: 0, why: ..., by: ...}}}}}}.",
                 entry.id,
             )
-    for hand_in in export.absent:
+    for hand_in in (hand_in for export in exports for hand_in in export.absent):
         found = [identify(claims, roster) for claims in hand_in.claims]
         yield Doubt(
             DoubtKind.LEFT_OUT,
@@ -87,7 +103,7 @@ def class_doubts(
             "Export once more.",
             people=tuple(person for each in found for person in each.people or each.rivals),
         )
-    if export.layout == "git":
+    if any(export.layout == "git" for export in exports):
         for person in missing:
             if not person.login:
                 yield Doubt(
@@ -104,10 +120,16 @@ def _some(names: Sequence[str]) -> str:
     return ", ".join(names[:_SHOWN]) + more
 
 
+def unmatched(entry: Entry) -> Doubt:
+    """Return the doubt about an entry of an earlier run that matched nobody then."""
+    return _doubt(entry.label, Identified(), entry.id, others=False)
+
+
 def _match(hand_in: HandIn, roster: Sequence[Person]) -> Match:
     found = [identify(claims, roster) for claims in hand_in.claims]
     people = {person: each.by for each in found if each.by is not None for person in each.people}
-    return Match(hand_in, people, tuple(each for each in found if not each.people))
+    nobody = () if hand_in.claims else (Identified(),)
+    return Match(hand_in, people, (*nobody, *(each for each in found if not each.people)))
 
 
 def _without_namesakes(found: list[Match]) -> list[Match]:

@@ -1,7 +1,7 @@
 """Grade one submission in a process of its own, so that nothing that happens to it reaches another.
 
 The parent writes the order to the child's standard input and keeps the pipe open: when the parent dies, however it
-dies, the child reads the pipe's end and ends itself and its sandboxes.
+dies, the child reads the pipe's end, ends itself and its sandboxes, and has its temporary files removed.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import time
 import zipfile
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
@@ -32,6 +33,15 @@ from grader.errors import GraderError, SubmissionError
 from grader.host import cgroup, procfs, shortage, tempdir
 
 _RESULT = "result: "
+# Removes a folder a moment after the process that starts it has killed itself and its group.
+_REMOVE_LATER = """
+for round in 1 2 3 4 5 6 7 8 9 10; do
+    sleep 0.3
+    chmod -R u+rwX "$1"
+    rm -rf "$1"
+    [ -e "$1" ] || exit 0
+done
+"""
 
 
 @dataclass(frozen=True)
@@ -72,12 +82,14 @@ class Runner:
         self._lock = threading.Lock()
         self._stopped = False
 
-    def grade(self, order: Order) -> Ending:
-        """Grade one submission into the folder `order.out` and return how it ended. It raises nothing."""
+    def grade(self, order: Order, scratch: Path | None = None) -> Ending:
+        """Grade one submission into the folder `order.out` and return how it ended. It raises nothing.
+
+        All temporary files are in `scratch`, or in a new folder. It is removed if this process is killed.
+        """
         started = time.monotonic()
         try:
-            # The child may be killed and then cleans nothing up; all its temporary files are in here.
-            with tempdir.folder("batch") as temporary:
+            with tempdir.folder("batch") if scratch is None else nullcontext(scratch) as temporary:
                 ending = self._run(order, temporary)
         except OSError as error:
             ending = Ending(Status.ERROR, shortage.explain(error) or f"The grading cannot be started ({error}).")
@@ -126,23 +138,25 @@ class Runner:
         return Ending(Status.ERROR, f"The process that graded it was {how}; its last words: {last[:300] or 'none'}")
 
 
-def grade_packed(order: dict[str, object], archive: bytes, folder: bool) -> tuple[str, str, float, bytes]:
+def grade_packed(
+    order: dict[str, object], archive: bytes, folder: bool, runner: Runner | None = None
+) -> tuple[str, str, float, bytes]:
     """Grade a submission that travels as bytes, and return status, reason, seconds and a zip of the results.
 
     For a worker on another machine: it shares no disk with the caller. `folder` says that the archive is a packed
-    folder. A cache folder that the order leaves empty is this machine's own.
+    folder. A cache folder that the order leaves empty is this machine's own. `runner` can end it from another thread.
     """
-    with tempfile.TemporaryDirectory(prefix="batch-") as scratch:
-        source = Path(scratch) / "in" / Path(str(order["source"])).name
+    with tempdir.folder("batch") as scratch:
+        source = scratch / "in" / Path(str(order["source"])).name
         if folder:
             _unzip(archive, source)
         else:
             source.parent.mkdir(parents=True)
             source.write_bytes(archive)
-        out = Path(scratch) / "out"
+        out = scratch / "out"
         out.mkdir()
-        here = Order(**(order | {"source": str(source), "out": str(out)}))  # type: ignore[arg-type]  # from asdict
-        ending = Runner().grade(here)
+        local = Order(**(order | {"source": str(source), "out": str(out)}))  # type: ignore[arg-type]  # from asdict
+        ending = (runner or Runner()).grade(local, scratch)
         return ending.status.value, ending.why, ending.seconds, pack(out)
 
 
@@ -187,11 +201,14 @@ def _end(child: subprocess.Popen[str]) -> None:
 
 
 def _die_with_parent() -> None:
-    """End this process group as soon as standard input is closed."""
+    """End this process group, and remove its temporary folder, as soon as standard input is closed."""
 
     def watch() -> None:
         while sys.stdin.buffer.read(1):
             pass
+        quiet = [(os.POSIX_SPAWN_OPEN, stream, os.devnull, os.O_RDWR, 0) for stream in (0, 1, 2)]
+        remove = ["sh", "-c", _REMOVE_LATER, "sh", os.environ["TMPDIR"]]
+        os.posix_spawn("/bin/sh", remove, {"PATH": os.defpath}, file_actions=quiet, setsid=True)
         os.killpg(0, signal.SIGKILL)
 
     threading.Thread(target=watch, daemon=True).start()

@@ -176,7 +176,8 @@ def applied(facts: ClassFacts, decisions: Decisions) -> ClassFacts:
     )
     everyone = dict.fromkeys([*(who for entry in facts.entries for who in entry.people), *facts.missing])
     handed_in = {who.key for entry in entries for who in entry.people}
-    doubts = tuple(doubt for doubt in facts.doubts if doubt.entry not in assigned)
+    whose = (DoubtKind.UNMATCHED, DoubtKind.AMBIGUOUS)
+    doubts = tuple(doubt for doubt in facts.doubts if doubt.kind not in whose or doubt.entry not in assigned)
     if not too_many([entry for entry in entries if not entry.people and entry.id not in assigned], entries):
         doubts = tuple(doubt for doubt in doubts if doubt.kind is not DoubtKind.MOST_UNMATCHED)
     missing = tuple(who for who in everyone if who.key not in handed_in)

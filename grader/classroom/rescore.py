@@ -105,10 +105,10 @@ def _judge(order: tuple[Path, Path, str, int, tuple[str, ...], HandIn]) -> dict[
     file.write_text(text, encoding="utf-8")
     settings = Settings(rubric=rubric.load(file), cache=new, seed=seed, requirements=only)
     file.unlink()
-    said = data.read(old / DATA)
-    earlier = [result for result in data.results(said) if result.id in _kept(settings)] if only else []
+    before = data.read(old / DATA)
+    earlier = [result for result in data.results(before) if result.id in _kept(settings)] if only else []
     grading = pipeline.judge(old / pipeline.EVIDENCE, settings, earlier)
-    first = data.circumstances(said)
+    first = data.circumstances(before)
     grading = replace(grading, wall_seconds=first["wall_seconds"], graded=first["graded"], rescored=provenance.now())
     shutil.copytree(old / pipeline.EVIDENCE, new / pipeline.EVIDENCE, copy_function=os.link)
     report.write(grading, new, hand_in=known)
@@ -121,9 +121,10 @@ def _kept(settings: Settings) -> set[str]:
     return {check.id for check in settings.rubric.checks} - again
 
 
-def _points(said: dict[str, object]) -> dict[str, Decimal]:
-    found = said.get("requirements")
-    return {each["id"]: rounded(each["points"]) for each in found if each["max"]} if isinstance(found, list) else {}
+def _points(read: dict[str, object]) -> dict[str, Decimal]:
+    """Return the points in a report.json by requirement."""
+    listed = read.get("requirements")
+    return {each["id"]: rounded(each["points"]) for each in listed if each["max"]} if isinstance(listed, list) else {}
 
 
 def _require_evidence(folder: ClassFolder, graded: Iterable[Record], wanted: Sequence[str]) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from statistics import median
@@ -120,17 +121,23 @@ def of_class(
         GraderError: there is no such class, or its submissions are no longer where they were.
     """
     facts = folder.facts()
-    source = Path(facts.source)
-    if not source.exists():
+    sources = {Path(entry.source or facts.source) for entry in facts.entries if not entry.absent}
+    if lost := sorted(source for source in sources if not source.exists()):
         raise GraderError(
-            f"The submissions are read again, but {source} is not there. Run this in the folder in which the class was "
-            "graded, or put them back."
+            f"The submissions are read again, but {lost[0]} is not there. Run this in the folder in which the class "
+            "was graded, or put them back."
         )
     texts, notes = {}, []
-    with discovery.opened(source) as root, tempdir.folder("similar") as scratch:
+    with ExitStack() as stack:
+        roots = {source: stack.enter_context(discovery.opened(source)) for source in sources}
+        scratch = stack.enter_context(tempdir.folder("similar"))
         for entry in facts.entries:
+            if entry.absent:
+                notes.append(f"{entry.id} is not compared: the present sources do not have it.")
+                continue
             progress(f"reading {entry.id}")
             try:
+                root = roots[Path(entry.source or facts.source)]
                 texts[entry.id], unread = _python_of(root / entry.path, scratch / entry.id)
                 notes += [f"{entry.id} is compared without {one_line(why)}" for why in unread]
             except SubmissionError as error:

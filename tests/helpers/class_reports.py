@@ -1,11 +1,16 @@
-"""What the tests of a class share: reports of made-up gradings, and somebody who hears how a run goes on."""
+"""What the tests of a class share: reports of made-up gradings, who makes them, and a listener to a run."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import Future
+from pathlib import Path
 from typing import Any
 
 from grader.classroom.batch import Progress
-from grader.classroom.class_folder import Record
+from grader.classroom.class_folder import Record, Status
+from grader.classroom.one_grading import Ending, Order
+from grader.classroom.plan import Plan
 from grader.scoring import rubric
 
 
@@ -37,12 +42,45 @@ def report(lost: dict[str, float] | None = None, **more: Any) -> dict[str, Any]:
     return {"submission": "team07.zip", "requirements": requirements, "integrity": [], "wall_seconds": 41.25} | more
 
 
+GRADED = Ending(Status.GRADED, seconds=10.0)
+
+
+class Workers:
+    """Stands in for the processes that grade: `how` makes the ending of an order, in the caller's thread."""
+
+    slots = 2
+
+    def __init__(self, how: Callable[[Order], Ending]) -> None:
+        self.how = how
+        self.orders: list[str] = []
+        self.stopped = False
+
+    def submit(self, order: Order) -> Future[Ending]:
+        self.orders.append(order.id)
+        future: Future[Ending] = Future()
+        ending = self.how(order)
+        if ending.status is Status.GRADED and not (Path(order.out) / "report.json").exists():
+            (Path(order.out) / "report.json").write_text('{"total": 50}')
+        future.set_result(ending)
+        return future
+
+    def doing(self) -> dict[str, str]:
+        return {}
+
+    def stop(self) -> None:
+        self.stopped = True
+
+
 class Silent:
     """Hears how a run goes on and keeps it."""
 
     def __init__(self) -> None:
         self.records: list[Record] = []
         self.left: list[float | None] = []
+        self.plans: list[Plan] = []
+
+    def planned(self, planned: Plan) -> None:
+        self.plans.append(planned)
 
     def finished(self, record: Record, progress: Progress) -> None:
         self.records.append(record)

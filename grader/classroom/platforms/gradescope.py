@@ -92,7 +92,8 @@ def _read(root: Path, entries: Sequence[Path]) -> Export:
         if entry.name in described:
             path, remarks = one_of(unfolded([entry])) if only_archives(entry) else (entry, [])
             notes += [f"{entry.name}: {remark}" for remark in remarks]
-            hand_ins.append(replace(described[entry.name], path=path))
+            known = described[entry.name]
+            hand_ins.append(replace(known, path=path, label=known.label or entry.name))
     absent = [hand_in for name, hand_in in described.items() if name not in {entry.name for entry in entries}]
     return Export("gradescope", tuple(hand_ins), tuple(notes), tuple(absent))
 

@@ -28,7 +28,7 @@ def _alias(number: int) -> str:
 def _lines(book: Gradebook, anonymous: bool) -> Iterator[Sequence[Cell]]:
     who = ("anonymous",) if anonymous else (*_PERSON, "submission")
     ids = [requirement.id for requirement in book.rubric.requirements]
-    yield (*who, "state", "submitted", "late", *ids, "reached", "deduction", "total", "max", "flags", "comment")
+    yield (*who, "state", "submitted", "late", *ids, "reached", "deduction", "total", "max", "flags", "kit", "comment")
     for number, row in enumerate(book.rows, 1):
         points = {each.id: each.points for each in row.requirements}
         yield (
@@ -42,6 +42,7 @@ def _lines(book: Gradebook, anonymous: bool) -> Iterator[Sequence[Cell]]:
             row.total,
             row.max,
             row.flags,
+            row.kit,
             "" if anonymous else row.comment,
         )
 

@@ -5,15 +5,18 @@ from __future__ import annotations
 import datetime as dt
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers.class_reports import report
+from helpers.class_reports import Workers, report
 
+from grader.classroom import batch
 from grader.classroom.class_folder import RUBRIC, ClassFacts, ClassFolder, Record, Status
 from grader.classroom.entry import Entry
+from grader.classroom.one_grading import Ending, Order
 from grader.classroom.roster import Person
 from grader.scoring import rubric
 
@@ -57,3 +60,26 @@ def class_of_four(tmp_path) -> Callable[..., ClassFolder]:
         return folder
 
     return make
+
+
+@pytest.fixture
+def workers(monkeypatch) -> Callable[[Callable[[Order], Ending]], Workers]:
+    def install(how: Callable[[Order], Ending]) -> Workers:
+        made = Workers(how)
+
+        @contextmanager
+        def local(_jobs: int) -> Iterator[Workers]:
+            yield made
+
+        monkeypatch.setattr(batch, "local", local)
+        return made
+
+    return install
+
+
+@pytest.fixture
+def source(tmp_path) -> Path:
+    for name in ("team01", "team02", "team03"):
+        (tmp_path / "source" / name).mkdir(parents=True)
+        (tmp_path / "source" / name / "readme").write_text(name)
+    return tmp_path / "source"

@@ -7,7 +7,9 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 from helpers.class_reports import Silent
@@ -16,55 +18,61 @@ from grader import KIT
 from grader.classroom import batch, cluster
 from grader.classroom.batch import Options
 from grader.classroom.class_folder import ClassFolder, Status
+from grader.classroom.one_grading import Order
 from grader.errors import GraderError
-from grader.host import provenance
+from grader.host import procfs, provenance
+from grader.scoring import rubric
 
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("default")]  # a cluster of three processes
 
 
-@pytest.fixture(scope="module")
-def scheduler(tmp_path_factory) -> Iterator[str]:
-    """Start a scheduler and two workers as their commands do, and return the scheduler's address."""
-    folder = tmp_path_factory.mktemp("dask")
+@contextmanager
+def dask_cluster(folder: Path, workers: int, *options: str) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """Start a scheduler and workers as their commands do; yield the scheduler's address and the workers.
+
+    Their temporary files are in the folder `tmp`.
+    """
     file = folder / "scheduler.json"
-    environment = os.environ | {"PYTHONPATH": str(KIT)}
-    common = [sys.executable, "-m", "dask"]
-    commands = [
-        [*common, "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file)],
-        *(
-            [
-                *common,
-                "worker",
-                "--scheduler-file",
-                str(file),
-                "--nthreads",
-                "1",
-                "--no-dashboard",
-                "--host",
-                "127.0.0.1",
-            ]
-            for _ in range(2)
-        ),
-    ]
+    (folder / "tmp").mkdir()
+    environment = os.environ | {"PYTHONPATH": str(KIT), "TMPDIR": str(folder / "tmp")}
+    common = ["--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(file)]
+
+    def start(*words: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", "dask", *words, *common]
+        return subprocess.Popen(
+            command, cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+
     started = [
-        subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        for command in commands
+        start("scheduler", "--port", "0"),
+        *(start("worker", "--nthreads", "1", *options) for _ in range(workers)),
     ]
     try:
-        deadline = time.monotonic() + 120
-        while not file.exists() or not file.read_text().strip():
-            assert time.monotonic() < deadline, "the scheduler did not start"
-            time.sleep(0.1)  # nothing tells when a file appears
+        wait_until("the scheduler has started", lambda: file.exists() and bool(file.read_text().strip()))
         address = json.loads(file.read_text())["address"]
         from distributed import Client
 
         with Client(address, timeout=60) as client:
-            client.wait_for_workers(2, timeout=120)
-        yield address
+            client.wait_for_workers(workers, timeout=120)
+        yield address, started[1:]
     finally:
         for process in reversed(started):
             process.terminate()
             process.wait(30)
+
+
+def wait_until(what: str, holds: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 120
+    while not holds():
+        assert time.monotonic() < deadline, f"not in time: {what}"
+        time.sleep(0.1)  # nothing tells when a file appears or a process ends
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory) -> Iterator[str]:
+    """Return the address of a scheduler with two workers."""
+    with dask_cluster(tmp_path_factory.mktemp("dask"), 2) as (address, _):
+        yield address
 
 
 @pytest.mark.sandbox
@@ -96,3 +104,63 @@ def test_a_scheduler_that_does_not_answer_is_a_sentence(monkeypatch):
 def test_a_cluster_takes_as_many_submissions_as_it_has_threads(scheduler):
     with cluster.workforce(scheduler, provenance.kit_hash()) as found:
         assert found.slots == 2
+
+
+@contextmanager
+def grading(folder: Path) -> Iterator[tuple[cluster.Cluster, subprocess.Popen[bytes], set[int]]]:
+    """Yield a cluster whose only worker is grading the reference, the worker, and the processes below it."""
+    (folder / "out").mkdir()
+    package = KIT / "solution_pkg" / "ros2_robot_controller"
+    order = Order("t", str(package), str(folder / "out"), rubric.RUBRIC.read_text(), 0, "", 5.0, fresh=True)
+    with (
+        dask_cluster(folder, 1, "--no-nanny") as (address, (worker,)),
+        cluster.workforce(address, provenance.kit_hash()) as found,
+    ):
+        found.submit(order)
+        # The grading's own process, and a sandbox that it has started.
+        wait_until("a sandbox is running", lambda: len(procfs.descendants(worker.pid)) > 3)
+        assert left_by_gradings(folder)
+        yield found, worker, set(procfs.descendants(worker.pid))
+
+
+def left_by_gradings(folder: Path) -> list[str]:
+    return [path.name for path in (folder / "tmp").iterdir() if path.name.startswith("batch-")]
+
+
+def alive(pids: set[int]) -> list[str]:
+    return [text for pid in pids if (text := command(pid))]
+
+
+def command(pid: int) -> str:
+    """Return a process's command, "" if it has ended."""
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode()
+    except OSError:
+        return ""
+
+
+@pytest.mark.sandbox
+def test_a_killed_worker_left_the_submission_in_its_temporary_folder(tmp_path):
+    with grading(tmp_path) as (_, worker, below):
+        worker.kill()
+        worker.wait()
+        wait_until("all processes have ended", lambda: not alive(below))
+        wait_until("all temporary files are removed", lambda: not left_by_gradings(tmp_path))
+
+
+@pytest.mark.sandbox
+def test_ctrl_c_let_the_workers_grade_on_for_nobody(tmp_path):
+    with grading(tmp_path) as (found, worker, _):
+        found.stop()
+        wait_until("the grading has ended", lambda: not procfs.descendants(worker.pid))
+        wait_until("all temporary files are removed", lambda: not left_by_gradings(tmp_path))
+
+
+@pytest.mark.sandbox
+def test_a_worker_that_is_stopped_ends_its_grading(tmp_path):
+    """SIGTERM, as systemd and batch systems send it: it went on grading, and was killed in the end."""
+    with grading(tmp_path) as (_, worker, below):
+        worker.terminate()
+        worker.wait(60)
+        wait_until("all processes have ended", lambda: not alive(below))
+        wait_until("all temporary files are removed", lambda: not left_by_gradings(tmp_path))

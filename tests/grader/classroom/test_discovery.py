@@ -13,8 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from grader.classroom import discovery
-from grader.classroom.doubt import DoubtKind
+from grader.classroom import discovery, times
+from grader.classroom.doubt import DoubtfulClass, DoubtKind, require_certain
 from grader.classroom.entry import Entry
 from grader.classroom.roster import Person
 from grader.errors import GraderError
@@ -224,3 +224,28 @@ def test_a_missing_source_is_a_sentence(tmp_path):
 )
 def test_an_id_is_safe_as_a_folders_name(text, name):
     assert discovery.slug(text) == name
+
+
+def test_an_export_in_which_most_match_nobody_stops_the_class(tmp_path):
+    for name in ("team01.zip", "team02.zip", "boek.zip"):
+        (tmp_path / name).write_text(name)
+    found = discovery.find(tmp_path, [JANE, BO])
+    with pytest.raises(DoubtfulClass, match=r"2 of 3 submissions fit nobody of the roster .*: team01, team02\."):
+        require_certain(found.doubts)
+    assert discovery.find(tmp_path).doubts == (), "without a roster there is nothing to be matched with"
+
+
+def test_a_list_of_canvas_says_when(tmp_path):
+    (tmp_path / "export").mkdir()
+    (tmp_path / "export" / "ekbo_12347_9_pkg.zip").touch()
+    (tmp_path / "list.json").write_text('[{"user_id": 12347, "submitted_at": "2026-11-20T22:58:01Z"}]')
+    known = times.load(tmp_path / "list.json")
+    (entry,) = discovery.find(tmp_path / "export", [BO], (), (), known, timed=True).entries
+    assert entry.submitted == dt.datetime(2026, 11, 20, 22, 58, 1, tzinfo=dt.UTC)
+
+
+def test_a_deadline_without_any_time_is_said_aloud(tmp_path):
+    (tmp_path / "ekbo_12347_9_pkg.zip").touch()
+    (doubt,) = discovery.find(tmp_path, [BO], timed=True).doubts
+    assert doubt.kind is DoubtKind.NO_TIME
+    assert "1 of 1 submissions have no time, so nothing is deducted for lateness: ekbo." in doubt.what

@@ -11,6 +11,7 @@ import yaml
 from helpers.class_reports import report
 
 from grader.classroom import gradebook
+from grader.classroom.doubt import Doubt, DoubtKind
 from grader.classroom.gradebook import Gradebook, Row, State, rounded
 from grader.scoring import rubric
 
@@ -191,3 +192,24 @@ def test_a_single_refusal_has_a_reason_and_no_points():
     refusal = {"submission": "x.zip", "refused": {"because": "it is empty", "try": "hand in the package"}}
     (found,) = gradebook.of_one(refusal, rubric.load(rubric.RUBRIC)).rows
     assert (found.state, found.total, found.why) == (State.REFUSED, Decimal("0.00"), "it is empty")
+
+
+def test_who_may_own_an_unmatched_submission_has_not_handed_in_nothing(class_of_four):
+    """Everyone whom an ambiguous submission might belong to had 0.00 in the platform."""
+    folder = class_of_four()
+    facts = folder.facts()
+    doubt = Doubt(DoubtKind.AMBIGUOUS, "Eva Ost", "", "", "boek", facts.missing)
+    for doubts, state in (((), State.MISSING), ((doubt,), State.PENDING)):
+        folder.write_facts(replace(facts, doubts=doubts))
+        (row,) = (row for row in gradebook.read(folder).rows if row.person.id == "s4")
+        assert (row.state, row.total is None) == (state, bool(doubts))
+
+
+def test_a_text_instead_of_a_package_waits_for_a_person(class_of_four):
+    folder = class_of_four()
+    folder.write_facts(replace(folder.facts(), doubts=(Doubt(DoubtKind.LEFT_OUT, "boek", "", "", "boek"),)))
+    states = {row.submission: (row.state, row.total) for row in gradebook.read(folder).rows}
+    assert states["boek"] == (State.PENDING, None)
+    folder.overrides.write_text("submissions: {boek: {adjust: {total: 0, why: only a link, by: Ada}}}")
+    states = {row.submission: (row.state, row.total) for row in gradebook.read(folder).rows}
+    assert states["boek"] == (State.GRADED, 0)

@@ -135,7 +135,7 @@ def run(layout: str, roster: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     def here(_jobs: int) -> Iterator[Grading]:
         yield grading
 
-    monkeypatch.setattr(batch, "here", here)
+    monkeypatch.setattr(batch, "local", here)
     monkeypatch.setattr(batch.sandbox, "require", lambda: None)
     outcome, klass = Outcome(), tmp_path / "class"
     people = {"none": [], "own": ["--roster", str(own)], "sheet": ["--roster", str(sheet)]}[roster]

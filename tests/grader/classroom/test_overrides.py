@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import datetime as dt
 from decimal import Decimal
+from pathlib import Path
 
 import pytest
 
 from grader.classroom import overrides
+from grader.classroom.class_folder import ClassFacts
+from grader.classroom.doubt import Doubt, DoubtKind
+from grader.classroom.entry import Entry
 from grader.classroom.overrides import Adjustment, Change, Decisions, Excuse, PointsOverride
 from grader.classroom.roster import Person
 from grader.errors import GraderError
@@ -121,3 +125,16 @@ def test_a_mistake_is_named_with_its_line_and_a_remedy(tmp_path, old, new, said)
     assert old in GOOD
     with pytest.raises(GraderError, match=said):
         load(tmp_path, GOOD.replace(old, new, 1))
+
+
+def test_people_assign_a_submission_and_take_one_back(tmp_path):
+    stranger, wrong = Entry("stranger", "x", Path("x.zip"), "x"), Entry("jdoe", "y", Path("y.zip"), "y", PEOPLE[:1])
+    doubts = tuple(Doubt(DoubtKind.UNMATCHED, "x", "", "", name) for name in ("stranger", "other"))
+    facts = ClassFacts("", "", "", "", "", "", "", 0, (stranger, wrong), PEOPLE[1:], doubts=doubts)
+    path = tmp_path / "overrides.yaml"
+    path.write_text("submissions:\n  stranger: {people: [S1]}\n  jdoe: {people: []}\n")
+    decided = overrides.load(path, ["stranger", "jdoe"], PEOPLE, RUBRIC)
+    found = overrides.applied(facts, decided)
+    assert [entry.people for entry in found.entries] == [PEOPLE[:1], ()]
+    assert found.missing == PEOPLE[1:]
+    assert [doubt.entry for doubt in found.doubts] == ["other"]

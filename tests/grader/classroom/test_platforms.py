@@ -146,3 +146,45 @@ def test_a_single_submission_is_named_as_such(tmp_path, name):
 def test_a_folder_without_submissions_is_refused(tmp_path):
     with pytest.raises(GraderError, match="holds no submission"):
         layout(tmp_path, "readme.txt")
+
+
+@pytest.mark.parametrize(
+    "odd",
+    [
+        "ekbo_12347_text.html",
+        "ekbo_12347_link.html",
+        "LATE_anon_x3dF9_67892_team.zip",
+        "under_score_12348_67893_team.zip",
+        "grades.csv",
+        "by_mail.zip",
+    ],
+)
+def test_one_odd_entry_does_not_make_an_export_of_canvas_plain(tmp_path, odd):
+    """All the others were named as nobody is, and the whole roster had 0.00."""
+    export = layout(tmp_path, "doejane_12345_67890_team.zip", "late_12349_67899_a.zip", "wuli_12346_67891_a.zip", odd)
+    assert export.layout == "canvas"
+    labels = {hand_in.label: hand_in for hand_in in export.hand_ins}
+    assert {"doejane", "wuli", "late"} <= set(labels)
+    assert not labels["late"].late, "that is a name: Canvas writes LATE in capitals"
+    others = set(labels) - {"doejane", "wuli", "late"}
+    assert others <= {"ekbo", "anon_x3dF9", "under_score", "by_mail"}
+    assert len(others) == (odd != "grades.csv")
+
+
+def test_one_odd_entry_does_not_make_an_export_of_moodle_plain(tmp_path):
+    export = layout(
+        tmp_path,
+        "Jane Doe_12345_assignsubmission_file/team.zip",
+        "Bo Ek_12346_assignsubmission_onlinetext/onlinetext.html",
+        "Default group_assignsubmission_file/team.zip",
+        "Participant_12347_assignsubmission_file/team.zip",
+        "by_mail.zip",
+    )
+    assert export.layout == "moodle"
+    labels = {hand_in.label for hand_in in export.hand_ins}
+    assert labels == {"Jane Doe", "Bo Ek", "Default group", "Participant 12347", "by_mail"}
+
+
+def test_a_few_entries_of_a_platform_among_others_are_named(tmp_path):
+    export = layout(tmp_path, "team01.zip", "team02.zip", "doejane_12345_67890_team.zip")
+    assert (export.layout, export.foreign) == ("plain", ("doejane_12345_67890_team.zip",))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -120,3 +121,18 @@ def test_ctrl_c_while_judging_leaves_the_class_as_it_was(again: ClassFolder, tmp
         rescore(again, new_rubric=tmp_path / "new.yaml", jobs=1, progress=interrupt)
     assert {path: path.read_bytes() for path in before} == before
     assert (again.path / RUBRIC).read_text() == rubric.RUBRIC.read_text()
+
+
+@pytest.mark.parametrize("status", [Status.REFUSED, Status.ERROR])
+def test_a_rescore_turned_cannot_be_graded_into_not_graded_yet(again: ClassFolder, tmp_path: Path, status: Status):
+    """Only the graded ones got the new rubric's hash; whoever had 0 and a reason lost both."""
+    facts = again.facts()
+    entry = Entry("boek", "boek", Path("boek.zip"), "b" * 64, (Person("s3"),))
+    again.write_facts(replace(facts, entries=(*facts.entries, entry)))
+    again.keep(again.working("boek"), Record("boek", status, "boek.zip is empty.", entry.content, facts.rubric))
+    before = next(row for row in gradebook.read(again).rows if row.submission == "boek")
+    (tmp_path / "new.yaml").write_text(rubric.RUBRIC.read_text() + "# another one\n")
+    rescore(again, new_rubric=tmp_path / "new.yaml", jobs=1)
+    after = next(row for row in gradebook.read(again).rows if row.submission == "boek")
+    assert (after.state, after.total, after.why) == (before.state, before.total, before.why)
+    assert after.why == "boek.zip is empty."

@@ -1,0 +1,146 @@
+"""What the first run of a class decides and later runs keep: sources, roster, rubric, seed, deadline, late rule."""
+
+from __future__ import annotations
+
+import datetime as dt
+import hashlib
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from grader.classroom import lateness
+from grader.classroom.class_folder import CLASS, RUBRIC, ClassFolder
+from grader.classroom.roster import Person
+from grader.errors import GraderError, UsageError
+from grader.scoring import rubric
+
+_REGRADED = "makes all grades void: every submission is graded again"
+_DEDUCTIONS = "changes only the deductions for lateness"
+CHANGEABLE: Mapping[str, str] = {
+    "source": "reads other submissions; people who are only in the old one keep their grades (--add reads both)",
+    "roster": "matches submissions with people again; each submission keeps its grade",
+    "rubric": f"{_REGRADED} (`grader rescore CLASS --rubric FILE` judges the saved evidence instead, in seconds)",
+    "seed": _REGRADED,
+    "deadline": _DEDUCTIONS,
+    "late": _DEDUCTIONS,
+}
+"""The settings that a later run may change, and what a change does."""
+
+
+@dataclass(frozen=True)
+class ClassSettings:
+    """What all runs of a class have in common.
+
+    `source` and `added` are paths as they were given, `rubric` is a rubric's text, `late` the late rule.
+    """
+
+    source: str
+    roster: tuple[Person, ...]
+    rubric: str
+    seed: int
+    deadline: dt.datetime | None
+    late: str
+    added: tuple[str, ...] = ()
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Return all folders and archives with submissions, the first run's first."""
+        return (self.source, *self.added)
+
+    @property
+    def rubric_hash(self) -> str:
+        """Return the SHA-256 of the rubric."""
+        return hashlib.sha256(self.rubric.encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Given:
+    """What one run's command says of the settings; None where it says nothing. It may change those in `change`."""
+
+    source: str | None = None
+    roster: tuple[Person, ...] | None = None
+    rubric: str | None = None
+    seed: int | None = None
+    deadline: dt.datetime | None = None
+    late: str | None = None
+    added: tuple[str, ...] = ()
+    change: Collection[str] = ()
+
+
+def settle(folder: ClassFolder, given: Given) -> ClassSettings:
+    """Return the settings of a run: the class's own, with sources added and what may be changed.
+
+    Raises:
+        UsageError: another value is given than the class has, and not as a change.
+        GraderError: the late rule is none, or the class cannot be read.
+    """
+    if given.late:
+        lateness.parse(given.late)
+    new: dict[str, Any] = {name: value for name in CHANGEABLE if (value := getattr(given, name)) is not None}
+    if lacking := sorted(set(given.change) - set(new)):
+        raise UsageError(f"--change {lacking[0]} needs the new value.", f"Add {_option(lacking[0])}.")
+    if given.source is None or (folder.path / CLASS).exists():
+        had = remembered(folder)
+        for name, value in new.items():
+            if name not in given.change and not _same(had, name, value):
+                raise UsageError(_refusal(folder, had, replace(had, **{name: value}), name))
+        earlier = () if "source" in given.change else had.added
+    else:
+        had = ClassSettings("", (), rubric.RUBRIC.read_text(encoding="utf-8"), 0, None, "")
+        earlier = ()
+    settings = replace(had, **new)
+    known = {Path(settings.source).resolve(): settings.source}
+    for each in (*earlier, *given.added):
+        known.setdefault(Path(each).resolve(), each)
+    return replace(settings, added=tuple(known.values())[1:])
+
+
+def remembered(folder: ClassFolder) -> ClassSettings:
+    """Return the settings of the class's last run.
+
+    Raises:
+        GraderError: it is not a class, or lacks its rubric.
+    """
+    facts = folder.facts()
+    try:
+        text = (folder.path / RUBRIC).read_text(encoding="utf-8")
+    except OSError as error:
+        raise GraderError(f"The class's rubric {folder.path / RUBRIC} cannot be read ({error}).") from error
+    return ClassSettings(facts.source, facts.roster, text, facts.seed, facts.deadline, facts.late_rule, facts.added)
+
+
+def _same(had: ClassSettings, name: str, value: object) -> bool:
+    if name == "source":
+        return Path(had.source).resolve() == Path(str(value)).resolve()
+    return bool(getattr(had, name) == value)
+
+
+def _refusal(folder: ClassFolder, had: ClassSettings, new: ClassSettings, name: str) -> str:
+    return (
+        f"{folder.path} has {_words(had, name, new)}; the command gives {_words(new, name, had)}. "
+        f"Changing the {_TITLES.get(name, name)} {CHANGEABLE[name]}. "
+        f"Add --change {name} if that is meant; otherwise leave out {_option(name)}: the class knows it."
+    )
+
+
+_TITLES = {"late": "late rule"}
+
+
+def _option(name: str) -> str:
+    return "SOURCE" if name == "source" else f"--{name}"
+
+
+def _words(settings: ClassSettings, name: str, other: ClassSettings) -> str:
+    """Return one of the settings in words; of a roster, whoever the `other` settings do not have."""
+    if name == "roster":
+        only = [person.label for person in settings.roster if person not in other.roster]
+        more = f", {', '.join(only[:5])}{' and others' if only[5:] else ''} only there" if only else ""
+        return f"a roster of {len(settings.roster)} people{more}" if settings.roster else "no roster"
+    if name == "rubric":
+        return f"a rubric with the hash {settings.rubric_hash[:12]}"
+    if name == "deadline":
+        return f"the deadline {settings.deadline:%Y-%m-%d %H:%M}" if settings.deadline else "no deadline"
+    if name == "late":
+        return f'the late rule "{settings.late}"' if settings.late else "no late rule"
+    return f"the {name} {getattr(settings, name)}"

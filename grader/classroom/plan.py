@@ -1,0 +1,267 @@
+"""What a run will do, before it does it: for each submission whose it is, which hand-in counts, how late, and why."""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from enum import Enum
+from pathlib import Path
+from statistics import mean
+
+from grader.classroom import cells, lateness
+from grader.classroom.class_folder import ClassFacts, Record, Status
+from grader.classroom.entry import Entry
+from grader.classroom.lateness import LateRule
+from grader.classroom.overrides import Decisions
+from grader.classroom.roster import Person
+from grader.sanitize import printable
+
+SECONDS_EACH = 45.0
+"""Wall time of a whole grading on two cores, as docs/classes.md measured it; for a class without any grade yet."""
+
+_HEADER = ("id", "label", "people", "matched by", "hand-in", "submitted", "late", "will be", "why")
+_WIDTHS = (20, 24, 28, 26, 22, 34, 17, 50)
+
+
+class Action(Enum):
+    """What a run does with a submission."""
+
+    GRADE = "graded"
+    KEEP = "kept"
+    LEAVE = "left as it is"
+    NOTHING = "nothing handed in"
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a command asks for: `only` these ids, all if empty; and whether to grade again what is graded.
+
+    `regrade` grades again what another kit has graded, `fresh` everything.
+    """
+
+    only: frozenset[str] = frozenset()
+    regrade: bool = False
+    fresh: bool = False
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What is done with a submission, and why. `other_kit` says that the grade which is kept is another kit's."""
+
+    action: Action
+    why: str
+    other_kit: bool = False
+
+
+@dataclass(frozen=True)
+class PlanRow:
+    """One submission, or one person without any (`entry` is None then), and what will be done."""
+
+    decision: Decision
+    entry: Entry | None = None
+    people: str = ""
+    submitted: dt.datetime | None = None
+    late: str = ""
+
+    @property
+    def cells(self) -> tuple[str, ...]:
+        """Return the row as text, in the order of plan.csv's columns."""
+        matched = self.entry.matched if self.entry else ()
+        return (
+            self.entry.id if self.entry else "",
+            self.entry.label if self.entry else "",
+            self.people,
+            ", ".join(dict.fromkeys(each.text for each in matched)),
+            " ".join(self.entry.notes) if self.entry else "",
+            self.submitted.isoformat(sep=" ", timespec="minutes") if self.submitted else "",
+            self.late,
+            self.decision.action.value,
+            self.decision.why,
+        )
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a run will do.
+
+    Attributes:
+        rows: the submissions, and the people without any.
+        doubts: what to look at before, and what to do then.
+        notes: remarks on the sources.
+        late_rule: the late rule and three examples of what it does.
+        seconds: an estimate of the run's wall time.
+        at_a_time: how many submissions are graded side by side.
+    """
+
+    rows: tuple[PlanRow, ...]
+    doubts: tuple[str, ...]
+    notes: tuple[str, ...]
+    late_rule: tuple[str, ...]
+    seconds: float
+    at_a_time: int
+
+    def of(self, action: Action) -> list[PlanRow]:
+        """Return the rows with this action."""
+        return [row for row in self.rows if row.decision.action is action]
+
+
+def decide(entry: Entry, record: Record | None, job: Record, wanted: Wanted) -> Decision:
+    """Return what to do with a submission. `record` says how it was graded, `job` how it would be graded now."""
+    asked = not wanted.only or entry.id in wanted.only
+    if record is None or record.status is Status.ERROR or not record.holds(job.content, job.rubric, job.seed):
+        why = _cause(record, job)
+        if entry.absent:
+            return Decision(Action.LEAVE, f"{why}, but the submission is in none of the sources")
+        return Decision(Action.GRADE, why) if asked else Decision(Action.LEAVE, f"{why}, and not named by --only")
+    if asked and not entry.absent:
+        if wanted.fresh:
+            return Decision(Action.GRADE, "--fresh")
+        if record.mutation_budget_s != job.mutation_budget_s:
+            return Decision(Action.GRADE, "the time for mutants was another one")
+        if wanted.regrade and record.kit != job.kit:
+            return Decision(Action.GRADE, "--regrade: another kit graded it")
+    kept = f"graded {record.started.replace('T', ' ')[:16]}".strip()
+    if record.status is Status.REFUSED:
+        kept = f"cannot be graded: {record.why}"
+    where = "; in an earlier source only" if entry.absent else ""
+    by = "" if record.kit == job.kit else f"; by another kit ({record.kits})"
+    return Decision(Action.KEEP, f"{kept}{by}{where}", other_kit=bool(by))
+
+
+def _cause(record: Record | None, job: Record) -> str:
+    if record is None:
+        return "not graded yet"
+    if record.content != job.content:
+        return "handed in again"
+    if record.status is Status.ERROR:
+        return "the last run ended in an error of the grader"
+    return f"the seed was {record.seed}" if record.seed != job.seed else "the rubric was another one"
+
+
+def make(
+    facts: ClassFacts,
+    decided: Decisions,
+    decisions: Mapping[str, Decision],
+    records: Iterable[Record],
+    maximum: Decimal,
+    at_a_time: int,
+) -> Plan:
+    """Return the plan of a run. `decisions` are by the entries' ids; `records` are all that the class has.
+
+    `facts` are those with people's decisions applied, `maximum` are the points of the rubric.
+    """
+    rule = lateness.parse(facts.late_rule) if facts.late_rule else None
+    rows = [_row(entry, decisions[entry.id], facts, decided, rule) for entry in facts.entries]
+    doubtful = {person.key: doubt.label for doubt in facts.doubts for person in doubt.people}
+    for person in facts.missing:
+        why = f"unless {doubtful[person.key]} is theirs" if person.key in doubtful else ""
+        rows.append(PlanRow(Decision(Action.NOTHING, why), people=person.label))
+    seconds = [record.seconds for record in records if record.status is Status.GRADED and record.seconds]
+    todo = sum(row.decision.action is Action.GRADE for row in rows)
+    each = mean(seconds) if seconds else SECONDS_EACH
+    lost = [
+        f"{row.entry.id} has no grade ({row.decision.why}). Add the source that has it with --add."
+        for row in rows
+        if row.entry and row.entry.absent and row.decision.action is Action.LEAVE
+    ]
+    doubts = (*(doubt.text for doubt in facts.doubts), *lost)
+    examples = rule.examples(facts.deadline, maximum) if rule and facts.deadline else []
+    return Plan(
+        rows=tuple(rows),
+        doubts=doubts,
+        notes=facts.notes,
+        late_rule=(facts.late_rule, *examples) if rule else (),
+        seconds=each * todo / min(at_a_time, max(todo, 1)),
+        at_a_time=at_a_time,
+    )
+
+
+def _row(entry: Entry, decision: Decision, facts: ClassFacts, decided: Decisions, rule: LateRule | None) -> PlanRow:
+    submitted = decided.on(entry.id).submitted or entry.submitted
+    people = ", ".join(person.label for person in entry.people)
+    return PlanRow(decision, entry, people, submitted, _late(entry, submitted, facts, decided, rule))
+
+
+def _late(
+    entry: Entry, submitted: dt.datetime | None, facts: ClassFacts, decided: Decisions, rule: LateRule | None
+) -> str:
+    """Return by how much a submission is late; of a team whose members have other deadlines, for each of them."""
+    if submitted is None:
+        return "marked as late by the platform" if entry.late else "time unknown" if facts.deadline else ""
+    names: dict[str, list[str]] = {}
+    for person in entry.people or (Person(),):
+        extension = decided.about(person).extension
+        until = extension.until if extension else facts.deadline
+        text = _lateness(submitted, until, rule) + (", with an extension" if extension else "")
+        names.setdefault(text, []).append(person.label)
+    if len(names) == 1:
+        return next(iter(names))
+    return "; ".join(f"{', '.join(people)}: {text}" for text, people in names.items())
+
+
+def _lateness(submitted: dt.datetime, until: dt.datetime | None, rule: LateRule | None) -> str:
+    if until is None or submitted <= until:
+        return "in time" if until else ""
+    counted = f", {rule.counted(rule.units(submitted, until))}" if rule else ""
+    if rule and rule.too_late(submitted, until):
+        counted += ", too late to be accepted"
+    return f"late by {clock((submitted - until).total_seconds())}{counted}"
+
+
+def write(plan: Plan, path: Path) -> None:
+    """Write the plan as CSV."""
+    cells.write(path, [_HEADER, *(row.cells for row in plan.rows)])
+
+
+def table(plan: Plan) -> Iterator[str]:
+    """Return the plan as lines of a table for a console; long cells are cut, plan.csv has them whole."""
+    rows = [tuple(text for name, text in zip(_HEADER, cells, strict=True) if name != "hand-in") for cells in _all(plan)]
+    widths = [min(most, max(len(row[column]) for row in rows)) for column, most in enumerate(_WIDTHS)]
+    for row in rows:
+        yield "  ".join(printable(text, width).ljust(width) for text, width in zip(row, widths, strict=True)).rstrip()
+
+
+def _all(plan: Plan) -> Iterator[Sequence[str]]:
+    yield _HEADER
+    yield from (row.cells for row in plan.rows)
+
+
+def summary(plan: Plan) -> Iterator[str]:
+    """Return the plan in a few lines: what is kept, what is to do and how long it takes, and every doubt in full."""
+    todo, kept, left = plan.of(Action.GRADE), plan.of(Action.KEEP), plan.of(Action.LEAVE)
+    missing = plan.of(Action.NOTHING)
+    how_long = f", about {clock(plan.seconds)} with {plan.at_a_time} at a time" if todo else ""
+    others = f", {len(left)} left as they are" if left else ""
+    yield f"{len(plan.rows) - len(missing)} submissions: {len(kept)} kept, {len(todo)} to be graded{others}{how_long}"
+    causes = Counter(row.decision.why for row in todo)
+    yield from (f"  {count} to be graded: {why}" for why, count in causes.most_common())
+    matched = Counter(each.means for row in plan.rows if row.entry for each in row.entry.matched)
+    if matched:
+        yield "  people matched by " + ", ".join(f"{kind}: {count}" for kind, count in matched.most_common())
+    if late := [row.entry.id for row in plan.rows if row.entry and "late by" in row.late]:
+        yield f"  {len(late)} late: {_some(late)}"
+    if missing:
+        yield f"  {len(missing)} people handed in nothing"
+    if other_kit := [row.entry.id for row in kept if row.entry and row.decision.other_kit]:
+        yield f"  {len(other_kit)} kept from another kit: {_some(other_kit)}; --regrade grades them again"
+    if absent := [row.entry.id for row in kept if row.entry and row.entry.absent]:
+        yield f"  {len(absent)} kept from an earlier source, and in none of the present ones: {_some(absent)}"
+    if plan.late_rule:
+        rule, *examples = plan.late_rule
+        yield f"  late rule: {rule}{'' if examples else '; without a deadline nothing is late'}"
+        yield from (f"    handed in {example}" for example in examples)
+    yield from (f"note: {note}" for note in plan.notes)
+    yield from (f"DOUBT: {doubt}" for doubt in plan.doubts)
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:8]) + (", ..." if names[8:] else "")
+
+
+def clock(seconds: float) -> str:
+    """Return a duration as hours, minutes and seconds."""
+    minutes = int(seconds) // 60
+    return f"{minutes // 60}:{minutes % 60:02}:{int(seconds) % 60:02}"

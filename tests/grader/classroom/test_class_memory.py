@@ -1,0 +1,251 @@
+"""A class remembers how it was graded; a later run changes it only when its command says so."""
+
+from __future__ import annotations
+
+import csv
+import json
+import zipfile
+from pathlib import Path
+
+import pytest
+from helpers.class_reports import GRADED, Silent, report
+
+from grader import cli
+from grader.classroom import batch, gradebook, overview
+from grader.classroom.batch import Options
+from grader.classroom.class_folder import ClassFolder, Status
+from grader.classroom.gradebook import State
+from grader.classroom.one_grading import Ending, Order
+from grader.classroom.roster import Person
+from grader.errors import GraderError, UsageError
+from grader.host import provenance
+from grader.scoring import rubric
+
+ROSTER = "id,name,login\ns1,Jane Doe,team01\ns2,Bo Ek,team02\ns3,Eva Ost,team03\n"
+
+
+def graded(order: Order) -> Ending:
+    (Path(order.out) / "report.json").write_text(json.dumps(report({})))
+    return GRADED
+
+
+def first_run(tmp_path: Path, *options: str) -> int:
+    (tmp_path / "roster.csv").write_text(ROSTER)
+    return cli.main(
+        [
+            *("batch", str(tmp_path / "source"), "--roster", str(tmp_path / "roster.csv"), "--seed", "7"),
+            *("--deadline", "2026-11-20T23:59", "--late", "10 % per started day", "--out", str(tmp_path / "class")),
+            *options,
+        ]
+    )
+
+
+def again(tmp_path: Path, *options: str) -> int:
+    return cli.main(["batch", "--out", str(tmp_path / "class"), *options])
+
+
+def test_a_second_run_without_options_graded_the_class_with_another_seed_and_no_deadline(tmp_path, source, workers):
+    """`--seed 7` once and left out the next time: half a class was graded with each seed, and nobody was late."""
+    seeds: list[int] = []
+
+    def grade(order: Order) -> Ending:
+        seeds.append(order.seed)
+        return graded(order)
+
+    workers(grade)
+    assert first_run(tmp_path) == 0
+    (source / "team02" / "readme").write_text("handed in again")
+    facts = ClassFolder(tmp_path / "class").facts()
+    assert again(tmp_path) == 0
+    assert seeds == [7, 7, 7, 7]
+    now = ClassFolder(tmp_path / "class").facts()
+    assert (now.seed, now.deadline, now.late_rule) == (7, facts.deadline, "10 % per started day")
+    assert [entry.people[0].name for entry in now.entries] == ["Jane Doe", "Bo Ek", "Eva Ost"]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--seed", "8"], ["has the seed 7", "gives the seed 8", "makes all grades void", "--change seed"]),
+        (["--deadline", "2026-11-22T23:59"], ["2026-11-20 23:59", "2026-11-22 23:59", "only the deductions"]),
+        (["--late", "2 points per started day"], ['"10 % per started day"', "only the deductions", "--change late"]),
+        (["--roster", "other.csv"], ["3 people, Eva Ost only there", "2 people", "keeps its grade", "--change roster"]),
+        (["--rubric", "other.yaml"], ["makes all grades void", "grader rescore", "--change rubric"]),
+        (["other.zip"], ["source", "other.zip", "keep their grades", "--add", "--change source"]),
+    ],
+    ids=lambda value: value[0],
+)  # fmt: skip
+def test_another_value_is_refused_with_what_it_would_make_void(
+    tmp_path, source, workers, capsys, monkeypatch, options, words
+):
+    monkeypatch.chdir(tmp_path)
+    Path("other.csv").write_text(ROSTER.rsplit("s3")[0])
+    Path("other.yaml").write_text(rubric.RUBRIC.read_text() + "# mine\n")
+    workers(graded)
+    first_run(tmp_path)
+    before = (tmp_path / "class" / "class.yaml").read_bytes()
+    capsys.readouterr()
+    assert again(tmp_path, *options) == 2
+    said = capsys.readouterr().err
+    assert all(word in said for word in words), said
+    assert (tmp_path / "class" / "class.yaml").read_bytes() == before
+
+
+def test_a_changed_seed_regrades_all_and_a_changed_deadline_nobody(tmp_path, source, workers):
+    workers(graded)
+    first_run(tmp_path)
+    second = workers(graded)
+    assert again(tmp_path, "--deadline", "2026-11-22T23:59", "--change", "deadline") == 0
+    assert second.orders == []
+    assert str(ClassFolder(tmp_path / "class").facts().deadline).startswith("2026-11-22")
+    assert again(tmp_path, "--seed", "8", "--change", "seed") == 0
+    assert second.orders == ["team01", "team02", "team03"]
+
+
+def test_a_change_without_its_value_is_wrong_usage(tmp_path, source, workers, capsys):
+    workers(graded)
+    first_run(tmp_path)
+    assert again(tmp_path, "--change", "seed") == 2
+    assert "--change seed needs the new value. Add --seed." in capsys.readouterr().err
+
+
+def test_the_rubric_of_the_class_counts_when_the_kit_has_another_one_by_now(tmp_path, source, workers, monkeypatch):
+    workers(graded)
+    first_run(tmp_path)
+    (tmp_path / "updated.yaml").write_text(rubric.RUBRIC.read_text() + "# of the next version\n")
+    monkeypatch.setattr(rubric, "RUBRIC", tmp_path / "updated.yaml")
+    second = workers(graded)
+    assert again(tmp_path) == 0
+    assert second.orders == []
+
+
+def test_a_partial_export_turned_graded_people_into_nothing_handed_in(tmp_path, source, workers):
+    """The late hand-ins were exported on Monday, and everybody else had 0."""
+    workers(graded)
+    first_run(tmp_path)
+    (tmp_path / "late").mkdir()
+    (source / "team02").rename(tmp_path / "late" / "team02")
+    assert again(tmp_path, str(tmp_path / "late"), "--change", "source") == 0
+    folder = ClassFolder(tmp_path / "class")
+    states = {row.person.name: (row.submission, row.state) for row in gradebook.read(folder).rows}
+    assert states == {
+        "Jane Doe": ("team01", State.GRADED), "Bo Ek": ("team02", State.GRADED), "Eva Ost": ("team03", State.GRADED),
+    }  # fmt: skip
+    assert [(entry.id, entry.absent) for entry in folder.facts().entries] == [
+        ("team01", True), ("team02", False), ("team03", True),
+    ]  # fmt: skip
+    assert folder.facts().entries[0].source == str(source)
+
+
+def test_a_second_source_is_read_with_the_first_from_then_on(tmp_path, source, workers):
+    workers(graded)
+    first_run(tmp_path)
+    late = tmp_path / "late.zip"
+    with zipfile.ZipFile(late, "w") as archive:
+        archive.writestr("team04/readme", "late")
+    second = workers(graded)
+    assert again(tmp_path, "--add", str(late)) == 0
+    assert again(tmp_path) == 0
+    assert second.orders == ["team04"]
+    facts = ClassFolder(tmp_path / "class").facts()
+    assert [(entry.id, entry.source) for entry in facts.entries if not entry.absent][-1] == ("team04", str(late))
+    assert len(facts.entries) == 4
+
+
+def test_a_source_that_is_gone_costs_nobody_a_grade(tmp_path, source, workers, capsys):
+    workers(graded)
+    first_run(tmp_path)
+    with zipfile.ZipFile(tmp_path / "late.zip", "w") as archive:
+        archive.writestr("team04/readme", "late")
+    again(tmp_path, "--add", str(tmp_path / "late.zip"))
+    source.rename(tmp_path / "elsewhere")
+    assert again(tmp_path) == 0
+    assert "3 kept from an earlier source, and in none of the present ones: team01, team02, team03" in (
+        capsys.readouterr().err
+    )
+    assert {row.state for row in gradebook.read(ClassFolder(tmp_path / "class")).rows} == {State.GRADED}
+
+
+def test_an_absent_submission_without_a_grade_is_a_doubt_and_not_a_zero(tmp_path, source, workers, capsys):
+    workers(lambda order: Ending(Status.ERROR, "killed") if order.id == "team03" else graded(order))
+    first_run(tmp_path)
+    (source / "team03").rename(tmp_path / "team03")
+    capsys.readouterr()
+    assert again(tmp_path) == 3
+    assert "DOUBT: team03 has no grade" in capsys.readouterr().err
+    row = next(row for row in gradebook.read(ClassFolder(tmp_path / "class")).rows if row.submission == "team03")
+    assert (row.state, row.total) == (State.ERROR, None)
+
+
+def test_only_the_named_submissions_are_graded(tmp_path, source, workers, capsys):
+    made = workers(graded)
+    assert first_run(tmp_path, "--only", "team02") == 0
+    assert made.orders == ["team02"]
+    assert again(tmp_path, "--only", "team09") == 2
+    assert "has no submission team09. It has team01, team02, team03." in capsys.readouterr().err
+    assert again(tmp_path, "--fresh", "--only", "team02") == 0
+    assert made.orders == ["team02", "team02"]
+
+
+def test_an_update_of_the_kit_regraded_the_class_unasked(tmp_path, source, workers, monkeypatch, capsys):
+    workers(graded)
+    first_run(tmp_path)
+    monkeypatch.setattr(provenance, "kit_hash", lambda: "0123456789abcdef")
+    second = workers(graded)
+    (source / "team04").mkdir()
+    (source / "team04" / "readme").write_text("new")
+    capsys.readouterr()
+    assert again(tmp_path) == 0
+    assert second.orders == ["team04"]
+    assert "3 kept from another kit: team01, team02, team03; --regrade grades them again" in capsys.readouterr().err
+    folder = ClassFolder(tmp_path / "class")
+    old = folder.record("team01")
+    assert old is not None
+    with (tmp_path / "class" / "gradebook.csv").open() as stream:
+        kits = {row["submission"]: row["kit"] for row in csv.DictReader(stream)}
+    assert kits["team01"] == old.kit[:8] != kits["team04"] == "01234567"
+    page = overview.render(overview.summarise(folder, gradebook.read(folder)), gradebook.read(folder))
+    assert "graded by 2 versions of the kit" in page
+    assert f"graded by kit {old.kit[:8]}" in page
+    assert again(tmp_path, "--regrade") == 0
+    assert second.orders == ["team04", "team01", "team02", "team03"]
+    with (tmp_path / "class" / "gradebook.csv").open() as stream:
+        assert {row["kit"] for row in csv.DictReader(stream)} == {"01234567"}
+    page = overview.render(overview.summarise(folder, gradebook.read(folder)), gradebook.read(folder))
+    assert "versions of the kit" not in page
+
+
+def test_a_class_is_not_a_source(tmp_path, source, workers, capsys):
+    workers(graded)
+    first_run(tmp_path)
+    assert cli.main(["batch", str(tmp_path / "class")]) == 2
+    assert f"Go on with it: grader batch --out {tmp_path / 'class'}" in capsys.readouterr().err
+
+
+def test_a_first_run_without_a_source_writes_nothing(tmp_path, capsys):
+    assert again(tmp_path) == 3
+    assert "is not a class: it has no class.yaml" in capsys.readouterr().err
+    assert not (tmp_path / "class").exists()
+
+
+def test_a_person_who_left_the_roster_changes_nothing_for_the_others(tmp_path, source, workers):
+    workers(graded)
+    batch.run(source, tmp_path / "class", [Person("s1", login="team01")], Options(despite_doubts=True), Silent())
+    with pytest.raises(UsageError, match="--change roster"):
+        batch.run(None, tmp_path / "class", [], Options(), Silent())
+    with pytest.raises(GraderError, match="is not a late rule"):
+        batch.run(None, tmp_path / "class", None, Options(late_rule="soon", change=frozenset({"late"})), Silent())
+
+
+def test_a_doubt_that_was_accepted_does_not_stop_the_class_once_more(tmp_path, source, workers, capsys):
+    workers(graded)
+    (tmp_path / "roster.csv").write_text("id,login\ns9,nobody\n")
+    words = ["batch", str(source), "--roster", str(tmp_path / "roster.csv"), "--out", str(tmp_path / "class")]
+    assert cli.main(words) == 3
+    assert "Nothing was graded" in capsys.readouterr().err
+    assert not (tmp_path / "class" / "class.yaml").exists()
+    assert cli.main([*words, "--despite-doubts"]) == 0
+    assert again(tmp_path) == 0
+    (source / "team04").mkdir()
+    (source / "team04" / "readme").write_text("new")
+    assert again(tmp_path) == 3, "it is another doubt by now"

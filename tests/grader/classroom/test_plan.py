@@ -1,0 +1,196 @@
+"""What a run will do is shown before it does it, and kept as plan.csv; how it went is in batch.log."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import pytest
+from helpers.class_reports import GRADED, report
+
+from grader import cli
+from grader.classroom import batch
+from grader.classroom.class_folder import ClassFolder, Status
+from grader.classroom.one_grading import Ending, Order
+
+ROSTER = """id,name,email,login,team
+s1,Jane Doe,jane@uni.edu,jdoe,
+s2,Li Wu,li@uni.edu,liwu,team07
+s3,Eva Ost,eva@uni.edu,eost,team07
+s4,Bo Ek,bo@uni.edu,boek,
+"""
+METADATA = """submission_1:
+  :submitters:
+  - :name: Jane Doe
+    :sid: s1
+    :email: jane@uni.edu
+  :created_at: 2026-11-20 20:00:00 +0000
+submission_2:
+  :submitters:
+  - :name: Jane Doe
+    :sid: s1
+    :email: jane@uni.edu
+  :created_at: 2026-11-22 10:00:00 +0000
+submission_3:
+  :submitters:
+  - :name: Li Wu
+    :sid: s2
+    :email: li@uni.edu
+  :created_at: 2026-11-21 08:30:00 +0000
+submission_4:
+  :submitters:
+  - :name: Nemo
+    :sid: s99
+    :email: nemo@uni.edu
+  :created_at: 2026-11-20 08:30:00 +0000
+"""
+EXTENSION = """people:
+  s3:
+    extension: {until: "2026-11-25T23:59+00:00", why: ill, by: A. Lovelace}
+"""
+
+
+def graded(order: Order) -> Ending:
+    (Path(order.out) / "report.json").write_text(json.dumps(report({})))
+    return GRADED
+
+
+@pytest.fixture
+def export(tmp_path) -> list[str]:
+    """Return the words of a `grader batch` over an export of Gradescope, with a resubmission, a team and a stranger."""
+    for number in range(1, 5):
+        (tmp_path / "export" / f"submission_{number}").mkdir(parents=True)
+        (tmp_path / "export" / f"submission_{number}" / "readme").write_text(str(number))
+    (tmp_path / "export" / "submission_metadata.yml").write_text(METADATA)
+    (tmp_path / "roster.csv").write_text(ROSTER)
+    return [
+        *("batch", str(tmp_path / "export"), "--roster", str(tmp_path / "roster.csv")),
+        *("--deadline", "2026-11-20T23:59+00:00", "--late", "10 % per started day", "--out", str(tmp_path / "class")),
+    ]
+
+
+def rows(tmp_path: Path) -> dict[str, dict[str, str]]:
+    with (tmp_path / "class" / "plan.csv").open(encoding="utf-8") as stream:
+        return {row["people"] or row["label"]: row for row in csv.DictReader(stream)}
+
+
+def test_a_plan_grades_nothing_and_writes_nothing_but_the_plan(tmp_path, export, workers, capsys):
+    made = workers(graded)
+    assert cli.main([*export, "--plan"]) == 0
+    assert made.orders == []
+    assert [path.name for path in (tmp_path / "class").iterdir()] == ["plan.csv"]
+    said = capsys.readouterr().out
+    assert "3 submissions: 0 kept, 3 to be graded, about " in said
+    assert f"Plan: {tmp_path / 'class' / 'plan.csv'}" in said
+
+
+def test_a_plan_without_a_class_is_only_printed(tmp_path, export, capsys, monkeypatch):
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    assert cli.main([*export[:-2], "--plan"]) == 0
+    assert "Jane Doe" in capsys.readouterr().out
+    assert list((tmp_path / "here").iterdir()) == []
+
+
+def test_the_plan_says_whose_which_hand_in_counts_how_late_and_what_will_be_done(tmp_path, export, workers):
+    (tmp_path / "class").mkdir()
+    (tmp_path / "class" / "overrides.yaml").write_text(EXTENSION)
+    assert cli.main([*export, "--plan"]) == 0
+    plan = rows(tmp_path)
+    jane = plan["Jane Doe"]
+    assert (jane["id"], jane["submitted"]) == ("jdoe", "2026-11-22 10:00+00:00")
+    assert "s1" in jane["matched by"] or "jane@uni.edu" in jane["matched by"]
+    assert jane["hand-in"] == "The latest of 2 submissions; not: submission_1."
+    assert jane["late"] == "late by 34:01:00, 2 started days"
+    assert (jane["will be"], jane["why"]) == ("graded", "not graded yet")
+    team = plan["Li Wu, Eva Ost"]
+    assert team["late"] == "Li Wu: late by 8:31:00, 1 started day; Eva Ost: in time, with an extension"
+    assert plan["Bo Ek"]["will be"] == "nothing handed in"
+
+
+def test_every_doubt_is_said_in_full_before_anything_is_graded(tmp_path, export, workers, capsys):
+    said: list[str] = []
+
+    def grade(order: Order) -> Ending:
+        said.append(capsys.readouterr().err)
+        return graded(order)
+
+    workers(grade)
+    assert cli.main(export) == 0
+    assert "3 submissions: 0 kept, 3 to be graded, about " in said[0]
+    assert re.search(r"DOUBT: .*(Nemo|submission_4|s99).*overrides\.yaml", said[0])
+    assert "graded, 10 s" not in said[0]
+    assert (tmp_path / "class" / "plan.csv").exists()
+
+
+def test_a_later_plan_says_what_is_kept_and_why_the_rest_is_graded(tmp_path, export, workers):
+    workers(lambda order: Ending(Status.ERROR, "killed") if order.id == "team07" else graded(order))
+    cli.main(export)
+    (tmp_path / "export" / "submission_2" / "readme").write_text("once more")
+    assert cli.main(["batch", "--out", str(tmp_path / "class"), "--plan"]) == 0
+    plan = rows(tmp_path)
+    assert (plan["Jane Doe"]["will be"], plan["Jane Doe"]["why"]) == ("graded", "handed in again")
+    assert plan["Li Wu, Eva Ost"]["why"] == "the last run ended in an error of the grader"
+    stranger = next(row for row in plan.values() if row["label"].startswith(("Nemo", "submission_4")))
+    assert stranger["will be"] == "kept"
+    assert stranger["why"].startswith("graded 20")
+
+
+def test_the_estimate_is_that_of_the_class_as_soon_as_it_has_grades(tmp_path, export, workers):
+    first = batch.look(tmp_path / "export", tmp_path / "class", None, batch.Options(jobs=1))
+    assert first.seconds == 45.0 * len(first.rows)
+    workers(graded)
+    cli.main(export)
+    planned = batch.look(None, tmp_path / "class", None, batch.Options(jobs=2, fresh=True))
+    assert planned.seconds == 10.0 * 3 / 2
+
+
+def test_the_log_of_a_class_has_every_run_with_times(tmp_path, export, workers):
+    workers(lambda order: Ending(Status.REFUSED, "is empty") if order.id == "jdoe" else graded(order))
+    cli.main(export)
+    cli.main(["batch", "--out", str(tmp_path / "class")])
+    lines = (tmp_path / "class" / "batch.log").read_text(encoding="utf-8").splitlines()
+    assert all(re.match(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d[+-]\d\d:\d\d  ", line) for line in lines)
+    said = [line[27:] for line in lines]
+    assert said[0].startswith("3 submissions: 0 kept, 3 to be graded, about ")
+    assert any(re.match(r" +1/3  jdoe +cannot be graded, 0 s: is empty", line) for line in said)
+    assert any(line.startswith("3 submissions: 3 kept, 0 to be graded") for line in said)
+
+
+def test_an_interrupted_run_says_so_in_the_log(tmp_path, export, workers):
+    def interrupt(_order: Order) -> Ending:
+        raise KeyboardInterrupt
+
+    workers(interrupt)
+    assert cli.main(export) == 130
+    assert "interrupted; what is finished is kept" in (tmp_path / "class" / "batch.log").read_text(encoding="utf-8")
+
+
+def test_a_plan_is_shown_while_another_run_has_the_class(tmp_path, export):
+    with ClassFolder(tmp_path / "class").locked():
+        assert cli.main([*export, "--plan"]) == 0
+
+
+def test_cells_of_the_plan_are_no_formulas(tmp_path, source, workers):
+    (source / "=1+1").mkdir()
+    (source / "=1+1" / "readme").write_text("x")
+    assert cli.main(["batch", str(source), "--out", str(tmp_path / "class"), "--plan"]) == 0
+    assert "\n" in (text := (tmp_path / "class" / "plan.csv").read_text(encoding="utf-8"))
+    assert ",'=1+1," in text
+
+
+def test_the_late_rule_is_printed_back_with_examples(tmp_path, export, capsys):
+    """A rule that was read otherwise than it was meant showed only when 80 points were gone."""
+    assert cli.main([*export, "--plan"]) == 0
+    said = capsys.readouterr().out
+    assert "late rule: 10 % per started day\n" in said
+    assert (
+        len(
+            re.findall(
+                r"^    handed in 2026-11-2\d .* after the deadline: \d started days?; of .* are left$", said, re.M
+            )
+        )
+        == 3
+    )
