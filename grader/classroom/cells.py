@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from pathlib import Path
 
@@ -32,12 +30,7 @@ def neutral(cell: Cell) -> str:
 
 def write(path: Path, rows: Iterable[Sequence[Cell]]) -> None:
     """Write rows as CSV in UTF-8, every cell neutral."""
-    write_as_read(path, ([neutral(cell) for cell in row] for row in rows), ",")
-
-
-def write_as_read(path: Path, rows: Iterable[Sequence[str]], separator: str) -> None:
-    """Write the rows of a sheet that `read` returned; a cell that nobody filled in stays as the platform wrote it."""
-    write_atomically(path, "".join(separator.join(map(_quoted, row)) + "\n" for row in rows))
+    write_atomically(path, "".join(",".join(_quoted(neutral(cell)) for cell in row) + "\n" for row in rows))
 
 
 def _quoted(cell: str) -> str:
@@ -45,23 +38,63 @@ def _quoted(cell: str) -> str:
     return '"' + cell.replace('"', '""') + '"' if _ENDS_A_CELL.search(cell) else cell
 
 
-def read(path: Path) -> tuple[list[list[str]], str]:
-    """Return the rows of a CSV file that a platform wrote, and what separates its cells.
+class Sheet:
+    """A CSV file that a platform wrote. All but the cells that are set stays byte for byte: mark, quotes, line ends.
 
-    Raises:
-        GraderError: it cannot be read or is empty.
+    Attributes:
+        header: the cells of the first line.
+        rows: the cells of the others, each line as long as the header.
     """
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise GraderError(f"{path} cannot be read ({error}). Export it once more, as CSV in UTF-8.") from error
-    separator = delimiter(text)
-    rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))
-    if not rows:
-        raise GraderError(f"{path} is empty. Export it once more.")
-    return rows, separator
+
+    def __init__(self, path: Path) -> None:
+        """Read the file.
+
+        Raises:
+            GraderError: it cannot be read or is empty.
+        """
+        try:
+            text = path.read_bytes().decode("utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise GraderError(f"{path} cannot be read ({error}). Export it once more, as CSV in UTF-8.") from error
+        self._mark = "\ufeff" if text.startswith("\ufeff") else ""
+        text = text.removeprefix(self._mark)
+        self._separator = delimiter(text)
+        self._lines = list(_lines(text, self._separator))
+        if not self._lines:
+            raise GraderError(f"{path} is empty. Export it once more.")
+        self.header, *self.rows = ([_unquoted(cell) for cell in line] for line, _ in self._lines)
+        for row in self.rows:
+            row += [""] * (len(self.header) - len(row))
+
+    def set(self, row: int, column: int, cell: str) -> None:
+        """Set a cell of `rows`, as it is."""
+        if self.rows[row][column] != cell:
+            self.rows[row][column] = cell
+            line, _ = self._lines[row + 1]
+            line += [""] * (column + 1 - len(line))
+            line[column] = _quoted(cell)
+
+    def write(self, path: Path) -> None:
+        """Write the sheet."""
+        text = "".join(self._separator.join(line) + end for line, end in self._lines)
+        write_atomically(path, self._mark + text)
 
 
-def unknown(names: Iterable[str]) -> list[str]:
-    """Return a remark on each person of a sheet whom the gradebook does not know."""
-    return [f"the gradebook does not know {name}; the line stays as it was." for name in names]
+def _lines(text: str, separator: str) -> Iterator[tuple[list[str], str]]:
+    """Yield each line's cells, with their quotes, and what ends the line."""
+    # A quote that is not closed, or has something after it, is a letter like any other.
+    pattern = re.compile(rf'("(?:[^"]|"")*"|[^{separator}\r\n]*)({separator}|\r\n|\r|\n|\Z)')
+    cells: list[str] = []
+    for found in pattern.finditer(text):
+        cell, end = found.groups()
+        if found.start() == len(text) and not cells:
+            return
+        cells.append(cell)
+        if end != separator:
+            yield cells, end
+            cells = []
+
+
+def _unquoted(cell: str) -> str:
+    quoted = len(cell) > 1 and cell[0] == cell[-1] == '"'
+    return cell[1:-1].replace('""', '"') if quoted else cell

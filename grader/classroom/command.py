@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TextIO
 
+from grader import report as report_room
 from grader.classroom import (
     batch,
     class_folder,
@@ -106,6 +107,9 @@ def _add_gradebook(verbs: Any) -> None:
     parser.add_argument("--out", type=Path, help="the file, or the folder for gradescope and github")
     parser.add_argument("--sheet", type=Path, help="an export of Canvas or Moodle to be filled in")
     parser.add_argument("--assignment", default="", metavar="TITLE", help="the assignment's title in Canvas or Moodle")
+    parser.add_argument(
+        "--feedback", action="store_true", help="also the reports, as the zip that Moodle or Canvas imports"
+    )
     parser.add_argument(
         "--anonymous", action="store_true", help="csv without names; those are in a second file, *_key.csv"
     )
@@ -257,11 +261,24 @@ def _gradebook(options: argparse.Namespace) -> int:
         reports = {row.submission: folder.report(row.submission) for row in book.rows if row.submission}
     platform = all_platforms()[options.platform]
     out: Path = options.out or options.folder / platform.out
-    for note in platform.write(Delivery(book, reports, out, options.sheet, options.assignment, options.anonymous)):
+    if options.anonymous and options.platform != "csv":
+        raise UsageError("--anonymous is for --for csv; the other files need to say whose a grade is.")
+    feedback = out.with_name(f"{out.stem}_feedback.zip") if options.feedback else None
+    if feedback and (options.platform not in ("moodle", "canvas") or not (folder.path / class_folder.CLASS).exists()):
+        raise UsageError("--feedback is for the classes of --for moodle and --for canvas.")
+    entries = folder.facts().entries if feedback else ()
+    pages = {e.id: page for e in entries if (page := folder.submission(e.id) / report_room.PAGE).is_file()}
+    sources = {entry.id: entry.path.name for entry in entries}
+    delivery = Delivery(
+        book, reports, out, options.sheet, options.assignment, options.anonymous, feedback, pages, sources
+    )  # fmt: skip
+    for note in platform.write(delivery):
         print(f"note: {printable(note)}")
     states = Counter(row.state.value for row in book.rows)
     print(f"{len(book.rows)} people: " + ", ".join(f"{count} {state}" for state, count in states.most_common()))
     print(f"Grades: {out}")
+    if feedback:
+        print(f"Feedback: {feedback}")
     return EXIT_GRADED
 
 

@@ -7,12 +7,14 @@ described in docs/classes.md.
 from __future__ import annotations
 
 import datetime as dt
+import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
-from grader.classroom.gradebook import Gradebook, Row
+from grader.classroom.gradebook import Gradebook, Row, State
 from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.roster import Person
 from grader.intake.containers import ARCHIVE_SUFFIXES
@@ -72,6 +74,9 @@ class Delivery:
         sheet: a file that the platform exported, to be filled in.
         title: the assignment's title on the platform, "" if it was not said.
         anonymous: leave names out.
+        feedback: a zip to write with the reports, for Moodle's and Canvas's imports of feedback.
+        pages: each submission's report.html by its id.
+        sources: the names of what was handed in, by the same.
     """
 
     book: Gradebook
@@ -80,6 +85,54 @@ class Delivery:
     sheet: Path | None = None
     title: str = ""
     anonymous: bool = False
+    feedback: Path | None = None
+    pages: Mapping[str, Path] = field(default_factory=dict)
+    sources: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass
+class Filled:
+    """What happened to the people of a sheet. Rows that are not final are left as they are, for a person wrote them."""
+
+    unknown: list[str] = field(default_factory=list)
+    waiting: list[str] = field(default_factory=list)
+    kept: list[str] = field(default_factory=list)
+    replaced: list[str] = field(default_factory=list)
+
+    def cell(self, row: Row | None, name: str, before: str, after: str) -> str | None:
+        """Return what becomes of a person's grade in the sheet, None if the line is to stay as it is; note why."""
+        held = before.strip() not in ("", "-")
+        if row is None:
+            self.unknown.append(name)
+        elif not row.final:
+            self.waiting.append(f"{name} ({row.state.value})")
+        elif held and (row.state is State.MISSING or before.strip() == "EX") and not same_number(before, after):
+            self.kept.append(f"{name} ({before.strip()})")
+        elif same_number(before, after):
+            return before
+        else:
+            if held:
+                self.replaced.append(f"{name} ({before.strip()}, now {after or 'none'})")
+            return after
+        return None
+
+    def notes(self) -> list[str]:
+        """Return remarks for the instructor."""
+        said = {
+            "not known to the gradebook; their lines stay as they were": self.unknown,
+            "not final yet; their lines stay as they were": self.waiting,
+            "graded or excused in the sheet by a person, which stays": self.kept,
+            "had another grade in the sheet": self.replaced,
+        }
+        return [f"{words}: {', '.join(names)}" for words, names in said.items() if names]
+
+
+def same_number(one: str, other: str) -> bool:
+    """Return whether two cells hold the same number, or the same text."""
+    try:
+        return Decimal(one.strip().replace(",", ".")) == Decimal(other.strip().replace(",", "."))
+    except ArithmeticError:
+        return one.strip() == other.strip()
 
 
 @dataclass(frozen=True)
@@ -101,6 +154,14 @@ class Platform:
     recognises: Callable[[Path, Sequence[Path]], bool]
     read: Callable[[Path, Sequence[Path]], Export]
     write: Callable[[Delivery], list[str]]
+
+
+def write_zip(path: Path, members: Mapping[str, bytes]) -> None:
+    """Write a zip with these files."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in members.items():
+            archive.writestr(name, content)
 
 
 def is_archive(path: Path) -> bool:

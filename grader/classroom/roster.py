@@ -126,10 +126,9 @@ def _columns(header: list[str]) -> dict[str, list[int]]:
     sheet = worksheet.columns(header)
     if sheet is not None:
         names = {"identifier": "lms_id"}
-        return {
-            names.get(what, what): [place] for what, place in sheet.items() if what not in ("submitted", "modified")
-        }
-    found: dict[str, list[int]] = {}
+        found = {names.get(what, what): [place] for what, place in sheet.items()}
+        return {what: places for what, places in found.items() if what in _ALIASES}
+    found = {}
     for field, aliases in _ALIASES.items():
         for name in (field, *aliases):
             if name in lowered:

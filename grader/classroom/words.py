@@ -5,6 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from grader.classroom.gradebook import Row
+from grader.sanitize import one_line
+
+_SEEN = 160  # characters of what was seen
+
 
 def losses(requirement: dict[str, Any]) -> Iterator[str]:
     """Return what was seen, expected and what to try, for each check of a requirement that did not pass."""
@@ -15,3 +20,27 @@ def losses(requirement: dict[str, Any]) -> Iterator[str]:
         for name in ("seen", "expected", "try", "because"):
             if check.get(name):
                 yield f"  {name:<9} {check[name]}"
+
+
+def short(row: Row, report: dict[str, Any] | None) -> list[str]:
+    """Return a short comment: the total, what people decided, the first cause, and what was seen where points went."""
+    lines = [f"{row.total} of {row.max} points" if row.final and row.total is not None else "no grade"]
+    lines += [row.comment] if row.comment else []
+    cause = (report or {}).get("cause", {})
+    if cause.get("sentence"):
+        lines.append(f"First cause: {one_line(cause['sentence'], _SEEN)} ({cause['points']:g} points)")
+    measured = {each["id"]: each for each in (report or {}).get("requirements", ())}
+    unreached = []
+    for each in row.requirements:
+        if each.points is None or each.points >= each.max:
+            continue
+        said = measured.get(each.id, {})
+        if said.get("outcome") == "not_reached" and not each.override:
+            unreached.append(each)
+        else:
+            seen = "" if each.override else one_line(str(said.get("seen", "")), _SEEN)
+            lines.append(f"{each.id}: {f'{seen}, ' if seen else ''}{each.max - each.points} of {each.max} points lost")
+    if unreached:
+        lost = sum(each.max for each in unreached)
+        lines.append(f"not reached: {', '.join(each.id for each in unreached)}, {lost} points lost")
+    return lines

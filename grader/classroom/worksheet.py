@@ -50,6 +50,20 @@ _WORDS: Mapping[str, tuple[str, ...]] = {
         "gebruikersnaam", "nom d'usuari", "erabiltzaile-izena", "nome de usuario",
     ),
     "team": ("group", "gruppe", "groupe", "grupo", "gruppo", "groep", "grup", "taldea"),
+    "grade": (
+        "grade", "bewertung", "note", "calificaci\u00f3n", "valutazione", "avalia\u00e7\u00e3o", "cijfer",
+        "qualificaci\u00f3", "kalifikazioa", "cualificaci\u00f3n",
+    ),
+    "maximum": (
+        "maximum grade", "bestwertung", "note maximale", "calificaci\u00f3n m\u00e1xima", "valutazione massima",
+        "nota m\u00e1xima", "maximaal cijfer", "qualificaci\u00f3 m\u00e0xima", "gehieneko kalifikazioa",
+        "cualificaci\u00f3n m\u00e1xima",
+    ),
+    "feedback": (
+        "feedback comments", "feedback als kommentar", "feedback par commentaires", "commenti", "feedback tekstvak",
+        "comentarios de retroalimentaci\u00f3n", "coment\u00e1rios de feedback", "comentaris de retroacci\u00f3.",
+        "feedback-iruzkinak", "comentarios",
+    ),
 }  # fmt: skip
 _STATUS = ("status", "statut", "estado", "stato", "estat", "egoera")
 PARTICIPANTS = (

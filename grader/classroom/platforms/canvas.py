@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import re
+import zipfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -10,7 +12,19 @@ from grader.classroom import cells
 from grader.classroom.cells import Cell
 from grader.classroom.gradebook import Gradebook, Row, State
 from grader.classroom.identity import SHORT, Claim
-from grader.classroom.platform import Delivery, Export, HandIn, Platform, is_archive, one_of, others, rows_of
+from grader.classroom.platform import (
+    Delivery,
+    Export,
+    Filled,
+    HandIn,
+    Platform,
+    is_archive,
+    one_of,
+    others,
+    rows_of,
+    same_number,
+    write_zip,
+)
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 
@@ -45,37 +59,32 @@ def write(book: Gradebook, path: Path, title: str) -> None:
     cells.write(path, rows)
 
 
-def fill(book: Gradebook, sheet: Path, path: Path, title: str = "") -> list[str]:
-    """Fill in the column of the assignment `title` in a gradebook that Canvas exported; all other cells stay.
-
-    Returns:
-        the students of the sheet whom the gradebook does not know.
+def fill(delivery: Delivery, path: Path) -> list[str]:
+    """Fill in the column of an assignment in a gradebook that Canvas exported; all else stays, byte for byte.
 
     Raises:
         GraderError: it is not such a file, has no such column, or the points possible differ.
     """
-    rows, separator = cells.read(sheet)
-    header = rows[0]
+    book, sheet = delivery.book, cells.Sheet(path)
+    header = sheet.header
     if "Student" not in header[0] or "ID" not in header[1:2]:
-        raise GraderError(f"{sheet} is not a gradebook of Canvas: its first columns are not Student and ID.")
-    column = _column(sheet, header, title)
-    unknown = []
-    people = [_claims(dict(zip(header, cell_row, strict=False))) for cell_row in rows[1:]]
-    for cell_row, found in zip(rows[1:], rows_of(book, people), strict=True):
-        cell_row += [""] * (len(header) - len(cell_row))
-        if "Points Possible" in cell_row[0]:
-            if cell_row[column].strip() and float(cell_row[column]) != float(book.max):
+        raise GraderError(f"{path} is not a gradebook of Canvas: its first columns are not Student and ID.")
+    column = _column(path, header, delivery.title)
+    filled = Filled()
+    people = [_claims(dict(zip(header, row, strict=False))) for row in sheet.rows]
+    for number, (row, found) in enumerate(zip(sheet.rows, rows_of(book, people), strict=True)):
+        if "Points Possible" in row[0]:
+            if row[column].strip() and not same_number(row[column], str(book.max)):
                 raise GraderError(
-                    f"{header[column]} has {cell_row[column]} points in Canvas, the rubric {book.max}. "
+                    f"{header[column]} has {row[column]} points in Canvas, the rubric {book.max}. "
                     "Set the assignment's points in Canvas and export once more."
                 )
-        elif cell_row[0].strip() not in ("", "Student, Test"):
-            if found is None:
-                unknown.append(cell_row[0])
-            else:
-                cell_row[column] = str(_score(found))
-    cells.write_as_read(path, rows, separator)
-    return unknown
+        elif row[0].strip() not in ("", "Student, Test"):
+            cell = filled.cell(found, row[0], row[column], _score(found) if found else "")
+            if cell is not None:
+                sheet.set(number, column, cell)
+    sheet.write(delivery.out)
+    return filled.notes()
 
 
 def _column(sheet: Path, header: Sequence[str], title: str) -> int:
@@ -109,8 +118,9 @@ def _sortable(person: Person) -> str:
     return person.sortable or (f"{last}, {first}" if first else person.name)
 
 
-def _score(row: Row) -> Cell:
-    return "EX" if row.state is State.EXCUSED else row.total if row.total is not None else ""
+def _score(row: Row) -> str:
+    """Return the score as Canvas reads it: empty for none."""
+    return "EX" if row.state is State.EXCUSED else "" if row.total is None or not row.final else str(row.total)
 
 
 def _read(_root: Path, entries: Sequence[Path]) -> Export:
@@ -151,10 +161,34 @@ def _may_be_submission(entry: Path) -> bool:
 
 
 def _deliver(delivery: Delivery) -> list[str]:
+    notes = []
     if delivery.sheet:
-        return cells.unknown(fill(delivery.book, delivery.sheet, delivery.out, delivery.title))
-    write(delivery.book, delivery.out, delivery.title or delivery.book.rubric.title)
-    return []
+        notes = fill(delivery, delivery.sheet)
+    else:
+        write(delivery.book, delivery.out, delivery.title or delivery.book.rubric.title)
+    if delivery.feedback:
+        notes += _write_feedback(delivery, delivery.feedback)
+    return notes
+
+
+def _write_feedback(delivery: Delivery, path: Path) -> list[str]:
+    """Write the zip for "Upload submissions": Canvas attaches each file as a comment, under the attachment's own name.
+
+    It looks for the numbers of the person and of the attachment in a file's name, and shows it to the whole group.
+    """
+    files, without = {}, []
+    for submission, page in delivery.pages.items():
+        found = _ENTRY.fullmatch(delivery.sources.get(submission, ""))
+        if found is None or not found["file_id"] or not found["file"].lower().endswith(".zip"):
+            without.append(submission)
+            continue
+        inner = io.BytesIO()
+        with zipfile.ZipFile(inner, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.write(page, "report.html")
+        who = f"student_{found['id']}" if found["id"] else found["unknown"]
+        files[f"{who}_{found['file_id']}_report.zip"] = inner.getvalue()
+    write_zip(path, files)
+    return [f"no zip that Canvas exported, so no feedback file: {', '.join(without)}"] if without else []
 
 
 PLATFORM = Platform("canvas", "canvas", "canvas.csv", _recognises, _read, _deliver)

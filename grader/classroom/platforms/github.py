@@ -31,7 +31,7 @@ def write_all(book: Gradebook, reports: Mapping[str, dict[str, Any] | None], fol
     A workflow prints the first, appends the second to $GITHUB_STEP_SUMMARY and the third to $GITHUB_OUTPUT.
     """
     written = []
-    for row in {row.submission: row for row in book.rows if row.submission}.values():
+    for row in book.teams.values():
         report = reports.get(row.submission) or {}
         place = folder / row.submission
         texts = {
@@ -154,7 +154,7 @@ def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
 
 def _deliver(delivery: Delivery) -> list[str]:
     write_all(delivery.book, delivery.reports, delivery.out)
-    return []
+    return delivery.book.apart()
 
 
 PLATFORM = Platform("github", "git", "github", _recognises, _read, _deliver)

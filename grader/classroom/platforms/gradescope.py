@@ -71,7 +71,7 @@ def _test(each: RequirementPoints, number: str, title: str, measured: dict[str, 
 def write_all(book: Gradebook, reports: Mapping[str, dict[str, Any] | None], folder: Path) -> list[Path]:
     """Write ID/results.json for each submission below `folder`, and return the paths."""
     written = []
-    for row in {row.submission: row for row in book.rows if row.submission}.values():
+    for row in book.teams.values():
         path = folder / row.submission / "results.json"
         write(row, book.rubric, reports.get(row.submission), path)
         written.append(path)
@@ -141,7 +141,7 @@ def _recognises(root: Path, _entries: Sequence[Path]) -> bool:
 
 def _deliver(delivery: Delivery) -> list[str]:
     write_all(delivery.book, delivery.reports, delivery.out)
-    return []
+    return delivery.book.apart()
 
 
 PLATFORM = Platform("gradescope", "gradescope", "gradescope", _recognises, _read, _deliver)

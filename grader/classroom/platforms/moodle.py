@@ -1,89 +1,128 @@
 """Moodle: a CSV for its grade import, or the offline grading worksheet of an assignment, filled in.
 
-Formats: moodle, grade/import/csv/classes/load_data.php and mod/assign/feedback/offline/importgradeslib.php.
+Formats: moodle, grade/import/csv/classes/load_data.php, mod/assign/feedback/offline/importgradeslib.php, and
+mod/assign/feedback/file/importziplib.php.
 """
 
 from __future__ import annotations
 
+import html
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from grader.classroom import cells
+from grader.classroom import cells, words, worksheet
 from grader.classroom.cells import Cell
 from grader.classroom.gradebook import Gradebook, Row
 from grader.classroom.identity import Claim, key
-from grader.classroom.platform import Delivery, Export, HandIn, Platform, one_of, others, rows_of, unfolded
-from grader.classroom.worksheet import PARTICIPANTS, participant
+from grader.classroom.platform import (
+    Delivery,
+    Export,
+    Filled,
+    HandIn,
+    Platform,
+    one_of,
+    others,
+    rows_of,
+    same_number,
+    unfolded,
+    write_zip,
+)
 from grader.errors import GraderError
 
 # Moodle matches a person by the column that the teacher chooses; a locked or empty one is no error.
 _IDENTITY = (("idnumber", "id"), ("email", "email"), ("username", "login"))
 _ENTRY = re.compile(r"(?P<name>.+?)(?:_(?P<id>\d+))?_assignsubmission_(?P<kind>[a-z]+)_?(?P<file>.*)", re.DOTALL)
-_GRADE, _FEEDBACK, _MAXIMUM = "Grade", "Feedback comments", "Maximum Grade"
+_BEGIN = "[Automatic grading: "
+_OURS = re.compile(re.escape(_BEGIN) + r"[^\]]*\]")
+_ROUND = str.maketrans("[]", "()")  # inside our brackets
 
 
-def write(book: Gradebook, path: Path, title: str) -> None:
+def write(delivery: Delivery) -> list[str]:
     """Write a file for Grades > Import > CSV; people without any identity Moodle knows are left out."""
+    book, title = delivery.book, delivery.title or delivery.book.rubric.title
     rows: list[Sequence[Cell]] = [(*(name for name, _ in _IDENTITY), title, f"Feedback: {title}")]
     rows += [
-        (*(getattr(row.person, field) for _, field in _IDENTITY), _grade(row), row.comment)
+        (*(getattr(row.person, field) for _, field in _IDENTITY), *_grade_and_comment(row, delivery))
         for row in book.rows
         if any(getattr(row.person, field) for _, field in _IDENTITY)
     ]
-    cells.write(path, rows)
+    cells.write(delivery.out, rows)
+    return _too_many(book)
 
 
-def fill(book: Gradebook, sheet: Path, path: Path) -> list[str]:
-    """Fill in the grades and comments of an offline grading worksheet; all other cells stay.
+def fill(delivery: Delivery, path: Path) -> list[str]:
+    """Fill in the grades and comments of the offline grading worksheet `path`; all else stays, byte for byte.
 
-    Returns:
-        the participants of the sheet whom the gradebook does not know.
+    A comment that a person wrote is kept, and ours follows it in brackets, or replaces the one that is there.
 
     Raises:
         GraderError: it is not such a file, or its maximum is not the rubric's.
     """
-    rows, separator = cells.read(sheet)
-    header = rows[0]
-    if _GRADE not in header or "Identifier" not in header:
+    book, sheet = delivery.book, cells.Sheet(path)
+    columns = worksheet.columns(sheet.header)
+    if columns is None or "grade" not in columns:
         raise GraderError(
-            f"{sheet} is not an offline grading worksheet: it lacks the columns Identifier and Grade. "
+            f"{path} is not an offline grading worksheet: it lacks the columns Identifier and Grade. "
             "Download it in English, or use --for moodle without a sheet."
         )
-    unknown = []
-    people = [_claims(dict(zip(header, cell_row, strict=False))) for cell_row in rows[1:]]
-    for cell_row, found in zip(rows[1:], rows_of(book, people), strict=True):
-        cell_row += [""] * (len(header) - len(cell_row))
-        named = dict(zip(header, cell_row, strict=True))
-        maximum = named.get(_MAXIMUM, "").strip()
-        if maximum and float(maximum.replace(",", ".")) != float(book.max):
-            raise GraderError(
-                f"The assignment's maximum grade in Moodle is {maximum}, the rubric has {book.max} points. "
-                "Set the maximum in Moodle and download the worksheet once more."
-            )
-        if found is None:
-            unknown.append(named.get("Full name") or named["Identifier"])
+    filled = Filled()
+    for number, (row, found) in enumerate(zip(sheet.rows, rows_of(book, _people(sheet, columns)), strict=True)):
+        if not any(row):
             continue
-        cell_row[header.index(_GRADE)] = _grade(found)
-        if _FEEDBACK in header:
-            cell_row[header.index(_FEEDBACK)] = cells.neutral(found.comment)
-    cells.write_as_read(path, rows, separator)
-    return unknown
+        _require_maximum(row[columns["maximum"]] if "maximum" in columns else "", book)
+        name = row[columns.get("name", columns["identifier"])]
+        grade, comment = _grade_and_comment(found, delivery) if found else ("", "")
+        before = row[columns["grade"]]
+        cell = filled.cell(found, name, before, grade or before)
+        if cell is not None:
+            sheet.set(number, columns["grade"], cell)
+            if "feedback" in columns:
+                sheet.set(number, columns["feedback"], _appended(row[columns["feedback"]], comment))
+    sheet.write(delivery.out)
+    return [*filled.notes(), *_too_many(book)]
 
 
-def _claims(named: dict[str, str]) -> list[Claim]:
-    """Return what a line of the sheet says of a participant."""
-    kinds = {"Identifier": "lms_id", "ID number": "id", "Email address": "email", "Full name": "name"}
+def _require_maximum(cell: str, book: Gradebook) -> None:
+    if cell.strip() and not same_number(cell, str(book.max)):
+        raise GraderError(
+            f"The assignment's maximum grade in Moodle is {cell.strip()}, the rubric has {book.max} points. "
+            "Set the maximum in Moodle and download the worksheet once more."
+        )
+
+
+def _people(sheet: cells.Sheet, columns: Mapping[str, int]) -> list[list[Claim]]:
     return [
-        Claim(kind, participant(value) if kind == "lms_id" else value, "moodle" if kind == "lms_id" else "")
-        for column, kind in kinds.items()
-        if (value := named.get(column, "").strip())
+        _claims({what: row[place].strip() for what, place in columns.items() if place < len(row)}) for row in sheet.rows
     ]
 
 
-def _grade(row: Row) -> str:
-    """Return the grade as Moodle reads it: empty for none, and "-" would be none too."""
-    return "" if row.total is None else str(row.total)
+def _claims(said: Mapping[str, str]) -> list[Claim]:
+    """Return what a line of the sheet says of a participant."""
+    number = worksheet.participant(said["identifier"])
+    claims = [Claim("lms_id", number, "moodle")] if number else []
+    return claims + [Claim(kind, said[kind]) for kind in ("id", "email", "name") if said.get(kind)]
+
+
+def _grade_and_comment(row: Row, delivery: Delivery) -> tuple[str, str]:
+    """Return the grade as Moodle reads it, empty for none, and the comment, which Moodle takes for HTML.
+
+    Moodle skips a grade above the maximum, so a bonus ends there.
+    """
+    grade = "" if row.total is None or not row.final else str(min(row.total, delivery.book.max))
+    said = [html.escape(line, quote=False) for line in words.short(row, delivery.reports.get(row.submission))]
+    return grade, f"{_BEGIN}{'<br>'.join(said).translate(_ROUND)}]" if said else ""
+
+
+def _appended(before: str, comment: str) -> str:
+    """Return a comment with ours in it once, in its old place or at the end."""
+    first, *rest = _OURS.split(before)
+    return first + comment + "".join(rest) if rest else "<br>".join(filter(None, [before, comment]))
+
+
+def _too_many(book: Gradebook) -> list[str]:
+    over = [row.person.label for row in book.rows if row.final and row.total is not None and row.total > book.max]
+    return [f"more than the maximum, which is all that Moodle takes: {', '.join(over)}"] if over else []
 
 
 def _read(_root: Path, entries: Sequence[Path]) -> Export:
@@ -104,7 +143,7 @@ def _read(_root: Path, entries: Sequence[Path]) -> Export:
         files = [entry for found, entry in parts if found["kind"] == "file"] or [entry for _, entry in parts]
         path, remarks = one_of(unfolded(files))
         name, number = parts[0][0]["name"], parts[0][0]["id"] or ""
-        hidden = key(name) in map(key, PARTICIPANTS)
+        hidden = key(name) in map(key, worksheet.PARTICIPANTS)
         label = f"{name} {number}" if hidden else name
         notes += [f"{label}: {remark}" for remark in remarks]
         claims = [Claim("lms_id", number, "moodle")] if number else []
@@ -118,10 +157,28 @@ def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
 
 
 def _deliver(delivery: Delivery) -> list[str]:
-    if delivery.sheet:
-        return cells.unknown(fill(delivery.book, delivery.sheet, delivery.out))
-    write(delivery.book, delivery.out, delivery.title or delivery.book.rubric.title)
-    return []
+    notes = fill(delivery, delivery.sheet) if delivery.sheet else write(delivery)
+    if delivery.feedback:
+        notes += _write_feedback(delivery, delivery.feedback)
+    return notes
+
+
+def _write_feedback(delivery: Delivery, path: Path) -> list[str]:
+    """Write the zip for "Upload multiple feedback files in a zip": NAME_NUMBER_assignfeedback_file_report.html.
+
+    The name means nothing to Moodle, and an underscore in it would hide the number.
+    """
+    files, without = {}, []
+    for row in delivery.book.rows:
+        page = delivery.pages.get(row.submission)
+        if page is None or not row.final:
+            continue
+        if row.person.lms == "moodle" and row.person.lms_id.isdecimal():
+            files[f"Participant_{row.person.lms_id}_assignfeedback_file_report.html"] = page.read_bytes()
+        else:
+            without.append(row.person.label)
+    write_zip(path, files)
+    return [f"no participant's number, so no feedback file: {', '.join(without)}"] if without else []
 
 
 PLATFORM = Platform("moodle", "moodle", "moodle.csv", _recognises, _read, _deliver)

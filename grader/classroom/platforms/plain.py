@@ -27,8 +27,23 @@ def _alias(number: int) -> str:
 
 def _lines(book: Gradebook, anonymous: bool) -> Iterator[Sequence[Cell]]:
     who = ("anonymous",) if anonymous else (*_PERSON, "submission")
+    graded = ("grade",) if book.rubric.scale else ()
     ids = [requirement.id for requirement in book.rubric.requirements]
-    yield (*who, "state", "submitted", "late", *ids, "reached", "deduction", "total", "max", "flags", "kit", "comment")
+    yield (
+        *who,
+        "state",
+        "submitted",
+        "late",
+        *ids,
+        "reached",
+        "deduction",
+        "total",
+        *graded,
+        "max",
+        "flags",
+        "kit",
+        "comment",
+    )
     for number, row in enumerate(book.rows, 1):
         points = {each.id: each.points for each in row.requirements}
         yield (
@@ -40,6 +55,7 @@ def _lines(book: Gradebook, anonymous: bool) -> Iterator[Sequence[Cell]]:
             row.reached,
             row.deduction,
             row.total,
+            *((row.grade,) if graded else ()),
             row.max,
             row.flags,
             row.kit,

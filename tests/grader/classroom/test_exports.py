@@ -7,6 +7,7 @@ import csv
 import io
 import json
 import re
+import zipfile
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
@@ -15,6 +16,7 @@ import pytest
 from helpers.class_reports import report
 
 from grader.classroom import cells, gradebook
+from grader.classroom.platform import Delivery
 from grader.classroom.platforms import canvas, github, gradescope, moodle, plain
 from grader.errors import GraderError
 
@@ -35,14 +37,48 @@ def test_a_cell_never_begins_like_a_formula(start):
     assert cells.neutral(f"{start}cmd|' /C calc'!A0").startswith("'")
 
 
+SHEET = (
+    'Identifier,"Full name",Grade\n'
+    'Participant 1,"Doe; ""J""",\n'
+    "\n"
+    'Participant 2,=Li,"98,00"\n'
+    "Participant 3\n"
+    'Participant 4, "odd" quotes,7'
+)
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+@pytest.mark.parametrize("end", ["\r\n", "\n", "\r"])
+@pytest.mark.parametrize("mark", ["\ufeff", ""])
+def test_only_the_cells_that_are_set_differ_in_a_sheet(tmp_path, separator, end, mark):
+    """The byte order mark was lost, CRLF became LF, and cells lost their quotes."""
+    text = mark + SHEET.replace("\n", end).replace(",", separator)
+    (tmp_path / "a.csv").write_bytes(text.encode())
+    sheet = cells.Sheet(tmp_path / "a.csv")
+    assert [row[1] for row in sheet.rows] == ['Doe; "J"', "", "=Li", "", ' "odd" quotes']
+    sheet.write(tmp_path / "same.csv")
+    assert (tmp_path / "same.csv").read_bytes() == text.encode()
+    sheet.set(0, 2, "1.50")
+    sheet.set(3, 2, "2.50")
+    sheet.set(4, 2, "7")
+    sheet.write(tmp_path / "set.csv")
+    wanted = text.replace(f'""J"""{separator}', f'""J"""{separator}1.50')
+    wanted = wanted.replace("Participant 3", f"Participant 3{separator}{separator}2.50")
+    assert (tmp_path / "set.csv").read_bytes() == wanted.encode()
+
+
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
 def test_no_cell_ends_at_another_countrys_separator(tmp_path, separator):
     """A name `Ann;=1+2` was two cells where spreadsheets separate by semicolons, and the second a formula."""
     row = ["Ann;=1+2", "a,b", "c\td", 'say "x"', "two\nlines", "plain"]
-    cells.write_as_read(tmp_path / "a.csv", [row], separator)
+    (tmp_path / "a.csv").write_text(separator.join("abcdef") + "\n" + separator * 5 + "\n")
+    sheet = cells.Sheet(tmp_path / "a.csv")
+    for column, cell in enumerate(row):
+        sheet.set(0, column, cell)
+    sheet.write(tmp_path / "a.csv")
     text = (tmp_path / "a.csv").read_text()
-    assert list(csv.reader(io.StringIO(text, newline=""), delimiter=separator)) == [row]
-    assert re.sub(r'"(?:[^"]|"")*"', "", text) == separator * 5 + "plain\n"
+    assert list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))[1] == row
+    assert re.sub(r'"(?:[^"]|"")*"', "", text).splitlines()[1] == separator * 5 + "plain"
 
 
 def test_a_negative_number_stays_a_number():
@@ -92,9 +128,9 @@ def test_a_participants_number_of_moodle_is_no_number_of_canvas(book, tmp_path):
     """It was written into the column ID, by which Canvas looks first: that of another person."""
     canvas.write(numbered_by("moodle", book), tmp_path / "canvas.csv", "Robots (77)")
     assert {line[1] for line in rows(tmp_path / "canvas.csv")[1:]} == {""}
-    (tmp_path / "export.csv").write_text(CANVAS_EXPORT.replace("99999,,", "12346,,"))
-    unknown = canvas.fill(numbered_by("moodle", book), tmp_path / "export.csv", tmp_path / "import.csv", "Robots")
-    assert unknown == ["Nobody, Known"]
+    sheet = CANVAS_EXPORT.replace("99999,,", "12346,,")
+    _, notes = filled(canvas, numbered_by("moodle", book), tmp_path, sheet, "Robots")
+    assert "not known to the gradebook; their lines stay as they were: Nobody, Known" in notes
 
 
 def test_canvas_imports_the_grades(book, tmp_path):
@@ -110,34 +146,63 @@ CANVAS_EXPORT = (
     "    Points Possible,,,,,10,100,(read only)\n"
     '"Doe, Jane",12345,s1,jdoe,A,9,,90\n'
     '"Ek, Bo",,s3,boek,A,8,55,80\n'
+    '"Ost, Eva",,s4,eost,A,8,61,80\n'
     '"Nobody, Known",99999,,,B,7,44,70\n'
     '"Student, Test",88888,,,A,,,\n'
 )
 
 
-def test_a_gradebook_that_canvas_exported_is_filled_in(book, tmp_path):
-    (tmp_path / "export.csv").write_text(CANVAS_EXPORT)
-    unknown = canvas.fill(book, tmp_path / "export.csv", tmp_path / "import.csv", "Robots")
-    before, after = list(csv.reader(io.StringIO(CANVAS_EXPORT))), rows(tmp_path / "import.csv")
-    assert unknown == ["Nobody, Known"]
-    assert [line[6] for line in after] == ["Robots (77)", "100", "98.00", "0.00", "44", ""]
-    assert [line[:6] + line[7:] for line in after] == [line[:6] + line[7:] for line in before], "nothing else changes"
+def filled(platform, book, tmp_path, text: str, title: str = "") -> tuple[str, list[str]]:
+    """Return a sheet with the grades filled in, and the remarks."""
+    (tmp_path / "sheet.csv").write_bytes(text.encode())
+    reports = {"team07": report({"F4": 2.0})}
+    delivery = Delivery(book, reports, tmp_path / "filled.csv", tmp_path / "sheet.csv", title)
+    notes = platform.PLATFORM.write(delivery)
+    return (tmp_path / "filled.csv").read_bytes().decode(), notes
+
+
+def test_a_gradebook_that_canvas_exported_is_filled_in_and_nothing_else_changes(class_of_four, tmp_path):
+    text, notes = filled(canvas, gradebook.read(class_of_four()), tmp_path, CANVAS_EXPORT, "Robots")
+    assert text == CANVAS_EXPORT.replace("A,9,,90", "A,9,98.00,90").replace("A,8,55,80", "A,8,0.00,80")
+    assert notes == [
+        "not known to the gradebook; their lines stay as they were: Nobody, Known",
+        "graded or excused in the sheet by a person, which stays: Ost, Eva (61)",
+        "had another grade in the sheet: Ek, Bo (55, now 0.00)",
+    ]
+
+
+def test_an_excuse_in_canvas_stays_and_ours_is_written(book, tmp_path):
+    sheet = CANVAS_EXPORT.replace("A,9,,90", "A,9,EX,90")
+    text, notes = filled(canvas, book, tmp_path, sheet, "Robots")
+    assert text == sheet.replace("A,8,55,80", "A,8,0.00,80").replace("A,8,61,80", "A,8,EX,80")
+    assert "graded or excused in the sheet by a person, which stays: Doe, Jane (EX)" in notes
+
+
+@pytest.mark.parametrize("platform", [canvas, moodle])
+def test_a_row_that_is_not_final_keeps_its_cells(class_of_four, tmp_path, platform):
+    """Its grade and its comment were emptied."""
+    folder = class_of_four()
+    facts = folder.facts()
+    newer = tuple(replace(entry, content="c" * 64) for entry in facts.entries)
+    folder.write_facts(replace(facts, entries=newer))
+    sheet = CANVAS_EXPORT if platform is canvas else MOODLE_SHEET
+    text, notes = filled(platform, gradebook.read(folder), tmp_path, sheet, "Robots")
+    assert text.splitlines()[2:4] == sheet.splitlines()[2:4]
+    assert any("not final yet" in note and "(not graded yet)" in note for note in notes)
 
 
 def test_the_assignment_has_to_be_named_where_several_could_be_meant(book, tmp_path):
-    (tmp_path / "export.csv").write_text(CANVAS_EXPORT)
     with pytest.raises(GraderError, match=r"--assignment; the sheet has: Quiz \(70\), Robots \(77\)"):
-        canvas.fill(book, tmp_path / "export.csv", tmp_path / "import.csv")
+        filled(canvas, book, tmp_path, CANVAS_EXPORT)
 
 
 def test_other_points_possible_are_refused(book, tmp_path):
-    (tmp_path / "export.csv").write_text(CANVAS_EXPORT.replace(",10,100,", ",10,50,"))
     with pytest.raises(GraderError, match=r"has 50 points in Canvas, the rubric 100"):
-        canvas.fill(book, tmp_path / "export.csv", tmp_path / "import.csv", "Robots (77)")
+        filled(canvas, book, tmp_path, CANVAS_EXPORT.replace(",10,100,", ",10,50,"), "Robots (77)")
 
 
 def test_moodle_imports_the_grades(book, tmp_path):
-    moodle.write(book, tmp_path / "moodle.csv", "Robots")
+    moodle.write(Delivery(book, {}, tmp_path / "moodle.csv", title="Robots"))
     header, *lines = rows(tmp_path / "moodle.csv")
     assert all(len(line) == len(header) for line in lines), "else Moodle refuses the file: csvweirdcolumns"
     grades = {line[header.index("idnumber")]: line[header.index("Robots")] for line in lines}
@@ -145,30 +210,140 @@ def test_moodle_imports_the_grades(book, tmp_path):
     assert (grades["s1"], grades["s4"]) == ("98.00", "")
 
 
-def test_a_grading_worksheet_of_moodle_is_filled_in(book, tmp_path):
+MOODLE_SHEET = (
+    "\ufeffIdentifier,Full name,Email address,Status,Grade,Maximum grade,Last modified (grade),Feedback comments\r\n"
+    'Participant 12345,Jane Doe,jane@uni.edu,"Submitted",,100.00,-,"<p>Come and see me, ""please"".</p>"\r\n'
+    "Participant 777,Bo Ek,bo@uni.edu,Submitted,55.00,100.00,-,\r\n"
+    'Participant 12348,"Eva Ost",eva@uni.edu,No submission,61.00,100.00,-,oral exam\r\n'
+    "Participant 778,Nobody,n@x,No submission,,100.00,-,=1+1\r\n"
+)
+OURS = (
+    "[Automatic grading: 98.00 of 100.00 points<br>F4: touched it at 7.3 s, 2.00 of 5.00 points lost]",
+    "[Automatic grading: 0.00 of 100.00 points<br>cannot be graded]",
+)
+
+
+def test_moodles_worksheet_is_filled_in_and_what_a_person_wrote_stays(class_of_four, tmp_path):
+    """A comment was overwritten, a missing person's grade became 0, and mark and line ends were lost."""
+    folder = class_of_four()
+    text, notes = filled(moodle, gradebook.read(folder), tmp_path, MOODLE_SHEET)
+    wanted = MOODLE_SHEET.replace('Submitted",,', 'Submitted",98.00,').replace("Submitted,55.00", "Submitted,0.00")
+    wanted = wanted.replace('""please"".</p>"', f'""please"".</p><br>{OURS[0]}"')
+    wanted = wanted.replace("-,\r\n", '-,"[Automatic grading: 0.00 of 100.00 points<br>boek.zip is empty.]"\r\n')
+    assert text.replace('"', "") == wanted.replace('"', "")
+    assert [line for line in text.splitlines() if "Nobody" in line] == [MOODLE_SHEET.splitlines()[-1]]
+    assert text.startswith("\ufeffIdentifier,")
+    assert 'jane@uni.edu,"Submitted",98.00' in text
+    assert len(notes) == 3
+
+
+def test_filling_twice_appends_once_and_replaces_what_we_said_before(class_of_four, tmp_path):
+    folder = class_of_four()
+    once, _ = filled(moodle, gradebook.read(folder), tmp_path, MOODLE_SHEET)
+    assert filled(moodle, gradebook.read(folder), tmp_path, once)[0] == once
+    folder.overrides.write_text("submissions: {team07: {adjust: {points: -8, why: late at the lab, by: Ada}}}")
+    again, notes = filled(moodle, gradebook.read(folder), tmp_path, once.replace("98.00,100.00", '"98,00",100.00'))
+    line = next(line for line in again.splitlines() if "Jane" in line)
+    assert line.count("[Automatic grading") == 1
+    assert "Come and see me" in line
+    assert "90.00 of 100.00 points<br>-8 points by Ada (late at the lab)" in line
+    assert "had another grade in the sheet: Jane Doe (98,00, now 90.00)" in notes
+
+
+def test_nothing_of_a_submission_is_html_or_ends_our_comment(class_of_four, tmp_path):
+    lost = report({"F4": 2.0})
+    for each in lost["requirements"]:
+        each["seen"] = "<script>x</script> ] & [y"
+    book = gradebook.read(class_of_four())
+    (tmp_path / "sheet.csv").write_text(MOODLE_SHEET)
+    moodle.PLATFORM.write(Delivery(book, {"team07": lost}, tmp_path / "a.csv", tmp_path / "sheet.csv"))
+    moodle.PLATFORM.write(Delivery(book, {"team07": lost}, tmp_path / "b.csv", tmp_path / "a.csv"))
+    text = (tmp_path / "a.csv").read_text()
+    assert "&lt;script&gt;x&lt;/script&gt; ) &amp; (y" in text
+    assert (tmp_path / "b.csv").read_text() == text
+
+
+def test_a_bonus_beyond_the_maximum_is_cut_for_moodle_and_said(class_of_four, tmp_path):
+    """Moodle skips such a line without a word."""
+    book = gradebook.read(class_of_four("people: {s1: {bonus: {points: 9, why: x, by: Ada}}}"))
+    text, notes = filled(moodle, book, tmp_path, MOODLE_SHEET)
+    assert 'jane@uni.edu,"Submitted",100.00,100.00' in text
+    assert "more than the maximum, which is all that Moodle takes: Jane Doe" in notes
+    assert canvas._score(next(row for row in book.rows if row.person.id == "s1")) == "107.00"
+
+
+def test_a_german_worksheet_is_filled_in(book, tmp_path):
     sheet = (
-        "Identifier,Full name,Email address,Status,Grade,Maximum Grade,Last modified (grade),Feedback comments\n"
-        "Participant 12345,Jane Doe,jane@uni.edu,Submitted,,100.00,-,\n"
-        "Participant 777,Bo Ek,bo@uni.edu,Submitted,,100.00,-,\n"
-        "Participant 778,Nobody,n@x,No submission,,100.00,-,\n"
+        "ID,Vollst\u00e4ndiger Name,E-Mail-Adresse,Status,Bewertung,Bestwertung,Bewertung kann ge\u00e4ndert werden,"
+        "Zuletzt ge\u00e4ndert (Abgabe),Zuletzt ge\u00e4ndert (Bewertung),Feedback als Kommentar\n"
+        'Teilnehmer/in12345,Jane Doe,jane@uni.edu,Abgegeben,,"100,00",Ja,-,-,\n'
     )
-    (tmp_path / "sheet.csv").write_text(sheet)
-    unknown = moodle.fill(book, tmp_path / "sheet.csv", tmp_path / "filled.csv")
-    after = rows(tmp_path / "filled.csv")
-    assert unknown == ["Nobody"]
-    assert [line[4] for line in after] == ["Grade", "98.00", "0.00", ""]
-    assert "is empty" in after[2][7]
-    assert [line[6] for line in after[1:]] == ["-"] * 3, "a cell of Moodle's own stays as it is"
-    (tmp_path / "sheet.csv").write_text(sheet.replace("100.00", "10"))
-    with pytest.raises(GraderError, match="maximum grade in Moodle is 10"):
-        moodle.fill(book, tmp_path / "sheet.csv", tmp_path / "filled.csv")
+    text, _ = filled(moodle, book, tmp_path, sheet)
+    assert text == sheet.replace("Abgegeben,,", "Abgegeben,98.00,").replace("Ja,-,-,", f'Ja,-,-,"{OURS[0]}"')
+    with pytest.raises(GraderError, match="maximum grade in Moodle is 10,00"):
+        filled(moodle, book, tmp_path, sheet.replace("100,00", "10,00"))
 
 
 def test_a_sheet_of_another_kind_is_refused(book, tmp_path):
-    (tmp_path / "sheet.csv").write_text("a,b\n1,2\n")
-    for fill, said in ((canvas.fill, "not a gradebook of Canvas"), (moodle.fill, "not an offline grading worksheet")):
+    for platform, said in ((canvas, "not a gradebook of Canvas"), (moodle, "not an offline grading worksheet")):
         with pytest.raises(GraderError, match=said):
-            fill(book, tmp_path / "sheet.csv", tmp_path / "out.csv")
+            filled(platform, book, tmp_path, "a,b\n1,2\n")
+
+
+@pytest.mark.parametrize("platform", [gradescope, github])
+def test_one_members_excuse_is_not_what_the_team_gets(class_of_four, tmp_path, platform):
+    """Files by submission had the figures of the team's last member: excused, so 0 for all."""
+    book = gradebook.read(class_of_four("people: {s2: {excused: {why: had the flu, by: Ada}}}"))
+    notes = platform.PLATFORM.write(Delivery(book, {"team07": report({"F4": 2.0})}, tmp_path))
+    texts = "".join(path.read_text() for path in (tmp_path / "team07").iterdir())
+    assert '"score": 98.0' in texts or "98.00 of 100.00" in texts
+    assert "flu" not in texts
+    assert any("=Li Wu has excused, the team 98.00 points" in note for note in notes)
+
+
+def members(path: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def reports_of(tmp_path: Path) -> dict[str, Path]:
+    (tmp_path / "team07.html").write_text("<p>team07</p>")
+    return {"team07": tmp_path / "team07.html"}
+
+
+def test_moodles_import_finds_whose_each_feedback_file_is(book, tmp_path):
+    """The rules of is_valid_filename_for_import in mod/assign/feedback/file/importziplib.php."""
+    book = numbered_by("moodle", book)
+    moodle.PLATFORM.write(
+        Delivery(book, {}, tmp_path / "m.csv", feedback=tmp_path / "f.zip", pages=reports_of(tmp_path))
+    )
+    found = {}
+    for name, content in members(tmp_path / "f.zip").items():
+        person, number, subtype, plugin, file = name.split("_", 4)
+        assert (subtype, plugin, file) == ("assignfeedback", "file", "report.html")
+        assert person == "Participant", "a name may have an underscore in it"
+        found[int(number)] = content
+    assert found == {12345: b"<p>team07</p>", 12346: b"<p>team07</p>"}
+
+
+def test_canvas_finds_whose_each_feedback_file_is(class_of_four, tmp_path):
+    """The rules of infer_comment_context_from_filename in app/models/abstract_assignment.rb."""
+    folder = class_of_four()
+    facts = folder.facts()
+    path = Path("doejane_LATE_12345_6789_team-1.zip")
+    entries = tuple(replace(entry, path=path if entry.id == "team07" else entry.path) for entry in facts.entries)
+    folder.write_facts(replace(facts, entries=entries))
+    sources = {entry.id: entry.path.name for entry in entries}
+    delivery = Delivery(
+        gradebook.read(folder), {}, tmp_path / "c.csv", feedback=tmp_path / "f.zip", pages=reports_of(tmp_path),
+        sources=sources,
+    )  # fmt: skip
+    canvas.PLATFORM.write(delivery)
+    ((name, content),) = members(tmp_path / "f.zip").items()
+    user, attachment = [part for part in name.split("_") if part.isdecimal()][:2]
+    assert (user, attachment) == ("12345", "6789")
+    (tmp_path / "inner.zip").write_bytes(content)
+    assert members(tmp_path / "inner.zip") == {"report.html": b"<p>team07</p>"}, "Canvas shows it as team-1.zip"
 
 
 def test_gradescope_reads_results_json(book, tmp_path):
