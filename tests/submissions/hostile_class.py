@@ -239,14 +239,21 @@ def _sheet(path: Path, rows: Iterable[Iterable[str]], separator: str, line_end: 
 
 def canvas_name(who: Student) -> str:
     """Return what Canvas calls somebody in file names."""
-    return re.sub(r"\W", "", who.sortable.lower())
+    return _words(who.sortable)
+
+
+def _words(text: str) -> str:
+    """Return what Ruby's [[:word:]] leaves of a name in lower case: marks of letters too, unlike Python's \\w."""
+    return "".join(
+        each for each in text.lower() if unicodedata.category(each)[0] in "LM" or each.isdigit() or each == "_"
+    )
 
 
 def canvas(root: Path) -> None:
     """Canvas: every file in one folder; a group's file has the group's name and one member's number."""
     for who in HANDED_IN:
         number = f"anon_x{who.n}Kq" if who.how == ANONYMOUS else who.canvas
-        name = "" if who.how == ANONYMOUS else re.sub(r"\W", "", who.team.lower()) or canvas_name(who)
+        name = "" if who.how == ANONYMOUS else _words(who.team) or canvas_name(who)
         late = "LATE" if who.late == LATE else ""
         start = "_".join(filter(None, (name, late, number)))
         attachment = 90000 + who.n
