@@ -18,6 +18,7 @@ import zipfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 DEADLINE = dt.datetime(2026, 11, 20, 23, 59, tzinfo=dt.UTC)
 LATE_RULE = "10 % per started day, at most 3 days"
@@ -238,14 +239,21 @@ def _sheet(path: Path, rows: Iterable[Iterable[str]], separator: str, line_end: 
 
 def canvas_name(who: Student) -> str:
     """Return what Canvas calls somebody in file names."""
-    return re.sub(r"\W", "", who.sortable.lower())
+    return _words(who.sortable)
+
+
+def _words(text: str) -> str:
+    """Return what Ruby's [[:word:]] leaves of a name in lower case: marks of letters too, unlike Python's \\w."""
+    return "".join(
+        each for each in text.lower() if unicodedata.category(each)[0] in "LM" or each.isdigit() or each == "_"
+    )
 
 
 def canvas(root: Path) -> None:
     """Canvas: every file in one folder; a group's file has the group's name and one member's number."""
     for who in HANDED_IN:
         number = f"anon_x{who.n}Kq" if who.how == ANONYMOUS else who.canvas
-        name = "" if who.how == ANONYMOUS else re.sub(r"\W", "", who.team.lower()) or canvas_name(who)
+        name = "" if who.how == ANONYMOUS else _words(who.team) or canvas_name(who)
         late = "LATE" if who.late == LATE else ""
         start = "_".join(filter(None, (name, late, number)))
         attachment = 90000 + who.n
@@ -346,14 +354,13 @@ def github_roster(path: Path) -> None:
     path.write_text(stream.getvalue())
 
 
-def roster(path: Path) -> None:
+def roster(path: Path, groups: bool = False) -> None:
     """Write a university's own list: semicolons, a byte order mark, CRLF, first and last names; NFD where Moodle has
     NFC, and without the title."""
     rows = [("id", "First name", "Last name", "email", "login", "team")]
     for who in ROSTER:
-        given, family = (
-            unicodedata.normalize("NFD" if who.n == 10 else "NFC", part) for part in (who.given, who.family)
-        )
-        team = who.team and {"Team Ω": "Team Ω", "Team 7": "Team 7"}[who.team]
+        form: Literal["NFC", "NFD"] = "NFD" if who.n == 10 else "NFC"
+        given, family = (unicodedata.normalize(form, part) for part in (who.given, who.family))
+        team = _group(who) if groups else who.team
         rows.append((who.id, given.removeprefix("Dr. "), family, who.email, who.login, team))
     _sheet(path, rows, ";", "\r\n")
