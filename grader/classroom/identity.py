@@ -11,8 +11,9 @@ import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 
-from grader.classroom.roster import Person
+from grader.classroom.roster import Person, first_name_first
 
 ANY, SHORT = "any", "short name"
 """Kinds of claims beside the fields of Person: one of them all, and Canvas's name of a person in a file's name."""
@@ -39,10 +40,15 @@ class Claim:
     lms: str = ""
 
     @property
+    def means(self) -> str:
+        """Return the kind in words, such as "Canvas's number"."""
+        whose = f"{self.lms.capitalize()}'s " if self.lms else ""
+        return f"{whose}{_CALLED.get(self.kind, self.kind)}"
+
+    @property
     def text(self) -> str:
         """Return the claim for people, such as "Canvas's number 123"."""
-        whose = f"{self.lms.capitalize()}'s " if self.lms else ""
-        return f"{whose}{_CALLED.get(self.kind, self.kind)} {self.value}"
+        return f"{self.means} {self.value}"
 
 
 @dataclass(frozen=True)
@@ -66,6 +72,9 @@ def identify(claims: Sequence[Claim], people: Sequence[Person]) -> Identified:
     """Return whom the claims mean; all of them are about one person, or about one team."""
     sure = _sure(claims, people)
     called = {person: claim for person in people for claim in claims if _is_called(person, claim)}
+    if len(called) > 1:  # Weiss and Weiß: no platform changes other letters than capitals
+        exactly = {person: claim for person, claim in called.items() if _is_exactly(person, claim)}
+        called = exactly or called
     teams, team = _team(claims, people)
     if len(sure) > 1:
         return _refused(sure, " and ".join(sorted(f"{claim.text} is {who.label}'s" for who, claim in sure.items())))
@@ -95,17 +104,16 @@ def identify(claims: Sequence[Claim], people: Sequence[Person]) -> Identified:
 
 def short_names(name: str, sortable: str = "") -> str:
     """Return what Canvas calls a person in the name of a file, from the sortable name if that is known."""
-    if not sortable:
-        first, _, last = name.strip().rpartition(" ")
-        sortable = f"{last}{first}"
-    return _squeezed(sortable)
+    return _squeezed(sortable or _last_first(name))
 
 
-def key(text: str) -> str:
+@cache  # a class compares each claim with everyone
+def key(text: str, *, fold: bool = True) -> str:
     """Return a name in the form in which names are compared: all letters of every script, without apostrophes."""
-    last, comma, first = text.partition(",")
-    whole = f"{first} {last}" if comma else text
-    folded = unicodedata.normalize("NFC", unicodedata.normalize("NFC", whole).casefold())
+    whole = first_name_first(text).replace(",", " ")
+    folded = unicodedata.normalize("NFC", whole)
+    if fold:
+        folded = unicodedata.normalize("NFC", folded.casefold())
     return _SPACE.sub(" ", folded.translate(_DROPPED)).strip()
 
 
@@ -158,6 +166,15 @@ def _is_called(person: Person, claim: Claim) -> bool:
     return key(claim.value) in (key(person.name), *(key(f"{group}-{person.name}") for group in groups))
 
 
+def _is_exactly(person: Person, claim: Claim) -> bool:
+    """Return whether the letters of a name are the person's own, also those that are equal when folded."""
+    groups = (person.team,) if person.team else _NO_TEAM
+    names = (person.name, *(f"{group}-{person.name}" for group in groups))
+    if claim.kind == SHORT:
+        return _letters(person.sortable or _last_first(person.name)).lower() == _letters(claim.value).lower()
+    return key(claim.value, fold=False).lower() in [key(name, fold=False).lower() for name in names]
+
+
 def _agrees(person: Person, claim: Claim) -> bool:
     """Return whether a name may be that of a person whom a number means: a group may stand before it."""
     if claim.kind == SHORT:
@@ -201,9 +218,17 @@ def _rotations(name: str) -> set[str]:
     return {_squeezed("".join(words[start:] + words[:start])) for start in range(len(words))}
 
 
+def _last_first(name: str) -> str:
+    first, _, last = name.strip().rpartition(" ")
+    return f"{last}{first}"
+
+
 def _squeezed(text: str) -> str:
-    letters = (char for char in unicodedata.normalize("NFC", text) if unicodedata.category(char).startswith(_WORD))
-    return unicodedata.normalize("NFC", "".join(letters).casefold())
+    return unicodedata.normalize("NFC", _letters(text).casefold())
+
+
+def _letters(text: str) -> str:
+    return "".join(char for char in unicodedata.normalize("NFC", text) if unicodedata.category(char).startswith(_WORD))
 
 
 def _plain(text: str) -> str:

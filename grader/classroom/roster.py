@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import io
 import itertools
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,7 @@ IDENTITY = ("id", "lms_id", "login", "email")
 _CANVAS = {"id", "sis login id"}  # "SIS User ID" is there only if the teacher may see it
 _GITHUB = {"identifier", "github_username"}
 _TEST_STUDENT = "Student, Test"  # of Canvas, for teachers who look at their course as a student
+_SUFFIX = re.compile(r"(sn?r|jn?r|senior|junior|ii|iii|iv|v|vi|esq|esquire)\.?", re.IGNORECASE)  # as Canvas has them
 _FIRST_NAMES, _LAST_NAMES = ("first name", "firstname", "given name"), ("last name", "surname", "lastname")
 
 
@@ -110,6 +112,14 @@ def delimiter(text: str) -> str:
     return max(",;\t", key=first.count)
 
 
+def first_name_first(name: str) -> str:
+    """Return "Jane Doe" for "Doe, Jane"; what stands behind a comma may also be a suffix, as in "John Doe, Jr."."""
+    last, *others = (part.strip() for part in name.split(","))
+    first = [part for part in others if part and not _SUFFIX.fullmatch(part)]
+    suffixes = [part for part in others if _SUFFIX.fullmatch(part)]
+    return " ".join([*first, last, *suffixes]) if first else name
+
+
 def _columns(header: list[str]) -> dict[str, list[int]]:
     """Return the positions of our columns; a name may be in two, last and first."""
     lowered = [name.casefold() for name in header]
@@ -148,6 +158,7 @@ def _lms(header: list[str]) -> str:
 def _person(row: list[str], columns: Mapping[str, list[int]], lms: str) -> Person | None:
     """Return the person of a line, None for an empty line and for Canvas's lines of points and of the test student."""
     values = {field: ", ".join(_cells(row, places)) for field, places in columns.items()}
+    in_two = len(columns.get("name", ())) > 1
     if identifier := values.pop("identifier", ""):  # of GitHub Classroom: whatever the teacher chose
         kind = "email" if "@" in identifier else "id" if any(map(str.isdigit, identifier)) else "name"
         values[kind] = identifier
@@ -156,9 +167,10 @@ def _person(row: list[str], columns: Mapping[str, list[int]], lms: str) -> Perso
         return None
     if lms == "canvas" and name == _TEST_STUDENT and not values.get("id"):
         return None
-    if "," in name:  # "Doe, Jane"
-        last, _, first = name.partition(",")
-        values["sortable"], name = name, f"{first.strip()} {last.strip()}"
+    if in_two and len(parts := list(_cells(row, columns["name"]))) > 1:  # last name, first name
+        values["sortable"], name = name, f"{parts[1]} {parts[0]}"
+    elif first_name_first(name) != name and not in_two:
+        values["sortable"], name = name, first_name_first(name)
     values["name"] = name
     if values.get("lms_id"):
         values["lms_id"], values["lms"] = worksheet.participant(values["lms_id"]) or values["lms_id"], lms

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import datetime as dt
+
 import pytest
 
-from grader.classroom import roster
+from grader.classroom import roster, times, worksheet
 from grader.classroom.roster import Person
 from grader.errors import GraderError
 
@@ -27,7 +29,7 @@ def test_our_own_columns(tmp_path):
 
 def test_a_spreadsheets_semicolons_and_byte_order_mark(tmp_path):
     found = people(tmp_path, "ID;Name;E-Mail\n1;Müller, Jörg;j@uni.edu\n", "utf-8-sig")
-    assert found == (Person("1", "Jörg Müller", "j@uni.edu"),)
+    assert found == (Person("1", "Jörg Müller", "j@uni.edu", sortable="Müller, Jörg"),)
 
 
 def test_canvas_gradebook_is_a_roster(tmp_path):
@@ -37,7 +39,7 @@ def test_canvas_gradebook_is_a_roster(tmp_path):
         "    Points Possible,,,,,100\n"
         '"Doe, Jane",12345,s1,jdoe,A,\n',
     )
-    assert found == (Person(id="s1", name="Jane Doe", login="jdoe", lms_id="12345"),)
+    assert found == (Person("s1", "Jane Doe", login="jdoe", lms_id="12345", lms="canvas", sortable="Doe, Jane"),)
 
 
 def test_moodle_grading_worksheet_is_a_roster(tmp_path):
@@ -45,7 +47,7 @@ def test_moodle_grading_worksheet_is_a_roster(tmp_path):
         tmp_path,
         'Identifier,"Full name","ID number","Email address",Status,Grade\n"Participant 12345",Jane Doe,s1,j@x,,\n',
     )
-    assert found == (Person(id="s1", name="Jane Doe", email="j@x", lms_id="12345"),)
+    assert found == (Person("s1", "Jane Doe", "j@x", lms_id="12345", lms="moodle"),)
 
 
 def test_first_and_last_names_are_joined(tmp_path):
@@ -70,3 +72,53 @@ def test_a_roster_without_usable_columns_is_refused(tmp_path):
 def test_a_roster_that_cannot_be_read_is_a_sentence(tmp_path):
     with pytest.raises(GraderError, match="cannot be read"):
         roster.load(tmp_path / "missing.csv")
+
+
+def test_a_suffix_behind_a_comma_is_no_first_name(tmp_path):
+    """`John;Smith, Jr.` became "Jr. John Smith"."""
+    in_two = people(tmp_path, "id;First name;Last name\n1;John;Smith, Jr.\n")
+    in_one = people(tmp_path, 'id,name\n1,"Smith, John, Jr."\n2,"Doe, Jane"\n3,"Bo Ek, Jr."\n')
+    assert [who.name for who in (*in_two, *in_one)] == [
+        "John Smith, Jr.",
+        "John Smith Jr.",
+        "Jane Doe",
+        "Bo Ek, Jr.",
+    ]
+
+
+GERMAN = (
+    'ID;"Vollst\u00e4ndiger Name";E-Mail-Adresse;Status;Bewertung;Bestwertung;"Bewertung kann ge\u00e4ndert werden";'
+    '"Zuletzt ge\u00e4ndert (Abgabe)";"Zuletzt ge\u00e4ndert (Bewertung)"\n'
+    'Teilnehmer/in12345;Jane Doe;j@x;;;100,00;Ja;"Freitag, 20. November 2026, 23:59";-\n'
+    "Teilnehmer/in12346;Bo Ek;b@x;;;100,00;Ja;-;-\n"
+)
+
+
+def test_a_german_worksheet_is_a_roster_with_times(tmp_path):
+    """Its column ID was read as the students' own, and its times were not read at all."""
+    found = people(tmp_path, GERMAN, "utf-8-sig")
+    assert found[0] == Person(name="Jane Doe", email="j@x", lms_id="12345", lms="moodle")
+    (time,) = times.load(tmp_path / "roster.csv")
+    assert time.when == dt.datetime(2026, 11, 20, 23, 59).astimezone()
+
+
+@pytest.mark.parametrize(
+    ("text", "hour"),
+    [
+        ("Friday, 20 November 2026, 11:59 PM", 23),
+        ("Friday, 20 November 2026, 12:05 AM", 0),
+        ("vendredi 20 novembre 2026, 23:59", 23),
+        ("viernes, 20 de noviembre de 2026, 23:59", 23),
+        ("sexta-feira, 20 de novembro de 2026 \u00e0s 23:59", 23),
+        ("2026\u5e74 11\u6708 20\u65e5(\u91d1\u66dc\u65e5) 23:59", 23),
+    ],
+)
+def test_a_time_is_read_in_moodles_languages(text, hour):
+    found = worksheet.time(text)
+    assert found is not None
+    assert (found.year, found.month, found.day, found.hour) == (2026, 11, 20, hour)
+
+
+@pytest.mark.parametrize("text", ["-", "20 listopad 2026, 10:00", "20/11/2026 10:00", "yesterday"])
+def test_a_time_that_has_two_readings_is_not_guessed(text):
+    assert worksheet.time(text) is None
