@@ -183,7 +183,8 @@ def read_gradebook(path: Path, roster: str, outcome: Outcome) -> None:
             outcome.faults.append(f"a row of gradebook.csv is of several people: {links}")
         elif whose:
             who = next(who for who in CLASS if who.n in whose)
-            if cell["name"] and cell["name"] not in by_name(who) | {who.name.removeprefix("Dr. ")}:
+            names = by_name(who) | {who.name.removeprefix("Dr. "), who.name.replace(",", ""), "", who.login}
+            if cell["name"] not in names:
                 outcome.faults.append(f"{who.name} is called {cell['name']} in gradebook.csv")
         if (
             not whose and roster == "none"
@@ -275,8 +276,12 @@ def judge(who: Student, outcome: Outcome, layout: str, roster: str) -> str:
         return "right"
     if right is not None and values == {right}:
         return "right"
+    if who.how in ("text", "link") and "cannot be graded" in states:
+        return "refused"  # a folder without a package, with the reason in the report
     if "nothing handed in" in states or any(value and not Decimal(value) for value in values):
         return f"lost: handed in, and has {sorted(values)} ({', '.join(sorted(states))})"
+    if roster == "none" and right in outcome.totals:  # on a row that has the name of the account or the group
+        return "listed" if "groups" in layout else "right"
     if listed(who, outcome.before) and (not unknown or f"{reached(who):.2f}" in outcome.totals):
         return "listed"
     return f"lost: {sorted(values)} ({', '.join(sorted(states))}) and not a word before the grading"
@@ -287,7 +292,7 @@ def listed(who: Student, text: str) -> bool:
     doubts = "\n".join(line for line in text.splitlines() if line.startswith("DOUBT"))
     team = who.team.lower().replace(" ", "-").replace("ω", "omega")
     words = [who.canvas, who.moodle, f"submission_{5000 + who.n}", hostile.canvas_name(who), hostile.moodle_name(who)]
-    words += [who.name, who.team, team, team.replace("-", "")]
+    words += [who.name, who.team, team, team.replace("-", ""), who.team.lower().replace(" ", "")]
     words += [f"'{who.login}'", f" {who.login} ", who.id, f"Single {who.n}"]
     if who.how == ANONYMOUS:
         words = [f"x{who.n}Kq", who.moodle, f"submission_{4000 + who.n}", "ghost-x", "Participant", "Single 48"]
@@ -295,6 +300,7 @@ def listed(who: Student, text: str) -> bool:
     return any(unicodedata.normalize("NFC", word) in doubts for word in words if word.strip())
 
 
+KINDS = ("right", "listed", "refused", "wrong", "lost")
 TABLE: list[str] = []
 
 
@@ -303,7 +309,7 @@ def test_nobody_has_anothers_grade_and_nobody_is_lost(layout, roster, tmp_path, 
     outcome = run(layout, roster, tmp_path, monkeypatch, capsys)
     verdicts = {who: judge(who, outcome, layout, roster) for who in CLASS}
     count = Counter(verdict.split(":")[0] for verdict in verdicts.values())
-    line = f"{layout:<16} {roster:<6}" + "".join(f"{count[kind]:>8}" for kind in ("right", "listed", "wrong", "lost"))
+    line = f"{layout:<16} {roster:<6}" + "".join(f"{count[kind]:>8}" for kind in KINDS)
     TABLE.append(line)
     print(line)
     bad = [
@@ -315,5 +321,14 @@ def test_nobody_has_anothers_grade_and_nobody_is_lost(layout, roster, tmp_path, 
 def test_zz_the_table(capsys):
     """Show the table; `pytest -s`, or in the report of a failure."""
     with capsys.disabled():
-        print("\n" + f"{'layout':<16} {'roster':<6}" + "".join(f"{k:>8}" for k in ("right", "listed", "wrong", "lost")))
+        print("\n" + f"{'layout':<16} {'roster':<6}" + "".join(f"{k:>8}" for k in KINDS))
         print("\n".join(TABLE))
+
+
+@pytest.mark.xfail(
+    strict=True, reason="a folder with nothing but a text counts as a package that cannot be graded: 0.00"
+)
+def test_a_text_entry_in_a_folder_waits_for_a_person_as_one_in_a_file_does(tmp_path, monkeypatch, capsys):
+    """Moodle puts online text into a folder by default: 0.00 went to the platform, and without folders no grade did."""
+    outcome = run("moodle", "sheet", tmp_path, monkeypatch, capsys)
+    assert outcome.values[36] == {""}
