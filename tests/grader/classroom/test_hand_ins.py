@@ -128,15 +128,15 @@ def test_the_figure_on_the_page_is_the_gradebooks(graded: ClassFolder):
     assert "2 started days late" in page
 
 
-@pytest.mark.parametrize("again", [command._write_pages, lambda folder: rescore(folder, jobs=1)])
+@pytest.mark.parametrize("again", [command.write_pages, lambda folder: rescore(folder, jobs=1)])
 def test_every_verb_that_changes_the_gradebook_writes_the_pages_with_it(graded: ClassFolder, again):
     graded.overrides.write_text("submissions: {team07: {adjust: {total: 12.5, why: x, by: Ada}}}")
     again(graded)
-    command._write_pages(graded)
+    command.write_pages(graded)
     assert finals(graded) == [([], 12.5)]
     assert "total of 12.5 points by Ada (x)" in (graded.submission("team07") / report.PAGE).read_text()
     graded.overrides.unlink()
-    command._write_pages(graded)
+    command.write_pages(graded)
     assert finals(graded) == [([], float(gradebook.read(graded).rows[0].total or 0))]
 
 
