@@ -23,7 +23,7 @@ def write_changed(share: Path, out: Path, names: str = "*.yaml") -> tuple[dict[P
     """Write changed copies of the parameter files in a share folder that match `names` to `out`.
 
     Returns:
-        the copies with the paths of the original files in `share`, and the values that were set in them by parameter name.
+        the copies with the paths of the original files in `share`, and the values set in them by parameter name.
     """
     copies: dict[Path, str] = {}
     values: dict[str, float] = {}

@@ -125,12 +125,16 @@ def run_trial(plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython |
     box, telltales = _sandbox(plan, request)
     one_thread = _has_one_thread(request.package)
     cpu_affinity.take_turns(one_thread)
-    with ExitStack() as others, sandbox.Process(_command(plan, install, request.ros_name), box, _LIMITS, warm) as process:
+    with (
+        ExitStack() as others,
+        sandbox.Process(_command(plan, install, request.ros_name), box, _LIMITS, warm) as process,
+    ):
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
         stage = Stage(plan, request.seed, simulator, process, request.domain_id, reliable=not request.best_effort)
         stage.start = lambda command: others.enter_context(sandbox.Process(command, box, _LIMITS, warm))
         stage.patience_s = request.patience_s
-        stage.package = request.ros_name
+        if plan.launch and plan.launch != OWN_LAUNCH:
+            stage.launch_file = _in_sandbox(install, request.ros_name, f"launch/{plan.launch}")
         stage.readers = _readers(install)
         stage.has_one_thread = one_thread
         for name, remappings in plan.beside.items():
