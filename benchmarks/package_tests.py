@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.sandbox_cost import REFERENCE, cpu_seconds
-from grader import build, sandbox
+from grader import building, sandbox
 from grader.evidence import Mutation
 from grader.mutation.mutant_run import mutate
 from grader.student_tests.discover import discover_tests
@@ -51,7 +51,7 @@ def main() -> None:
     sandbox.require()  # starts what all sandboxes share
     ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
     package = options.package.resolve()
-    built = build.build([package], build.cache_folder(), main=package.name)
+    built = building.build([package], building.cache_folder(), main=package.name)
     if not built.facts.ok:
         parser.error(f"{package} does not build; `grader check` says why")
     load = os.getloadavg()[0]

@@ -8,7 +8,7 @@ import random
 from pathlib import Path
 from typing import Any
 
-from grader import build, sandbox
+from grader import building, sandbox
 from grader.contract.spec import PACKAGE
 from grader.evidence import FunctionAnswer
 from grader.host import ros_env, tempdir
@@ -30,9 +30,9 @@ def ask_conversions(install: Path, seed: int, ros_name: str = PACKAGE) -> list[F
         questions_file.write_text(json.dumps(asked))
         inside, program = "/ws/questions.json", "/ws/conversions_worker.py"
         box = sandbox.Sandbox(
-            read_only={install: str(build.INSTALL), _WORKER: program, questions_file: inside},
+            read_only={install: str(building.INSTALL), _WORKER: program, questions_file: inside},
             writable={out: "/ws/out"},
-            environment=ros_env.environment(build.INSTALL, home=sandbox.HOME),
+            environment=ros_env.environment(building.INSTALL, home=sandbox.HOME),
         )
         command = ["python3", program, _module(install, ros_name), inside, "/ws/out/answers.json"]
         result = sandbox.run(command, box, sandbox.Limits(wall_seconds=30.0))

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from grader import build
+from grader import building
 from grader.contract import spec
 from grader.errors import GraderError
 from grader.host import ros_env
@@ -25,7 +25,7 @@ def load(workspace: Workspace) -> None:
     """
     if f"{spec.PACKAGE}.srv._set_speed" in sys.modules:
         return
-    install = build.build_contract(build.cache_folder()).install
+    install = building.build_contract(building.cache_folder()).install
     folder = str(install / "lib")
     present = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     if folder not in present:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace, TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-from grader import build
+from grader import building
 from grader.checks.judge import holding_on
 from grader.errors import KitError
 from grader.notebook import interface_types, node_build
@@ -244,7 +244,7 @@ class Run:
             self._start_node(progress)
 
     def _start_node(self, progress: Progress) -> None:
-        contract_is_built = build.contract_is_built(build.cache_folder())
+        contract_is_built = building.contract_is_built(building.cache_folder())
         try:
             progress.say(f"building your package{'' if contract_is_built else _FIRST_TIME}")
             install = node_build.install(self._workspace, self.node)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 import shutil
 from collections.abc import MutableMapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader import build
+from grader import building
 from grader.contract import spec
 from grader.errors import GraderError
 from grader.host import ros_env
+from grader.notebook import domain
 
 PACKAGE = spec.PACKAGE
 VARIABLE = "ROS2_COURSE_WS"
@@ -41,9 +41,8 @@ class Workspace:
 
     @property
     def domain_id(self) -> int:
-        """Return the DDS domain of this workspace, 1 to 100: two students on one machine must not hear each other."""
-        digest = hashlib.sha256(os.fsencode(self.root)).digest()
-        return 1 + int.from_bytes(digest[:4], "big") % 100
+        """Return the DDS domain of this workspace, 1 to 100."""
+        return domain.of(self.root)
 
     def shown(self, path: Path) -> str:
         """Return a path in the workspace as it is shown to students, the same on every machine."""
@@ -78,6 +77,7 @@ def open_workspace(notebook: str) -> Workspace:
     found.package.mkdir(parents=True, exist_ok=True)
     os.chdir(found.package)
     _write_colcon_defaults(found)
+    domain.claim(found.root)
     prepare(found, os.environ)
     return found
 
@@ -104,7 +104,7 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
         wanted |= {
             "CMAKE_C_COMPILER_LAUNCHER": "ccache",
             "CMAKE_CXX_COMPILER_LAUNCHER": "ccache",
-            "CCACHE_DIR": str(build.cache_folder() / "ccache"),
+            "CCACHE_DIR": str(building.cache_folder() / "ccache"),
             "CCACHE_READONLY": "1",  # only the kit's own builds write to it
             "CCACHE_TEMPDIR": "/tmp",
             "CCACHE_NOHASHDIR": "1",

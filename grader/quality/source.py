@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from grader import build
+from grader import building
 from grader.contract.layout import role
 from grader.evidence import Flag, Quality
 from grader.quality.analyse import analyse_package
@@ -30,7 +30,7 @@ class PackageText:
         # The linters take most of the time, and package.xml needs none.
         lint = bool(subject.settings.checked & (self.serves - self._without_linters))
         install = subject.install if subject.built is not None else None
-        decided_by = ("text", str(lint), subject.text, build.checksum(install) if install else "")
+        decided_by = ("text", str(lint), subject.text, building.checksum(install) if install else "")
         if kept := subject.kept.find(Quality, *decided_by):
             return Collected({"quality": kept[0]}, tuple(text_flags(kept[0])), kept={"text": kept[1]})
         found = analyse_package(subject.submission.package, subject.submission.interfaces, install, lint=lint)

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
-from grader.build import Built
+from grader.building import Built
 from grader.evidence import Flag, Trial
 from grader.settings import Settings
 from grader.source import Collected, Phase, Subject

@@ -23,7 +23,7 @@ from typing import Any, TextIO
 
 from rclpy.type_support import check_for_type_support
 
-from grader import build, evidence, sandbox
+from grader import building, evidence, sandbox
 from grader.errors import GraderError
 from grader.host import namespaces, shortage
 from grader.sandbox import warm_imports, warm_python
@@ -163,7 +163,7 @@ def _has_one_thread(package: str) -> bool:
 def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, dict[str, float]]:
     """Return the trial's sandbox, and the values that were changed in its parameter files."""
     install = Path(request.install)
-    visible = {install: str(build.INSTALL)}
+    visible = {install: str(building.INSTALL)}
     if request.package and plan.shows_source:
         visible[Path(request.package)] = str(SOURCE)
     telltales: dict[str, float] = {}
@@ -171,7 +171,7 @@ def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, d
         copies, telltales = parameter_files.write_changed(
             _share(install, request.ros_name), Path(f"{request.out}.config"), plan.params_file or "*.yaml"
         )
-        visible |= {copy: f"{_share(build.INSTALL, request.ros_name)}/{name}" for copy, name in copies.items()}
+        visible |= {copy: f"{_share(building.INSTALL, request.ros_name)}/{name}" for copy, name in copies.items()}
     if plan.launch:
         visible |= {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"}
     environment = {**NODE_ENVIRONMENT, "ROS_DOMAIN_ID": str(request.domain_id)}
@@ -180,7 +180,7 @@ def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, d
 
 def _readers(install: Path) -> dict[str, wire_layout.Reader]:
     """Return by topic how to read the messages of a type whose fields the submission has in its own order."""
-    text = build.interface_text(install, "msg/SensorFusionData", TYPES_PACKAGE)
+    text = building.interface_text(install, "msg/SensorFusionData", TYPES_PACKAGE)
     read = wire_layout.reader(text, SensorFusionData)
     return {"sensor_fusion_data": read} if read else {}
 
@@ -188,11 +188,11 @@ def _readers(install: Path) -> dict[str, wire_layout.Reader]:
 def _missing(plan: TrialPlan, install: Path, package: str) -> str:
     """Return in words what the trial needs and the package has not installed, "" if nothing is missing."""
     if plan.launch and plan.launch != OWN_LAUNCH:
-        found = build.shared_file(_share(install, package), f"launch/{plan.launch}")
+        found = building.shared_file(_share(install, package), f"launch/{plan.launch}")
         return "" if found else f"there is no launch/{plan.launch} in share/{package}"
     if not (install / "lib" / package / plan.node).is_file():
         return f"there is no executable {plan.node} in lib/{package}"
-    if plan.params_file and not build.shared_file(_share(install, package), f"config/{plan.params_file}"):
+    if plan.params_file and not building.shared_file(_share(install, package), f"config/{plan.params_file}"):
         return f"there is no config/{plan.params_file} in share/{package}"
     return ""
 
@@ -228,11 +228,11 @@ def _command(plan: TrialPlan, install: Path, package: str) -> list[str]:
 
 def _in_sandbox(install: Path, package: str, path: str) -> str:
     """Return where the sandbox has a file of the package's share folder; `_missing` has said that it is there."""
-    return f"{_share(build.INSTALL, package)}/{build.shared_file(_share(install, package), path)}"
+    return f"{_share(building.INSTALL, package)}/{building.shared_file(_share(install, package), path)}"
 
 
 def _node_command(package: str, executable: str, remappings: Mapping[str, str]) -> list[str]:
-    command = [f"{build.INSTALL}/lib/{package}/{executable}", "--ros-args", "-p", "use_sim_time:=true"]
+    command = [f"{building.INSTALL}/lib/{package}/{executable}", "--ros-args", "-p", "use_sim_time:=true"]
     for name, new in remappings.items():
         command += ["-r", f"{name}:={new}"]
     return command

@@ -22,7 +22,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from grader import KIT, evidence, sanitize
-from grader.build import install_tree
+from grader.building import install_tree
 from grader.contract import spec
 from grader.intake.package_xml import read_package_xml
 from grader.quality import junit_report

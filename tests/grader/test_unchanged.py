@@ -123,8 +123,8 @@ def test_no_source_runs_anything_where_only_what_is_kept_is_wanted(
 
 
 def test_nothing_is_built_where_only_what_is_kept_is_wanted(package: Path, tmp_path: Path, monkeypatch: Any):
-    monkeypatch.setattr("grader.build.build", None)
-    monkeypatch.setattr("grader.build.build_contract", None)
+    monkeypatch.setattr("grader.building.build", None)
+    monkeypatch.setattr("grader.building.build_contract", None)
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I1",), keep=True)
     assert pipeline.unchanged(package, settings) is None
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from grader import build
+from grader import building
 from grader.contract.spec import PACKAGE
 from grader.evidence import Trial
 from grader.trials import catalog, scheduler
@@ -60,7 +60,7 @@ Run = Callable[..., Trial]
 
 
 @pytest.fixture
-def run(contract: build.Built, tmp_path: Path) -> Run:
+def run(contract: building.Built, tmp_path: Path) -> Run:
     """Run a trial with a node whose code is given; its install tree has the contract's types and nothing else."""
 
     def run(trial: str, body: str, *, services: bool = True, package: Path | None = None) -> Trial:

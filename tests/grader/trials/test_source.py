@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from helpers import recordings
 
-from grader import KIT, build, evidence
-from grader.build import Built
+from grader import KIT, building, evidence
+from grader.building import Built
 from grader.evidence import Intake, Trial
 from grader.evidence.kept import Kept
 from grader.intake.submission import Submission
@@ -48,7 +48,7 @@ def subject(tmp_path: Path) -> Subject:
         path.write_text("1\n")
     for name in ("own", "contract"):
         (tmp_path / name / "install").mkdir(parents=True)
-        build.cache.write_checksum(tmp_path / name / "install", tmp_path / name / "install")
+        building.cache.write_checksum(tmp_path / name / "install", tmp_path / name / "install")
     own, contract = (
         Built(replace(evidence.Build.not_tried(), ok=True), tmp_path / name / "install") for name in ("own", "contract")
     )
@@ -97,7 +97,7 @@ def test_what_was_installed_decides_too(subject: Subject, ran: list[str]):
     Trials().collect(subject)
     ran.clear()
     (subject.install / "changed").touch()
-    build.cache.write_checksum(subject.install, subject.install)
+    building.cache.write_checksum(subject.install, subject.install)
     Trials().collect(again(subject))
     assert ran
 

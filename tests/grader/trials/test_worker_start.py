@@ -14,7 +14,7 @@ import pytest
 from helpers.programs import ENDS_WITH_MANY_STACKS
 from helpers.ros2_runs import until
 
-from grader import KIT, build
+from grader import KIT, building
 from grader.errors import GraderError
 from grader.trials import scheduler
 from grader.trials.worker_start import ForkedWorker, Worker, Workers
@@ -23,7 +23,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 
 
 @pytest.fixture
-def make(contract: build.Built, tmp_path: Path) -> Iterator[Callable[[str], Workers]]:
+def make(contract: building.Built, tmp_path: Path) -> Iterator[Callable[[str], Workers]]:
     """Return a function that makes Workers, each of whose processes runs some code first."""
     with ExitStack() as stack:
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.build import install_tree
+from grader.building import install_tree
 from grader.host import ros_env
 
 

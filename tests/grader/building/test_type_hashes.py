@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from grader.build import type_hashes
+from grader.building import type_hashes
 from grader.contract import spec
 
 

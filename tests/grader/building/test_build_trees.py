@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from grader import KIT, build, sandbox
-from grader.build import colcon
+from grader import KIT, building, sandbox
+from grader.building import colcon
 
 PACKAGE_XML = """<?xml version="1.0"?>
 <package format="3">
@@ -36,7 +36,7 @@ def built(folder: Path, cmake: str, **files: str) -> colcon.Built:
         path = package / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    return build.build([package], folder.parent / "cache", main="p")
+    return building.build([package], folder.parent / "cache", main="p")
 
 
 @pytest.mark.sandbox

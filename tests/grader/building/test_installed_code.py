@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from grader.build import installed_code, type_hashes
-from grader.build.type_hashes import Generated
+from grader.building import installed_code, type_hashes
+from grader.building.type_hashes import Generated
 from grader.host import ros_env
 
 CODE = 'def answer():\n    """Return the answer."""\n    return 42\n'
