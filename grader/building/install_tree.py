@@ -130,6 +130,16 @@ def regular_files(folder: Path) -> Iterator[Path]:
                 yield path
 
 
+def shared_file(share: Path, path: str) -> str:
+    """Return where a package's share folder holds a file such as launch/x.py, "" if it does not.
+
+    `ros2 launch` looks for its file anywhere in the share folder, and a launch file for its parameters where it likes.
+    """
+    wanted = Path(path)
+    found = {str(file.relative_to(share)) for file in regular_files(share) if file.name == wanted.name}
+    return path if path in found else min(found, default="")
+
+
 def main_package(install: Path, wanted: str) -> str:
     """Return the name under which a build has installed the package: the contract's, else `wanted`, else any.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from pathlib import PurePosixPath
 
 from grader import tracebacks
 from grader.checks.findings import place, some
@@ -90,13 +91,19 @@ class Judge:
 
         What the build has installed is not lacking, whatever the text seems to say.
         """
-        quality, build = self.evidence.quality, self.evidence.build
-        installed = {*build.executables, *build.misplaced, *build.shared_files}
+        quality = self.evidence.quality
         return [
             fault
             for fault in (quality.faults if quality is not None else ())
-            if fault.stops in stops and not (fault.lacks and installed.issuperset(fault.lacks))
+            if fault.stops in stops and not (fault.lacks and all(map(self.is_installed, fault.lacks)))
         ]
+
+    def is_installed(self, thing: str) -> bool:
+        """Return whether the build has installed an executable, or a file such as launch/x.py in the share folder."""
+        build = self.evidence.build
+        if "/" not in thing:
+            return thing in build.executables or thing in build.misplaced
+        return PurePosixPath(thing).name in {PurePosixPath(path).name for path in build.shared_files}
 
     def unwritten(self, things: Iterable[str]) -> list[str]:
         """Return which of these are files that the package does not have; [] if its text was not read."""

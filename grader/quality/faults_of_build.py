@@ -186,8 +186,8 @@ def _installed_paths(sources: PackageSources, cmake: CMakeText) -> Iterator[Faul
 
 def _uninstalled(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
     """Yield the contract's launch and config files that nothing installs where `ros2 launch` looks."""
-    shared = {path for command in cmake.named("install") for path in _shared(sources, command)}
-    lost = [path for path in _SHARED if path in sources.paths and path not in shared]
+    shared = {PurePosixPath(path).name for command in cmake.named("install") for path in _shared(sources, command)}
+    lost = [path for path in _SHARED if path in sources.paths and PurePosixPath(path).name not in shared]
     if lost and not is_unclear(sources):
         text = f"nothing installs {', '.join(f'`{path}`' for path in lost)} in share/{sources.name}"
         yield Fault(_CMAKE, 0, "install", text, _INSTALL_SHARED, lacks=lost)

@@ -19,16 +19,15 @@ TELLTALES = {
 _MAX_BYTES = 100_000
 
 
-def write_changed(config: Path, out: Path, names: str = "*.yaml") -> tuple[dict[Path, str], dict[str, float]]:
-    """Write changed copies of the parameter files in `config` that match `names` to `out`.
+def write_changed(share: Path, out: Path, names: str = "*.yaml") -> tuple[dict[Path, str], dict[str, float]]:
+    """Write changed copies of the parameter files in a share folder that match `names` to `out`.
 
     Returns:
-        the copies with the names of the original files, and the values that were set in them by parameter name.
+        the copies with the paths of the original files in `share`, and the values set in them by parameter name.
     """
     copies: dict[Path, str] = {}
     values: dict[str, float] = {}
-    out.mkdir(parents=True, exist_ok=True)
-    for path in sorted(config.glob(names)):
+    for path in sorted(share.rglob(names)):
         document = _load(path)
         set_here: dict[str, float] = {}
         for parameters in _parameter_blocks(document):
@@ -37,9 +36,10 @@ def write_changed(config: Path, out: Path, names: str = "*.yaml") -> tuple[dict[
                     parameters[name] = set_here[name] = typed
         text = _dump(document)
         if text is not None:
-            copy = out / path.name
+            copy = out / path.relative_to(share)
+            copy.parent.mkdir(parents=True, exist_ok=True)
             copy.write_text(text)
-            copies[copy] = path.name
+            copies[copy] = str(path.relative_to(share))
             values |= set_here
     return copies, values
 

@@ -19,8 +19,6 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default
 from std_msgs.msg import Float32
 
 from grader import evidence, sandbox
-from grader.building import INSTALL
-from grader.contract.spec import PACKAGE
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.goal import SentGoal
@@ -68,8 +66,8 @@ class Stage(Observation):
     """A node, a robot and a world, controlled by a trial's script. Times are simulated seconds since the start."""
 
     _scan_filter = _ScanFilter()
-    package = PACKAGE
-    """The name by which `ros2 run` finds the package."""
+    launch_file = ""
+    """Where the sandbox has the trial's launch file."""
     readers: Mapping[str, Reader] = MappingProxyType({})
     """By topic, how to read messages whose fields the submission has in another order than the contract."""
 
@@ -281,8 +279,7 @@ class Stage(Observation):
 
     def list_launch_arguments(self) -> None:
         """Run the trial's launch file with --show-args; the output is recorded as that of the process "arguments"."""
-        file = f"{INSTALL}/share/{self.package}/launch/{self.plan.launch}"
-        process = self.others["arguments"] = self.start([*sandbox.LAUNCH, file, "--show-args"])
+        process = self.others["arguments"] = self.start([*sandbox.LAUNCH, self.launch_file, "--show-args"])
         self.bridge.spin_until(lambda: process.exit_code() is not None, _SHOW_ARGS_WALL_S)
 
     def run_script(self, script: str) -> Program:

@@ -125,12 +125,16 @@ def run_trial(plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython |
     box, telltales = _sandbox(plan, request)
     one_thread = _has_one_thread(request.package)
     cpu_affinity.take_turns(one_thread)
-    with ExitStack() as others, sandbox.Process(_command(plan, request.ros_name), box, _LIMITS, warm) as process:
+    with (
+        ExitStack() as others,
+        sandbox.Process(_command(plan, install, request.ros_name), box, _LIMITS, warm) as process,
+    ):
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
         stage = Stage(plan, request.seed, simulator, process, request.domain_id, reliable=not request.best_effort)
         stage.start = lambda command: others.enter_context(sandbox.Process(command, box, _LIMITS, warm))
         stage.patience_s = request.patience_s
-        stage.package = request.ros_name
+        if plan.launch and plan.launch != OWN_LAUNCH:
+            stage.launch_file = _in_sandbox(install, request.ros_name, f"launch/{plan.launch}")
         stage.readers = _readers(install)
         stage.has_one_thread = one_thread
         for name, remappings in plan.beside.items():
@@ -165,11 +169,9 @@ def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, d
     telltales: dict[str, float] = {}
     if plan.launch or plan.params_file:
         copies, telltales = parameter_files.write_changed(
-            _share(install, request.ros_name) / "config", Path(f"{request.out}.config"), plan.params_file or "*.yaml"
+            _share(install, request.ros_name), Path(f"{request.out}.config"), plan.params_file or "*.yaml"
         )
-        visible |= {
-            copy: f"{_share(building.INSTALL, request.ros_name)}/config/{name}" for copy, name in copies.items()
-        }
+        visible |= {copy: f"{_share(building.INSTALL, request.ros_name)}/{name}" for copy, name in copies.items()}
     if plan.launch:
         visible |= {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"}
     environment = {**NODE_ENVIRONMENT, "ROS_DOMAIN_ID": str(request.domain_id)}
@@ -186,11 +188,11 @@ def _readers(install: Path) -> dict[str, wire_layout.Reader]:
 def _missing(plan: TrialPlan, install: Path, package: str) -> str:
     """Return in words what the trial needs and the package has not installed, "" if nothing is missing."""
     if plan.launch and plan.launch != OWN_LAUNCH:
-        found = (_share(install, package) / "launch" / plan.launch).is_file()
+        found = building.shared_file(_share(install, package), f"launch/{plan.launch}")
         return "" if found else f"there is no launch/{plan.launch} in share/{package}"
     if not (install / "lib" / package / plan.node).is_file():
         return f"there is no executable {plan.node} in lib/{package}"
-    if plan.params_file and not (_share(install, package) / "config" / plan.params_file).is_file():
+    if plan.params_file and not building.shared_file(_share(install, package), f"config/{plan.params_file}"):
         return f"there is no config/{plan.params_file} in share/{package}"
     return ""
 
@@ -209,19 +211,24 @@ def _transformed_world(plan: TrialPlan, seed: int) -> World:
     )
 
 
-def _command(plan: TrialPlan, package: str) -> list[str]:
+def _command(plan: TrialPlan, install: Path, package: str) -> list[str]:
     if plan.launch:
         if plan.launch == OWN_LAUNCH:
             return [*sandbox.LAUNCH, f"/ws/launch/{plan.launch}", f"package:={package}"]
-        file = f"{_share(building.INSTALL, package)}/launch/{plan.launch}"
+        file = _in_sandbox(install, package, f"launch/{plan.launch}")
         given = [] if plan.use_sim_time is None else [f"use_sim_time:={_parameter(plan.use_sim_time)}"]
         return [*sandbox.LAUNCH, file, *given]
     command = _node_command(package, plan.node, plan.remappings)
     if plan.params_file:
-        command += ["--params-file", f"{_share(building.INSTALL, package)}/config/{plan.params_file}"]
+        command += ["--params-file", _in_sandbox(install, package, f"config/{plan.params_file}")]
     for name, value in plan.parameters.items():
         command += ["-p", f"{name}:={_parameter(value)}"]
     return command
+
+
+def _in_sandbox(install: Path, package: str, path: str) -> str:
+    """Return where the sandbox has a file of the package's share folder; `_missing` has said that it is there."""
+    return f"{_share(building.INSTALL, package)}/{building.shared_file(_share(install, package), path)}"
 
 
 def _node_command(package: str, executable: str, remappings: Mapping[str, str]) -> list[str]:

@@ -126,6 +126,15 @@ VARIANTS = {
             ),
         ),
         Variant(
+            "share_root",
+            "Launch and parameter files are installed in the root of the share folder, as in many tutorials.",
+            changes=(
+                ("CMakeLists.txt", "install(DIRECTORY launch config\n", "install(DIRECTORY launch/ config/\n"),
+                ("launch/robot_controller_launch.py", "'ros2_robot_controller'), 'config']", "'ros2_robot_controller')]"),
+                ("launch/sensor_processor_launch.py", "share, 'config', 'sensor", "share, 'sensor"),
+            ),
+        ),
+        Variant(
             "events",
             "An events executor, lambdas and partials, async timers, settings read once, own QoS.",
             without=_LAYERS,

@@ -31,14 +31,17 @@ def test_a_package_of_the_contracts_name_passes():
     assert ask(BUILDS, evidence_with(build=BUILT)).share == 1
 
 
-def test_launch_files_in_the_root_of_the_share_folder_are_found():
-    """It was once said that there was "no launch or config file"."""
+def test_launch_files_in_the_root_of_the_share_folder_count_where_they_are():
+    """Tutorials install them there, and `ros2 launch` finds them; it cost them I1, I5 and a part of I6."""
     check = find("check_build::test_launch_and_config_are_installed")
-    found = ["package.xml", "robot_controller_launch.py", "config/robot_params.yaml", "config/sensor_params.yaml"]
+    found = ["package.xml", "robot_controller_launch.py", "config/robot_params.yaml", "settings/sensor_params.yaml"]
     text = Quality(Manifest(found=True, has_cmake=True), paths=list(LAYOUT))
     said = ask(check, evidence_with(build=replace(BUILT, shared_files=found), quality=text))
-    assert said.share == 0.5
-    assert said.seen.endswith("found: robot_controller_launch.py, config/robot_params.yaml, config/sensor_params.yaml")
+    assert said.share == 0.75
+    assert said.seen == (
+        "missing: launch/sensor_processor_launch.py; "
+        "found: robot_controller_launch.py, config/robot_params.yaml, settings/sensor_params.yaml"
+    )
     assert said.try_.startswith("install(DIRECTORY launch config")
 
 
