@@ -276,7 +276,8 @@ def judge(who: Student, outcome: Outcome, layout: str, roster: str) -> str:
         return "right"
     if right is not None and values == {right}:
         return "right"
-    if who.how in ("text", "link") and "cannot be graded" in states:
+    named_after_groups = roster == "none" and "groups" in layout
+    if who.how in ("text", "link") and ("cannot be graded" in states or named_after_groups):
         return "refused"  # a folder without a package, with the reason in the report
     if "nothing handed in" in states or any(value and not Decimal(value) for value in values):
         return f"lost: handed in, and has {sorted(values)} ({', '.join(sorted(states))})"
