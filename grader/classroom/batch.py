@@ -21,6 +21,7 @@ from grader.classroom.class_folder import CLASS, RUBRIC, ClassFacts, ClassFolder
 from grader.classroom.entry import Entry
 from grader.classroom.one_grading import Ending, Order, Runner
 from grader.classroom.roster import Person
+from grader.course import kits_own
 from grader.host import provenance, shortage
 from grader.host.atomic import write_atomically
 from grader.scoring import rubric
@@ -100,7 +101,7 @@ def run(source: Path, out: Path, people: Sequence[Person], options: Options, sai
         SubmissionError: the archive of the class cannot be opened.
     """
     started = time.monotonic()
-    whole = rubric.load(options.rubric, checks_run.known())
+    whole = rubric.load(options.rubric, checks_run.known(kits_own()))
     if not options.scheduler:
         sandbox.require()
     folder = ClassFolder(out)

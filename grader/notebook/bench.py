@@ -5,10 +5,9 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from grader.contract.spec import PACKAGE
 from grader.notebook import interface_types, workspace
 from grader.notebook.tables import MissingError
-from grader.notebook.workspace import NOTEBOOK
+from grader.notebook.workspace import NOTEBOOK, course
 
 BENCH_DOMAIN = 101  # workspaces have 1 to 100: nothing on a bench is heard elsewhere
 _TICK_S = 0.05
@@ -35,7 +34,7 @@ def mine(module: str) -> Any:
     if _needs_interfaces(module):
         interface_types.load(workspace.find())
     try:
-        return importlib.import_module(f"{PACKAGE}.{module}")
+        return importlib.import_module(f"{course().package}.{module}")
     except Exception as error:  # whatever the student's text raises while it is imported
         why = f"{module} cannot be imported: {error}"
         if isinstance(error, ModuleNotFoundError):

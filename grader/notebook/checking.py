@@ -89,7 +89,7 @@ def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Pr
         fresh=fresh or FRESH in os.environ, progress=progress.say,
     )  # fmt: skip
     # Text alone is read in a second; a process of its own for it would take as long.
-    grade = check_process.grade if needs_build(settings.checked, [package]) else pipeline.grade
+    grade = check_process.grade if needs_build(settings, [package]) else pipeline.grade
     with _LOCK, tempfile.TemporaryDirectory(prefix="check-") as scratch:
         return pipeline.unchanged(package, settings) or grade(package, Path(scratch) / "out", settings)
 

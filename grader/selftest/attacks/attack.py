@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from grader.contract.spec import PACKAGE
+from grader.course import kits_own
+
+PACKAGE = kits_own().package
 
 Change = Callable[[Path], None]
 """An edit of a package's folder."""

@@ -7,8 +7,11 @@ from __future__ import annotations
 import zipfile
 from pathlib import Path
 
-from grader.contract.spec import NODES, PACKAGE
+from grader.course import kits_own
 from grader.selftest.attacks.attack import Attack, append, attack, cmake, put
+
+PACKAGE = kits_own().package
+NODES = tuple(kits_own().nodes)
 
 # Repeats a command's output at the end: of a build's log only the tail is kept.
 _PROBE = """execute_process(COMMAND sh -c [[{}]]

@@ -8,8 +8,10 @@ import zlib
 from collections.abc import Callable
 from pathlib import Path
 
-from grader.contract.spec import NODES
+from grader.course import kits_own
 from grader.selftest.attacks.attack import Attack, Change, append, attack, put
+
+NODES = tuple(kits_own().nodes)
 
 _TEST = "test/test_robot_controller.py"
 _FORGE = """
