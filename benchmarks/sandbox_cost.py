@@ -23,7 +23,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from grader import build, pipeline, sandbox
+from grader import building, pipeline, sandbox
 from grader.host import procfs, ros_env
 from grader.scoring import rubric
 from grader.settings import Settings
@@ -141,7 +141,7 @@ def grading(only: Sequence[str]) -> tuple[int, float]:
         plain(self, *arguments)  # type: ignore[arg-type]
 
     sandbox.Process.__init__ = counted  # type: ignore[method-assign]
-    settings = Settings(rubric=rubric.load(ROOT / "rubric.yaml"), cache=build.cache_folder())
+    settings = Settings(rubric=rubric.load(ROOT / "rubric.yaml"), cache=building.cache_folder())
     found = []
     with tempfile.TemporaryDirectory() as out:
         chosen = replace(settings, requirements=tuple(only))

@@ -50,10 +50,10 @@ def _supervised(options: argparse.Namespace) -> int:
         words, status = f"interrupted; {options.interrupted}", EXIT_INTERRUPTED
     except GraderError as error:
         words, status = str(error), EXIT_OUR_FAULT
-    from grader import build
-    from grader.build import pruning
+    from grader import building
+    from grader.building import pruning
 
-    pruning.remove_abandoned(getattr(options, "cache", None) or build.cache_folder())
+    pruning.remove_abandoned(getattr(options, "cache", None) or building.cache_folder())
     if out is not None:
         atomic.remove_left(out, new=new)
     _Progress().done()
@@ -263,7 +263,7 @@ def _seconds(text: str) -> float:
 
 def _grade(options: argparse.Namespace) -> int:
     # Imported here, so that `grader --help` and `grader doctor` answer at once, even on hosts that lack half of this.
-    from grader import build, pipeline, report
+    from grader import building, pipeline, report
     from grader.checks import checks_run
     from grader.course import kits_own
     from grader.report import console
@@ -274,7 +274,7 @@ def _grade(options: argparse.Namespace) -> int:
     progress = _Progress()
     settings = pipeline.Settings(
         rubric=rubric.load(options.rubric or rubric.RUBRIC, checks_run.known(kits_own())),
-        cache=options.cache or build.cache_folder(),
+        cache=options.cache or building.cache_folder(),
         seed=options.seed,
         build_seconds=options.build_timeout,
         mutation_budget_s=options.mutation_budget,
@@ -302,7 +302,7 @@ def _grade(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from grader import build, pipeline
+    from grader import building, pipeline
     from grader.report import console
     from grader.scoring import rubric
 
@@ -317,7 +317,7 @@ def _check(options: argparse.Namespace) -> int:
     progress = _Progress()
     settings = pipeline.Settings(
         rubric=whole,
-        cache=options.cache or build.cache_folder(),
+        cache=options.cache or building.cache_folder(),
         seed=options.seed,
         requirements=tuple(options.requirements),
         keep=True,
@@ -406,12 +406,12 @@ def _doctor(_options: argparse.Namespace) -> int:
 
 
 def _cache(options: argparse.Namespace) -> int:
-    from grader import build
-    from grader.build import pruning
+    from grader import building
+    from grader.building import pruning
 
     if options.older_than is not None and not options.prune:
         raise UsageError("--older-than says what to remove.", "Add --prune, or leave it out.")
-    folder: Path = options.cache or build.cache_folder()
+    folder: Path = options.cache or building.cache_folder()
     if options.prune:
         done = pruning.prune(folder, 30.0 if options.older_than is None else options.older_than)
         gone = [

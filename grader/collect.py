@@ -9,8 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from grader import build
-from grader.build import Built
+from grader import building
+from grader.building import Built
 from grader.course import Course
 from grader.evidence import Build, Evidence
 from grader.evidence.kept import Kept, NotKept, forget_old
@@ -51,7 +51,7 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
         if needs_build(settings, _folders(submission)):
             contract = _contract(submission, settings)
             observers = None
-            if _TRIALS in wanted and not build.is_built(_folders(submission), settings.cache, settings.course):
+            if _TRIALS in wanted and not building.is_built(_folders(submission), settings.cache, settings.course):
                 beside = folder / "observers"
                 beside.mkdir()
                 observers = stack.enter_context(_TRIALS.start_observers(settings, contract, beside))
@@ -77,7 +77,7 @@ def kept_evidence(settings: Settings) -> Kept:
     folder = settings.cache / "evidence"
     if not settings.only_kept:
         forget_old(folder)
-    common = (provenance.kit_hash(), build.toolchain_id(), str(settings.seed), str(namespaces.sandbox_disabled()))
+    common = (provenance.kit_hash(), building.toolchain_id(), str(settings.seed), str(namespaces.sandbox_disabled()))
     return Kept(folder, common, settings.fresh, settings.only_kept)
 
 
@@ -107,30 +107,32 @@ def _folders(submission: Submission) -> list[Path]:
 
 def _contract(submission: Submission, settings: Settings) -> Built:
     """Return the build of the contract's interfaces."""
-    is_built = build.contract_is_built(settings.cache, settings.course)
-    if settings.only_kept and not (is_built and build.is_built(_folders(submission), settings.cache, settings.course)):
+    is_built = building.contract_is_built(settings.cache, settings.course)
+    if settings.only_kept and not (
+        is_built and building.is_built(_folders(submission), settings.cache, settings.course)
+    ):
         raise NotKept
     if not is_built:
         settings.progress("building the contract's interfaces: once on this machine, about a minute")
-    return build.build_contract(settings.cache, settings.course)
+    return building.build_contract(settings.cache, settings.course)
 
 
 def _build(submission: Submission, contract: Built, settings: Settings) -> tuple[Built, Built]:
     """Return the submission's build, and that of the contract's interfaces under the name that it has for them."""
     settings.progress("building the package")
     main, course = submission.intake.package, settings.course
-    built = build.build(_folders(submission), settings.cache, course, seconds=settings.build_seconds, main=main)
+    built = building.build(_folders(submission), settings.cache, course, seconds=settings.build_seconds, main=main)
     if (types := built.facts.types_package) != course.package:
         if settings.only_kept:  # the contract under that name may have to be built
             raise NotKept
         settings.progress(f"building the contract's interfaces as {types}: once on this machine, about a minute")
-        contract = build.build_contract(settings.cache, course, types)
+        contract = building.build_contract(settings.cache, course, types)
     name = built.facts.package
     facts = replace(
         built.facts,
         contract_hashes=contract.facts.type_hashes,
         contract_texts=contract.facts.interface_texts,
-        named_in=build.places_of_name(submission.package, name) if name != course.package else [],
+        named_in=building.places_of_name(submission.package, name) if name != course.package else [],
     )
     return replace(built, facts=facts), contract
 

@@ -9,8 +9,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
-from grader import build
-from grader.build import Built
+from grader import building
+from grader.building import Built
 from grader.checks import checks_run
 from grader.evidence import Flag
 from grader.evidence.kept import Kept
@@ -55,14 +55,14 @@ class Subject:
     def text(self) -> str:
         """Return a hash of everything that was handed in of the package and its interfaces."""
         submission = self.submission
-        return build.content_key([path for path in (submission.package, submission.interfaces) if path])
+        return building.content_key([path for path in (submission.package, submission.interfaces) if path])
 
     @cached_property
     def program(self) -> str:
         """Return a hash of all that nodes can see: what is installed, and the package without its tests."""
         assert self.contract is not None
-        trees = (build.checksum(self.install), build.checksum(self.contract.install), self.ros_name)
-        return build.content_key([self.submission.package], *trees, leaving_out=("test", "tests", *_NO_SOURCE))
+        trees = (building.checksum(self.install), building.checksum(self.contract.install), self.ros_name)
+        return building.content_key([self.submission.package], *trees, leaving_out=("test", "tests", *_NO_SOURCE))
 
     @property
     def install(self) -> Path:

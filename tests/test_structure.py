@@ -17,8 +17,8 @@ from grader import KIT
 ROOMS = (
     "cli", "selftest", "authoring", "notebook", "classroom", "pipeline", "collect",
     "mutation", "student_tests", "trials", "conversions", "quality",
-    "source", "settings", "report", "checks", "scoring", "build", "sandbox", "intake", "host", "evidence", "contract",
-    "python_ast", "tracebacks", "yaml_reader", "sanitize", "errors", "",
+    "source", "settings", "report", "checks", "scoring", "building", "sandbox", "intake", "host", "evidence",
+    "contract", "python_ast", "tracebacks", "yaml_reader", "sanitize", "errors", "",
 )  # fmt: skip
 CHECKS_MAY_IMPORT = {"checks", "evidence", "contract", "scoring", "errors", "host", "tracebacks", ""}
 """`scoring` for the outcomes, `host` for running pytest; nothing that collects."""

@@ -199,7 +199,7 @@ def _die_with_parent() -> None:
 
 def _grade(order: Order) -> Ending:
     # Imported here: a parent that only starts children needs none of it.
-    from grader import build, pipeline, report
+    from grader import building, pipeline, report
     from grader.scoring import rubric
     from grader.scoring.grading import HandIn
 
@@ -208,7 +208,7 @@ def _grade(order: Order) -> Ending:
         file.flush()
         settings = pipeline.Settings(
             rubric=rubric.load(Path(file.name)),
-            cache=Path(order.cache) if order.cache else build.cache_folder(),
+            cache=Path(order.cache) if order.cache else building.cache_folder(),
             seed=order.seed,
             mutation_budget_s=order.mutation_budget_s,
             keep=True,

@@ -7,7 +7,7 @@ import random
 from pathlib import Path
 from typing import Any
 
-from grader import build, sandbox
+from grader import building, sandbox
 from grader.course import Course
 from grader.course.reader import modules
 from grader.evidence import FunctionAnswer
@@ -32,9 +32,9 @@ def call_functions(install: Path, seed: int, course: Course, ros_name: str = "")
         questions_file.write_text(json.dumps(asked))
         inside, program = "/ws/questions.json", "/ws/functions_worker.py"
         box = sandbox.Sandbox(
-            read_only={install: str(build.INSTALL), _WORKER: program, questions_file: inside},
+            read_only={install: str(building.INSTALL), _WORKER: program, questions_file: inside},
             writable={out: "/ws/out"},
-            environment=ros_env.environment(build.INSTALL, home=sandbox.HOME),
+            environment=ros_env.environment(building.INSTALL, home=sandbox.HOME),
         )
         command = ["python3", program, _module(install, course, ros_name), inside, "/ws/out/answers.json"]
         result = sandbox.run(command, box, sandbox.Limits(wall_seconds=30.0))

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Sequence
 from pathlib import Path
 
-from grader import build, pipeline
+from grader import building, pipeline
 from grader.collect import needs_build
 from grader.errors import KitError, SubmissionError
 from grader.evidence import Mutant, short_name
@@ -84,7 +84,7 @@ def _requirement(whole: Rubric, name: str) -> Requirement:
 
 def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Progress, *, fresh: bool) -> Grading:
     settings = Settings(
-        rubric=whole, cache=build.cache_folder(), requirements=tuple(requirement.id for requirement in wanted),
+        rubric=whole, cache=building.cache_folder(), requirements=tuple(requirement.id for requirement in wanted),
         mutation_budget_s=MUTATION_BUDGET_S, best_effort=True, keep=True, keep_runs=True,
         fresh=fresh or FRESH in os.environ, progress=progress.say,
     )  # fmt: skip

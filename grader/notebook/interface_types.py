@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from grader import build
+from grader import building
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook.workspace import Workspace, course
@@ -27,7 +27,7 @@ def load(workspace: Workspace) -> None:
     package = course().package
     if any(f"{package}.{kind}" in sys.modules for kind in _KINDS):
         return
-    install = build.build_contract(build.cache_folder(), course()).install
+    install = building.build_contract(building.cache_folder(), course()).install
     folder = str(install / "lib")
     present = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     if folder not in present:

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from grader import build
+from grader import building
 from grader.errors import SubmissionError
 from grader.host import ros_env
 from grader.notebook import prerequisites
@@ -25,7 +25,7 @@ def install(workspace: Workspace, node: str) -> Path:
     gap = prerequisites.first_missing(workspace.package, wanted, os.environ.get(NOTEBOOK, ""))
     if gap is not None:
         raise SubmissionError(f"{gap.seen}; {gap.try_}")
-    built = build.build([workspace.package], build.cache_folder(), course())
+    built = building.build([workspace.package], building.cache_folder(), course())
     if not built.facts.ok:
         raise SubmissionError(f"the package does not build: {prerequisites.first_error(built.facts)}")
     if node not in built.facts.executables:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from grader import build, pipeline
+from grader import building, pipeline
 from grader.errors import SubmissionError
 from grader.evidence import Flag
 from grader.intake import course_marker
@@ -115,7 +115,7 @@ def submit(
         )
         if not check:
             return found
-        settings = pipeline.Settings(rubric.load(RUBRIC), build.cache_folder(), progress=progress)
+        settings = pipeline.Settings(rubric.load(RUBRIC), building.cache_folder(), progress=progress)
         graded = pipeline.grade(target, Path(scratch) / "out", settings)
     return replace(found, grading=graded)
 

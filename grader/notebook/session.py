@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace, TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
-from grader import build
+from grader import building
 from grader.checks.judge import holding_on
 from grader.errors import KitError
 from grader.notebook import interface_types, node_build
@@ -242,7 +242,7 @@ class Run:
             self._start_node(progress)
 
     def _start_node(self, progress: Progress) -> None:
-        contract_is_built = build.contract_is_built(build.cache_folder(), course())
+        contract_is_built = building.contract_is_built(building.cache_folder(), course())
         try:
             progress.say(f"building your package{'' if contract_is_built else _FIRST_TIME}")
             install = node_build.install(self._workspace, self.node)
@@ -259,7 +259,8 @@ class Run:
         self._process = process = NodeProcess(command, node_build.environment(install, self._workspace))
         self._stage = WatchedStage(
             course(), self.node, self.simulator, process,
-            domain_id=self._workspace.domain_id, remappings=self._remappings, recorder=self._recorder, messages=self._recorded, package=self._workspace.package,
+            domain_id=self._workspace.domain_id, remappings=self._remappings, recorder=self._recorder,
+            messages=self._recorded, package=self._workspace.package,
         )  # fmt: skip
         # For a run without references to it; when the kernel ends, the processes end by themselves.
         self._finish = weakref.finalize(self, _finish, process, self._stage)

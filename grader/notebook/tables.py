@@ -10,7 +10,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from grader import build
+from grader import building
 from grader.notebook import interface_types, workspace
 from grader.notebook.feedback import Progress
 
@@ -60,7 +60,7 @@ def _read_in(file: Path, names: dict[str, object]) -> str:
         text = file.read_text(encoding="utf-8")
         if _INTERFACES.search(text):
             with Progress() as progress:
-                if not build.contract_is_built(build.cache_folder(), workspace.course()):
+                if not building.contract_is_built(building.cache_folder(), workspace.course()):
                     progress.say("building the contract's interfaces: once on this machine, about a minute")
                 interface_types.load(workspace.find())
         for statement in ast.parse(text).body:

@@ -10,7 +10,7 @@ from collections.abc import MutableMapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader import build
+from grader import building
 from grader.course import Course, kits_own, load
 from grader.errors import GraderError
 from grader.host import ros_env
@@ -110,7 +110,7 @@ def prepare(workspace: Workspace, environment: MutableMapping[str, str]) -> None
         wanted |= {
             "CMAKE_C_COMPILER_LAUNCHER": "ccache",
             "CMAKE_CXX_COMPILER_LAUNCHER": "ccache",
-            "CCACHE_DIR": str(build.cache_folder() / "ccache"),
+            "CCACHE_DIR": str(building.cache_folder() / "ccache"),
             "CCACHE_READONLY": "1",  # only the kit's own builds write to it
             "CCACHE_TEMPDIR": "/tmp",
             "CCACHE_NOHASHDIR": "1",

@@ -8,7 +8,7 @@ from collections.abc import Collection, Container, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
-from grader.build import installed_code
+from grader.building import installed_code
 from grader.evidence import reading_limits
 from grader.host import ros_env
 from grader.python_ast import parse

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from grader import build
+from grader import building
 from grader.course import role
 from grader.evidence import Flag, Quality
 from grader.quality.analyse import analyse_package
@@ -34,7 +34,7 @@ class PackageText:
         settings = subject.settings
         lint = bool(settings.checked & served(settings, "linters"))
         install = subject.install if subject.built is not None else None
-        decided_by = ("text", str(lint), subject.text, build.checksum(install) if install else "")
+        decided_by = ("text", str(lint), subject.text, building.checksum(install) if install else "")
         if kept := subject.kept.find(Quality, *decided_by):
             flags = text_flags(kept[0], settings.course.package)
             return Collected({"quality": kept[0]}, tuple(flags), kept={"text": kept[1]})

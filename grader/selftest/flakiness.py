@@ -208,11 +208,11 @@ def main(options: argparse.Namespace) -> int:
 
 def _grade_once(submission: Path, out: Path, requirements: str) -> None:
     """Grade once, in this process."""
-    from grader import build, pipeline, report
+    from grader import building, pipeline, report
 
     settings = pipeline.Settings(
         rubric=rubric.load(rubric.RUBRIC),
-        cache=build.cache_folder(),
+        cache=building.cache_folder(),
         requirements=tuple(filter(None, requirements.split(","))),
     )
     pipeline.grade(submission, out, settings, write=report.write)

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from grader import build, sandbox
+from grader import building, sandbox
 from grader.evidence import FileCoverage
 from grader.host import ros_env
 from grader.python_ast import first_line, parse
@@ -53,7 +53,7 @@ def combine(
     for number, path in enumerate(kept):  # several workers may have measured, each with numbers of its own
         path.rename(out / f"coverage.{number}")
     box = sandbox.Sandbox(
-        read_only={install: str(build.INSTALL), folder / "coveragerc": "/ws/coveragerc", package: str(PACKAGE)},
+        read_only={install: str(building.INSTALL), folder / "coveragerc": "/ws/coveragerc", package: str(PACKAGE)},
         writable={out: "/ws/out"},
         environment=ros_env.environment(home=sandbox.HOME),
         cwd="/ws/out",

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from grader import build
+from grader import building
 from grader.host import ros_env
 from grader.sandbox import untrusted
 
 PACKAGE = Path("/ws/package")
 """The source folder, inside the sandbox."""
-MODULES = build.INSTALL / ros_env.SITE_IN_PREFIX
+MODULES = building.INSTALL / ros_env.SITE_IN_PREFIX
 """The folder of the installed modules, inside the sandbox: that of the package itself and any other Python package."""
 # Every Python package may have such folders with its types; the build makes sure that they hold nothing else.
 _GENERATED = ("msg", "srv", "action")

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from grader.build import installed_code
+from grader.building import installed_code
 from grader.course import Course
 from grader.evidence import Flag
 from grader.host import ros_env

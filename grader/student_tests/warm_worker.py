@@ -17,7 +17,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import TypeVar
 
-from grader import build, sandbox
+from grader import building, sandbox
 from grader.errors import GraderError
 from grader.host import ros_env, tempdir
 from grader.sandbox import untrusted
@@ -217,7 +217,7 @@ def _start(
     for name in ("requests", "out", "data"):
         (folder / name).mkdir()
     shutil.copytree(package, folder / "package", symlinks=True, ignore=_NOT_COPIED)
-    modules = install / MODULES.relative_to(build.INSTALL)
+    modules = install / MODULES.relative_to(building.INSTALL)
     if modules.is_dir():
         shutil.copytree(modules, folder / "modules", symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
     else:
@@ -230,12 +230,12 @@ def _start(
     # Importing ROS takes the worker a second; a package that does not use it need not wait for that.
     warm = any("rclpy" in (untrusted.read_text(path) or "") for path in (folder / "package").rglob("*.py"))
     (folder / "requests" / "settings.json").write_text(json.dumps({"modules": str(MODULES), "warm": warm}))
-    environment = ros_env.environment(build.INSTALL, home=sandbox.HOME) | _ENVIRONMENT
+    environment = ros_env.environment(building.INSTALL, home=sandbox.HOME) | _ENVIRONMENT
     # The worker starts without the install tree on its path: a sitecustomize in it must not be imported first.
     environment.pop("PYTHONPATH")
     box = sandbox.Sandbox(
         read_only={
-            install: str(build.INSTALL), rc: "/ws/coveragerc", folder / "requests": "/ws/requests",
+            install: str(building.INSTALL), rc: "/ws/coveragerc", folder / "requests": "/ws/requests",
             IMPORTS: "/ws/warm_imports.py",
             **{_HERE / name: f"/ws/{name}" for name in ("worker.py", "pytest_run.py", "source_read_hook.py")},
         },

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from grader import build, evidence, sandbox
+from grader import building, evidence, sandbox
 from grader.host import ros_env
 from grader.trials.plan import TrialPlan
 
@@ -23,7 +23,7 @@ OBSERVER_ENDED = "the process that observes the node crashed on what it was sent
 LATE_VARIABLE = "ROS2_COURSE_KIT_LATE_S"
 """How long an observer waits before it joins a trial's graph, in wall seconds: discovery delayed as by a slow host."""
 
-NODE_ENVIRONMENT = ros_env.environment(build.INSTALL, home=sandbox.HOME) | {
+NODE_ENVIRONMENT = ros_env.environment(building.INSTALL, home=sandbox.HOME) | {
     "PYTHONFAULTHANDLER": "1",  # a node that hangs can tell where
 }
 """The environment of nodes but for their DDS domain."""

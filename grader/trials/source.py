@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
-from grader.build import Built
+from grader.building import Built
 from grader.evidence import Flag, Trial
 from grader.settings import Settings
 from grader.source import Collected, Phase, Subject

@@ -18,7 +18,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile, qos_profile_action_status_default
 
 from grader import evidence, sandbox
-from grader.build import INSTALL
+from grader.building import INSTALL
 from grader.course import Course
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph

@@ -23,7 +23,7 @@ from typing import Any, TextIO
 
 from rclpy.type_support import check_for_type_support
 
-from grader import build, evidence, sandbox
+from grader import building, evidence, sandbox
 from grader.course import Course, load
 from grader.errors import GraderError
 from grader.host import namespaces, shortage
@@ -164,7 +164,7 @@ def _has_one_thread(package: str) -> bool:
 def _sandbox(course: Course, plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, dict[str, float]]:
     """Return the trial's sandbox, and the values that were changed in its parameter files."""
     install = Path(request.install)
-    visible = {install: str(build.INSTALL)}
+    visible = {install: str(building.INSTALL)}
     if request.package and plan.shows_source:
         visible[Path(request.package)] = str(source_folder(course))
     telltales: dict[str, float] = {}
@@ -175,7 +175,9 @@ def _sandbox(course: Course, plan: TrialPlan, request: TrialRequest) -> tuple[sa
             course.telltales,
             plan.params_file or "*.yaml",
         )
-        visible |= {copy: f"{_share(build.INSTALL, request.ros_name)}/config/{name}" for copy, name in copies.items()}
+        visible |= {
+            copy: f"{_share(building.INSTALL, request.ros_name)}/config/{name}" for copy, name in copies.items()
+        }
     if plan.launch:
         visible |= {_ROS2: "/ws/ros2"}
     if plan.namespace:
@@ -188,7 +190,7 @@ def _readers(install: Path, course: Course) -> dict[str, wire_layout.Reader]:
     """Return by topic how to read the messages of a type whose fields the submission has in its own order."""
     published = {topic: t for node in course.nodes.values() for topic, t in node.publishes.items()}
     own = {topic: type_ for topic, type_ in published.items() if type_ in course.interfaces}
-    texts = {topic: build.interface_text(install, type_, own_package(type_)) for topic, type_ in own.items()}
+    texts = {topic: building.interface_text(install, type_, own_package(type_)) for topic, type_ in own.items()}
     found = {topic: wire_layout.reader(text, interface(own[topic])) for topic, text in texts.items()}
     return {topic: read for topic, read in found.items() if read}
 
@@ -223,19 +225,19 @@ def _command(plan: TrialPlan, package: str) -> list[str]:
     if plan.launch:
         if plan.namespace:
             return [*sandbox.LAUNCH, f"/ws/launch/{plan.launch}", f"package:={package}"]
-        file = f"{_share(build.INSTALL, package)}/launch/{plan.launch}"
+        file = f"{_share(building.INSTALL, package)}/launch/{plan.launch}"
         given = [] if plan.use_sim_time is None else [f"use_sim_time:={_parameter(plan.use_sim_time)}"]
         return [*sandbox.LAUNCH, file, *given]
     command = _node_command(package, plan.node, plan.remappings)
     if plan.params_file:
-        command += ["--params-file", f"{_share(build.INSTALL, package)}/config/{plan.params_file}"]
+        command += ["--params-file", f"{_share(building.INSTALL, package)}/config/{plan.params_file}"]
     for name, value in plan.parameters.items():
         command += ["-p", f"{name}:={_parameter(value)}"]
     return command
 
 
 def _node_command(package: str, executable: str, remappings: Mapping[str, str]) -> list[str]:
-    command = [f"{build.INSTALL}/lib/{package}/{executable}", "--ros-args", "-p", "use_sim_time:=true"]
+    command = [f"{building.INSTALL}/lib/{package}/{executable}", "--ros-args", "-p", "use_sim_time:=true"]
     for name, new in remappings.items():
         command += ["-r", f"{name}:={new}"]
     return command

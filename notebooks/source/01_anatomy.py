@@ -74,7 +74,7 @@ trial = Path(tempfile.mkdtemp())
 # !cd {trial} && find src -type f | sort
 
 # %% [markdown]
-# Eight files.
+# Eight files. (ROS's own command writes a ninth, `LICENSE`.)
 # **What will it be?** Copy one of them, alone, into an empty folder, and `colcon`, the build tool, finds a package there. Which one?
 
 # %%
@@ -101,8 +101,8 @@ trial = Path(tempfile.mkdtemp())
 # | `launch/  config/` | launch and parameter files (08) | `ros2 launch` |
 # | `test/` | tests (09) | pytest, `colcon test` |
 #
-# Package and module folder have the same name, one inside the other.
-# The outer one is the *package*, what ROS builds; the inner one is the *module*, what Python imports.
+# Both folders have the same name, one inside the other.
+# The outer one is the *package*, what ROS builds; the inner one is the *Python package*, what `import` finds.
 #
 # First the folders that you need today:
 
@@ -139,8 +139,8 @@ import-order-style = google
 # %% [markdown]
 # `setup.cfg` holds settings of tools: where pytest finds the tests, and that lines may have 99 columns, as everywhere in ROS.
 #
-# Next, what makes the inner folder importable.
-# The odd line in the first file pays off tomorrow: ROS generates a part of this very module elsewhere, and the line lets Python look in both places.
+# Next, what makes the inner folder a Python package that can be imported.
+# The odd line in the first file pays off tomorrow: ROS generates a part of this very package elsewhere, and the line lets Python look in both places.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/__init__.py

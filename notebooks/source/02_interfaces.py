@@ -480,7 +480,7 @@ check("I2")
 # </details>
 #
 # Build.
-# Now there is something to compile: for each interface a few thousand lines of C and C++ are generated, so this takes up to half a minute.
+# Now there is something to compile: for each interface a few thousand lines of C and C++ are generated, so the first time this takes some twenty seconds, and longer on a busy machine.
 
 # %% tags=["nbval-ignore-output"]
 # !cd ../.. && colcon build 2>&1 | cat

@@ -499,7 +499,7 @@ print(f"heading of the arrow {math.degrees(math.atan2(north, east)):.1f}°")
 print(f"twice the angle      {math.degrees(2 * math.atan2(z, w)):.1f}°")
 
 # %% [markdown]
-# The arrow points 43.2° to the left (and a little down: the robot faces downhill).
+# The arrow points 43.2° to the left (and 29° down: the robot faces downhill).
 # "Twice the angle" is 6° off, and nothing would have told you.
 #
 # (On flat ground both agree: with x = y = 0 the two terms are w² - z² and 2wz, the cosine and the sine of twice the half angle.)
@@ -507,7 +507,7 @@ print(f"twice the angle      {math.degrees(2 * math.atan2(z, w)):.1f}°")
 # ### Exercise 3: read a heading
 #
 # Write `yaw_from_quaternion` by the last line of the table.
-# `math.atan2(sine, cosine)` takes the y part first, and gives -π to π with both ends; you have a function for that since exercise 2.
+# `math.atan2(sine, cosine)` takes the y part first, and gives -π to π with both ends; you have had a function for that since exercise 2.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/conversions.py

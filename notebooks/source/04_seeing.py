@@ -220,6 +220,7 @@ print(min([0.4, 0.0, 3.0]))
 # The second line is the dangerous one.
 # From notebook 03 you know why: `0.4 < nan` is False, so the first one stays.
 # Whether the wall is seen depends on *where* in the list the NaN is.
+# NumPy's `min` does not depend on the place: a single NaN anywhere hides every wall.
 #
 # Give that to a robot.
 # It drives at a wall and stops if the closest reading is below 0.5 m; beam 0, which looks straight *back*, is broken.
@@ -433,7 +434,7 @@ print(f"contacts: {len(again.contacts)}, from hull to wall: {again.clearance[-1]
 # Which angle is straight ahead? 0. And straight back is ahead, turned by half a turn: π.
 #
 # One trap: drivers that start at angle 0 call the right-hand side 270°, not -90°.
-# You have a function for that since notebook 03; the skeleton imports `normalize_angle`.
+# You have had a function for that since notebook 03; the skeleton imports `normalize_angle`.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/scans.py
@@ -639,7 +640,7 @@ print(count)
 #
 # One more thing that others see: the **names**.
 # The contract's `raw_scan` is relative, without a slash in front, so that whoever starts your node can put it elsewhere:
-# `-r raw_scan:=scan`, or a whole second robot in a namespace of its own.
+# `--ros-args -r raw_scan:=scan`, or a whole second robot in a namespace of its own.
 # With `/raw_scan` you would decide that for everyone.
 #
 # More: [About Quality of Service settings](https://docs.ros.org/en/jazzy/Concepts/Intermediate/About-Quality-of-Service-Settings.html) in the ROS 2 documentation.

@@ -73,7 +73,7 @@ begin("05")
 # Is that too far?
 # A reading below 0.5 m is an obstacle.
 # The lidar sits in the robot's centre, and the hull's radius is 0.171 m.
-# So there are 0.5 − 0.171 = **0.329 m** to lose, and 0.154 m should be left.
+# That leaves 0.5 − 0.171 = **0.329 m** to stop in, and 0.154 m should remain.
 #
 # The same as a function:
 
@@ -131,7 +131,7 @@ for start in STARTS:
     print(f"from x = {start:.2f} m: {clearance_left(0.5, start):.3f} m left")
 
 # %% [markdown]
-# Sometimes less than 0.154 m is left.
+# Each time less than 0.154 m is left.
 # The lidar looks ten times a second.
 # Right after a scan that read 0.501 m the robot drives another 0.1 s before the next one.
 # So the true delay lies between 0.3 s and **0.4 s**, by chance.
@@ -159,7 +159,7 @@ axes.legend();
 
 # %% [markdown]
 # The dots lie between the two lines until the wall holds the robot.
-# The formula gives the speed from which on luck is needed, and the one from which on luck does not help:
+# The formula gives the speed above which you need luck, and the speed above which luck does not help:
 
 # %%
 candidates = np.arange(0.01, 2.0, 0.01)
@@ -310,7 +310,8 @@ axes.legend(loc="lower right");
 # The closest reading of all is 0.45 m, and nothing is in the way.
 # Within 60 degrees to each side of the direction of travel the closest one is 0.52 m.
 # By hand: 0.45 m / sin 60° = 0.52 m.
-# (Is 60 degrees enough? Half the hull is 0.171 m wide. At 0.5 m it fits into asin(0.171 / 0.5) = 20 degrees to each side.)
+# (Are 60 degrees enough? What lies in the hull's way is within 0.171 m of the line straight ahead.
+# Beyond 60 degrees that is nearer than 0.171 m / sin 60° = 0.197 m, and below 0.2 m the robot stops for anything, wherever it is.)
 #
 # When the robot drives backwards, the sector points backwards too.
 # A negative speed with an eye on the front ends in the wall behind.
@@ -385,7 +386,7 @@ tries({
 # So the lowest share is `MIN_SPEED_SHARE`, a fifth: slow, yet it gets there.
 #
 # **Exercise.** `speed_cap`: the highest speed at this distance.
-# **Predict** two edges first: what is it below the threshold? And with a margin of 0 (somebody wants no slowing down)?
+# **Predict** two edges first: what is it below the threshold? And with a margin of 0 (no slowing down is wanted)?
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/motion.py
@@ -726,8 +727,8 @@ print("not spinning: ", ticker.sent - before)
 ticker.destroy_node()
 
 # %% [markdown]
-# A timer does nothing by itself: somebody has to spin.
-# What falls due while nobody spins is not made up for, either: a timer that is late is called once, and then on time again.
+# A timer does nothing by itself: an executor has to spin.
+# What falls due while nothing spins is not made up for, either: a timer that is late is called once, and then on time again.
 #
 # **Change one thing:** make the timer's period `1 / 20.0` and run both cells again.
 #
@@ -956,11 +957,11 @@ tries({
 })
 
 # %% [markdown]
-# ### Step 3: silence is no free way
+# ### Step 3: silence does not mean the way is clear
 #
-# If the last scan is old, nobody knows what is ahead.
+# If the last scan is old, you do not know what is ahead.
 # "Old" is more than `STALE_S`, half a second: five scans are missing then.
-# A stamp from the *future* is no good either: the clock was set back, as when a simulation starts over.
+# A time in the *future* is wrong, too: the clock was set back, as when a simulation starts over.
 #
 # **Exercise.** `_is_fresh(time)`: is `time` at most `STALE_S` ago, and not in the future?
 
@@ -1117,7 +1118,7 @@ tries({
 #
 # The executable still needs a node to start, and somebody who says how fast.
 # This file is given.
-# It takes the speed from a parameter, and, so that the grader can ask, from a makeshift service which takes every number, even NaN.
+# It takes the speed from a parameter, and, so that the grader can ask, from a temporary service that accepts every number, even NaN.
 # In notebook 06 you write a better one.
 
 # %% tags=["given"]
@@ -1244,7 +1245,7 @@ compare_view(first, second, ("latched", "asked afresh"))
 
 # %% [markdown]
 # The first flag is a **latch**: it goes in and never comes out.
-# There is a second way to build one, and it is more common: to stop, somebody writes `self._speed = 0.0`.
+# There is a second way to build one, and it is more common: to stop, the code sets `self._speed = 0.0`.
 # Then the way is free again, and the robot has forgotten how fast it was to go.
 #
 # Keep apart what is *wanted* and what is *safe now*.
@@ -1320,7 +1321,7 @@ check("Q4")
 # %% [markdown]
 # "Passed so far": one of the parameters, `fusion_rate`, gets its use in notebook 07.
 #
-# **Break it:** put `time.sleep(0.2)` into a method of the makeshift `robot_controller.py` above, run its cell, and ask again. Then take it out.
+# **Break it:** put `time.sleep(0.2)` into a method of the temporary `robot_controller.py` above, run its cell, and ask again. Then take it out.
 
 # %% [markdown]
 # ## The last zero
@@ -1618,7 +1619,7 @@ check("I8")
 # </details>
 # <details><summary>Where in the node may the obstacle write to <code>self._speed</code>?</summary>
 #
-# Nowhere. That is the speed in force, which somebody asked for. The obstacle changes what is published.
+# Nowhere. That is the speed in force, which was asked for. The obstacle changes what is published.
 # </details>
 # <details><summary>Why does <code>finally: publisher.publish(Twist())</code> not stop the robot?</summary>
 #
@@ -1630,5 +1631,5 @@ check("I8")
 # </details>
 
 # %% [markdown]
-# **Next:** [06 Services](06_services.ipynb). So far your node takes any speed that it is told, even NaN.
+# **Next:** [06 Services](06_services.ipynb). So far your node accepts any speed, even NaN.
 # Time for one that answers, and can say no.

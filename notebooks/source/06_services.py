@@ -16,7 +16,7 @@
 #
 # ![Requests arrive at the node, some are refused; the speed follows those that are not](pictures/06.png)
 #
-# A robot that takes every number it is told is dangerous, and one that says only "error" is no help.
+# A robot that accepts every number is dangerous, and one that says only "error" is no help.
 # Today yours answers, and can say no.
 #
 # You will be able to
@@ -29,7 +29,7 @@
 # Time: about 45 minutes.
 #
 # Your robot drives and stops.
-# How fast, a makeshift says, and it takes any number.
+# How fast is up to a temporary service, which accepts any number.
 # Today you replace it:
 #
 #     ros2_robot_controller/
@@ -104,7 +104,7 @@ print("answered:", future.done(), "-", future.result().message)
 # %% [markdown]
 # `call_async` sends the request and returns at once.
 # What it returns is a **future**: a place where the answer will be.
-# The answer comes while somebody spins, just as with timers.
+# The answer comes while an executor spins, just as with timers.
 # Here one executor serves both nodes; usually they are two processes.
 #
 # **Break it.** A server that forgets `return response`:
@@ -134,7 +134,7 @@ except TypeError:
 # The contract's service is `set_speed`: `float32 speed` in, `bool success` and `string message` out.
 # F2: if abs(speed) is at most `max_linear_speed`, it succeeds and the robot drives at that speed, backwards for a negative one.
 #
-# **Predict:** the limit is 0.3, and somebody asks for 0.3. Is that above the limit?
+# **Predict:** the limit is 0.3, and a client asks for 0.3. Is that above the limit?
 
 # %%
 import numpy as np
@@ -143,10 +143,10 @@ arrives = float(np.float32(0.3))  # what a float32 field makes of it
 print(f"asked for 0.3, arrives as {arrives:.17f}, above 0.3: {arrives > 0.3}")
 
 # %% [markdown]
-# A float32 has 24 bits, and 0.3 does not fit in any number of them.
+# A float32 has 32 bits, 24 of them for the digits, and no number of bits holds 0.3 exactly.
 # The nearest float32 is a little above, the nearest float64 a little below.
-# Who asks for exactly the limit would be refused.
-# So grant a hair: one millionth of the limit.
+# Anyone asking for exactly the limit would be refused.
+# So allow a tiny tolerance: one millionth of the limit.
 # Then `clamp` what you keep, so that no command is ever above it.
 #
 # **What does success mean?**
@@ -490,7 +490,7 @@ tries({
 # %% [markdown]
 # ### Start it
 #
-# This file is given; the makeshift is gone.
+# This file is given; the temporary service is gone.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/robot_controller.py

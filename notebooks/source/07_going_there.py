@@ -326,7 +326,7 @@ tries({
 # - further off than `FACING_RAD`: do not drive, turn with `TURN_GAIN * error`;
 # - else drive as fast as the limit allows, but no faster than `APPROACH_GAIN` times the distance, and go on turning.
 #
-# `make_safe` keeps omega within its limit later, so you need not; v you keep yourself.
+# `make_safe` keeps omega within its limit later, so you need not; limit v yourself.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/steering.py
@@ -542,7 +542,7 @@ from sim.views import run_view
 begin("07")
 
 # %% [markdown]
-# ### A deed that takes its time
+# ### A task that takes its time
 #
 # "Drive to (3, 2)" takes ten seconds.
 # A service answers once, at the end.
@@ -1250,7 +1250,7 @@ axes.legend();
 # Flat while it turns, then a slope of −0.5 m/s, then ever flatter: the slow-down.
 # Feedback tells how far it is, not how long it takes.
 #
-# Feedback is a topic: who does not listen, misses it, and nobody waits for anybody.
+# Feedback is a topic: a client that does not listen misses it, and the server does not wait.
 # Nothing important belongs there alone.
 
 # %% tags=["check"]
@@ -1362,7 +1362,7 @@ check("I3", "I4", "Q4")
 #
 # <details><summary>A robot drives at 0.4 m/s and turns at 0.8 rad/s at most. Which targets does it never reach if it does both at once?</summary>
 #
-# Those inside a circle of radius 0.4 / 0.8 = 0.5 m that touches the robot from the side.
+# Those inside two circles of radius 0.4 / 0.8 = 0.5 m, one touching the robot from each side.
 # </details>
 # <details><summary>Why does it drive on to half the tolerance?</summary>
 #

@@ -239,7 +239,7 @@ for line in ("max_linear_sped: 0.3", "max_linear_speed: 1"):
         print(f"{line:22} ->  {type(error).__name__}: {error}")
 
 # %% [markdown]
-# A misspelt name is silent too: parameters that nobody declares are left aside.
+# A misspelt name is silent too: parameters that no node declares are ignored.
 # A whole number for a float ends the node.
 # Write `1.0`, and after every change ask the running node: `ros2 param get`, or `dump`.
 #
@@ -817,7 +817,7 @@ with run_node("sensor_processor", world="open_field") as run:
 # %% [markdown]
 # Five? Then go on.
 # If it says about 20, the parameter says 5 and the node does 20: the silent mistake from above.
-# Open `ros2_robot_controller/sensor_processor.py` in JupyterLab (a double click in the file browser, below `ws/src`), and mend it as you have mended the controller, then run the cell again:
+# Open `ros2_robot_controller/sensor_processor.py` in JupyterLab (a double click in the file browser, below `ws/src`), and correct it as you have corrected the controller, then run the cell again:
 #
 # - at the end of `__init__`: `self.add_post_set_parameters_callback(self._on_parameters_changed)`;
 # - a method `_on_parameters_changed(self, parameters)` that makes the timer anew when `fusion_frequency` has changed.
@@ -879,7 +879,7 @@ robot:
 # <details><summary>Hint 3: all but the last line</summary>
 #
 # ```yaml
-# /**/sensor_processor:
+# /**/sensor_processor:              # or `/**:`, for every node
 #   ros__parameters:
 #     fusion_frequency: 20.0            # Hz
 #     battery_low_threshold: 20.0       # percent, a warning below
@@ -915,7 +915,7 @@ check("I6")
 
 # %% [markdown]
 # The check also changes `fusion_frequency` on your running node.
-# A change that is accepted and has no effect is told, though it costs no points: the contract asks only for values that are given at the start.
+# The check reports a change that is accepted and has no effect, though it costs no points: the contract asks only for values that are given at the start.
 #
 # That is the end of part 1, and a good place for a break.
 #
@@ -1143,7 +1143,7 @@ check("I1", "I5")
 #
 # > **On a real TurtleBot 4**
 # >
-# > - The base is a node with parameters like yours. `ros2 param set /motion_control safety_override full` lifts its speed limit from 0.306 to 0.46 m/s, and takes away its cliff sensors' say in it.
+# > - The base is a node with parameters like yours. `ros2 param set /motion_control safety_override full` lifts its speed limit from 0.306 to 0.46 m/s, and the cliff sensors no longer limit it.
 # > - `turtlebot4-setup` gives a robot a namespace; everything on it moves there, and the launch files of its packages take `namespace:=/robot1`. Relative names are what makes your package go along.
 # > - `use_sim_time:=true` on a real robot looks like a dead one: no `/clock`, so no timer ever fires. It is the first thing to ask when nothing happens.
 # > - The robot's lidar publishes `scan`. Your second node wants `raw_scan`: that is a job for a remapping, not for another version of the code.

@@ -203,9 +203,9 @@ for _ in range(3):
 print("busy machine: ", eight_times(wait, sim_time=False))
 
 # %% [markdown]
-# The same node, the same test, and it passes or fails with the weather: it **flickers**.
-# A flickering test is worse than none: after the fifth false alarm nobody looks any more.
-# "Then wait a second, to be safe" makes it slow *and* flickering on a busier machine.
+# The same node, the same test, and it passes or fails with the weather: it is **flaky**.
+# A flaky test is worse than none: after the fifth false alarm people stop looking.
+# "Then wait a second, to be safe" makes it slow *and* flaky on a busier machine.
 #
 # There is another way: let the node live in simulated time, and turn its clock by hand.
 # The machine is still as busy.
@@ -356,7 +356,7 @@ mutant_matrix("../../stopping.py", "../../test_stopping.py")
 #
 # Here is a file with four tests for `utils/motion.py`, where the robot's safety is decided.
 # The last is done; the other three are tables that you fill, one after the other.
-# `pytest.approx` compares floats to within a millionth of a millionth, as one should: `0.1 + 0.2 == 0.3` is False.
+# `pytest.approx` allows a millionth of the expected number, or 1e-12 if that is more, as one should with floats: `0.1 + 0.2 == 0.3` is False.
 
 # %% tags=["skeleton"]
 # %%writefile test/test_motion.py
@@ -539,7 +539,7 @@ mutant_matrix("ros2_robot_controller/utils/motion.py", "test/test_motion.py", "m
 # !python3 -m pytest -q --tb=short test/test_motion.py | tail -n 20
 
 # %% [markdown]
-# If you have decided something else in your `motion.py` than the table says, a row fails: then look at the contract, and mend the one that is wrong.
+# If you have decided something else in your `motion.py` than the table says, a row fails: then look at the contract, and correct the one that is wrong.
 #
 # That is the end of part 1, and a good place for a break.
 #
@@ -1470,7 +1470,7 @@ def test_another_frequency_counts_at_start_and_at_once(make_bench, published):
     pytest.fail('not written yet: I6')
 
 # %% [markdown]
-# `battery_percent` and `alarm_state` are the plain functions that you wrote beside the class in notebook 04; if yours have other names, change the import and the two tables.
+# `battery_percent` and `alarm_state` are the plain functions that you wrote beside the class in notebook 04; if yours have other names, change the import and the tables.
 #
 # #### F13: twenty a second, from the first scan on
 #

@@ -15,7 +15,7 @@
 #
 # ![A simulated robot's drive to three goals in three offices, and the hundred points of the assignment, one box for each requirement](pictures/10.png)
 #
-# Everything works, and the tests prove it.
+# Everything works, and the tests support it.
 # What is missing is the other half of every piece of software: somebody *else* must be able to use it.
 # Somebody who has five minutes, your README and no idea what you meant.
 # Today you write for that person, look at your own work through the eyes of the one who grades it, and hand it in.
@@ -25,7 +25,7 @@
 # - write a demonstration that ends by itself, and says in its exit status whether it worked;
 # - write a README whose commands run and whose table agrees with the graph;
 # - find out what works only on your machine, before somebody else does;
-# - read a report as an instructor reads it, and decide what to mend first;
+# - read a report as an instructor reads it, and decide what to fix first;
 # - pack the package and know what is in it.
 #
 # **Time:** about 30 minutes for the demonstration and its results (part 1), and 35 for the README, your report and the hand-in (part 2).
@@ -914,7 +914,7 @@ check("Q3", "Q5", "Q6")
 #
 # When several things are lost, an instructor looks for the *first cause*.
 # "Not reached, because the package does not build" nine times is one fault, not nine.
-# So mend in this order: what keeps it from building (I1), what keeps a node from starting, what the robot does, then the rest by points.
+# So fix in this order: what keeps it from building (I1), what keeps a node from starting, what the robot does, then the rest by points.
 # How would you order these?
 
 # %%

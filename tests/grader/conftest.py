@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers.course import COURSE
 from submissions.edits import EDITS, REFERENCE, apply
 
-from grader import KIT, build, pipeline
+from grader import KIT, building, pipeline
 from grader.report import data
 from grader.scoring import rubric
 
@@ -28,13 +29,13 @@ def reference() -> Path:
 @pytest.fixture(scope="session")
 def settings() -> pipeline.Settings:
     """How the kit grades by default."""
-    return pipeline.Settings(rubric=rubric.load(ROOT / "rubric.yaml"), cache=build.cache_folder())
+    return pipeline.Settings(rubric=rubric.load(ROOT / "rubric.yaml"), cache=building.cache_folder())
 
 
 @pytest.fixture(scope="session")
-def contract(settings: pipeline.Settings) -> build.Built:
+def contract(settings: pipeline.Settings) -> building.Built:
     """The contract's interfaces, built."""
-    return build.build_contract(settings.cache)
+    return building.build_contract(settings.cache, COURSE)
 
 
 @pytest.fixture(scope="session")

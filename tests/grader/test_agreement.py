@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 from helpers import judging, recordings
+from helpers.course import COURSE, NODES
 from submissions.edits import EDITS, apply
 from variants import LAUNCHED, VARIANTS, make
 
 from grader import collect, pipeline
-from grader.contract.spec import NODES
 from grader.evidence import Evidence
 from grader.intake.submission import open_submission
 from grader.scoring.scorecard import Outcome
@@ -51,7 +51,7 @@ class Recorded:
         return self.source.serves
 
     def collect(self, subject: Subject) -> Collected:
-        wanted = catalog.serving(subject.settings.checked)
+        wanted = catalog.serving(COURSE, subject.settings.checked)
         trials = {name: trial for name, trial in self.evidence.trials.items() if name in wanted}
         facts = {"trials": trials, "tests": self.evidence.tests, "conversions": self.evidence.conversions}
         facts |= {"mutation": self.evidence.mutation}
@@ -85,7 +85,7 @@ def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
     if name == UNREADABLE:
         for node in NODES:
             (package / "scripts" / node).write_bytes(b"\x7fELF\0")
-    submission = open_submission(package, tmp_path / "submission")
+    submission = open_submission(package, tmp_path / "submission", COURSE)
 
     def collected(*requirements: str) -> Evidence:
         folder = tmp_path / "-".join(["work", *requirements])

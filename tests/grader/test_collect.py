@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers.course import PACKAGE
 
 from grader import KIT, collect
 from grader.evidence import Build, Flag, FunctionAnswer, Intake
@@ -52,7 +53,7 @@ def settings(tmp_path: Path) -> Settings:
 def built(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
     """Replace the build; the list that is returned grows by one for each."""
     builds: list[str] = []
-    facts = replace(Build.not_tried(), ok=True, flags=[Flag("build", "second")])
+    facts = replace(Build.not_tried(PACKAGE), ok=True, flags=[Flag("build", "second")])
 
     def build(_: Submission, contract: collect.Built, __: Settings) -> tuple[collect.Built, collect.Built]:
         builds.append("built")
@@ -156,7 +157,7 @@ def test_a_source_waits_only_for_those_that_it_uses(monkeypatch, submission, set
 
 def test_nothing_is_run_of_a_package_that_does_not_build(monkeypatch, submission, settings, tmp_path: Path):
     asked: list[str] = []
-    broken = collect.Built(Build.not_tried(), tmp_path)
+    broken = collect.Built(Build.not_tried(PACKAGE), tmp_path)
     monkeypatch.setattr(collect, "_build", lambda *_: (broken, broken))
     drive = Answers("drive", Phase.RUN, "F4", Collected(), asked)
     read = Answers("read", Phase.TEXT, "Q1", Collected(), asked)
@@ -214,7 +215,7 @@ def test_observers_do_not_start_before_what_is_there_at_once(
 def test_observers_that_know_the_types_under_another_name_are_not_used(
     monkeypatch, observed, submission, settings, built, tmp_path
 ):
-    facts = replace(Build.not_tried(), ok=True)
+    facts = replace(Build.not_tried(PACKAGE), ok=True)
     renamed = collect.Built(facts, tmp_path)
     monkeypatch.setattr(collect, "_build", lambda *_: (collect.Built(facts, tmp_path), renamed))
     collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
@@ -224,7 +225,7 @@ def test_observers_that_know_the_types_under_another_name_are_not_used(
 
 def test_observers_end_when_the_package_does_not_build(monkeypatch, observed, submission, settings, built, tmp_path):
     monkeypatch.setattr(
-        collect, "_build", lambda _, contract, __: (collect.Built(Build.not_tried(), tmp_path), contract)
+        collect, "_build", lambda _, contract, __: (collect.Built(Build.not_tried(PACKAGE), tmp_path), contract)
     )
     collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
     assert observed._asked == ["start", "end"]

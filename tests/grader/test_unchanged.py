@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from helpers.course import COURSE
 
 from grader import KIT, evidence, pipeline
 from grader.checks import checks_run
@@ -53,7 +54,7 @@ def test_the_text_is_read_again_only_when_it_has_changed(package: Path, tmp_path
 
 
 def checked_in_a_notebook(package: Path, out: Path, settings: Settings) -> pipeline.Grading:
-    with checks_run.Checks(pipeline.check_ids(settings)) as checks:
+    with checks_run.Checks(COURSE, pipeline.check_ids(settings)) as checks:
         pipeline.observe(package, out, settings)
         return pipeline.checked(out / pipeline.EVIDENCE, checks, settings)
 
@@ -123,8 +124,8 @@ def test_no_source_runs_anything_where_only_what_is_kept_is_wanted(
 
 
 def test_nothing_is_built_where_only_what_is_kept_is_wanted(package: Path, tmp_path: Path, monkeypatch: Any):
-    monkeypatch.setattr("grader.build.build", None)
-    monkeypatch.setattr("grader.build.build_contract", None)
+    monkeypatch.setattr("grader.building.build", None)
+    monkeypatch.setattr("grader.building.build_contract", None)
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I1",), keep=True)
     assert pipeline.unchanged(package, settings) is None
 

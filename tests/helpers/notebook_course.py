@@ -14,7 +14,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from grader.authoring import book, editions, notebook_run, notebook_source, stored_outputs
-from grader.contract import spec
+from helpers import course as spec
 from helpers.notebook_isolation import isolated_folder
 from helpers.notebook_validation import Validation, validate
 

@@ -9,11 +9,11 @@ which check each edit fails.
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
 from grader import KIT
+from grader.selftest.package_edits import Change, copy, remove, rename, replace
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
 
@@ -43,9 +43,7 @@ class Edit:
     Attributes:
         name: its name in tables and tests.
         sentence: what is wrong.
-        changes: the texts that it replaces: file, old, new.
-        removes: the files that it removes.
-        renames: texts that it replaces wherever they stand, in any file and in the names of files and folders.
+        changes: what it does to the package.
         costs: the requirements that lose points by it, of those that are judged by the build and the trials; of the
             others (Q, T, I2) only those that the edit is about.
         says: words that the report must contain.
@@ -54,45 +52,28 @@ class Edit:
 
     name: str
     sentence: str
-    changes: tuple[tuple[str, str, str], ...]
+    changes: tuple[Change, ...]
     costs: frozenset[str]
     says: tuple[str, ...] = ()
     why: str = ""
-    removes: tuple[str, ...] = ()
-    renames: tuple[tuple[str, str], ...] = ()
 
 
 def apply(edit: Edit | None, folder: Path) -> Path:
     """Copy the reference below `folder`, make the edit, and return the package's path."""
-    package = folder / REFERENCE.name
-    shutil.copytree(REFERENCE, package, ignore=shutil.ignore_patterns("__pycache__", ".pytest_cache"))
-    if edit is None:
-        return package
-    for file, old, new in edit.changes:
-        text = (package / file).read_text()
-        if text.count(old) != 1:
-            raise ValueError(f"{edit.name}: {old!r} occurs {text.count(old)} times in {file}, not once")
-        (package / file).write_text(text.replace(old, new))
-    for file in edit.removes:
-        (package / file).unlink()
-    for old, new in edit.renames:
-        _rename(package, old, new)
+    package = copy(REFERENCE, folder)
+    for change in edit.changes if edit else ():
+        change(package)
     return package
-
-
-def _rename(package: Path, old: str, new: str) -> None:
-    for path in sorted(package.rglob("*"), reverse=True):  # what is in a folder comes before it
-        if path.is_file() and old in (text := path.read_text()):
-            path.write_text(text.replace(old, new))
-        if old in path.name:
-            path.rename(path.with_name(path.name.replace(old, new)))
 
 
 def _edit(
     name: str, costs: str, sentence: str, *changes: tuple[str, str, str], says: tuple[str, ...] = (), why: str = "",
     removes: tuple[str, ...] = (), renames: tuple[tuple[str, str], ...] = (),
 ) -> Edit:  # fmt: skip
-    return Edit(name, sentence, changes, frozenset(costs.split()), says, why, removes, renames)
+    made = (
+        *(replace(*change) for change in changes), *map(remove, removes), *(rename(*texts) for texts in renames)
+    )  # fmt: skip
+    return Edit(name, sentence, made, frozenset(costs.split()), says, why)
 
 
 _NAME = REFERENCE.name

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from helpers import judging, recordings
 
-from grader import KIT, build, pipeline
+from grader import KIT, building, pipeline
 from grader.evidence import Evidence, Trial, load
 from grader.scoring import rubric
 from submissions.edits import EDITS, apply
@@ -68,7 +68,7 @@ def record(name: str, settings: pipeline.Settings) -> str:
 
 def main(names: list[str]) -> int:
     """Record the named submissions, or all; return 1 if one could not be recorded."""
-    settings = pipeline.Settings(rubric=rubric.load(KIT / "rubric.yaml"), cache=build.cache_folder())
+    settings = pipeline.Settings(rubric=rubric.load(KIT / "rubric.yaml"), cache=building.cache_folder())
     failed = 0
     for name in names or [REFERENCE, *dict.fromkeys(FAILS_ON.values())]:
         wrong = record(name, settings)

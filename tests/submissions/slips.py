@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader.contract.spec import CONTRACT
-from submissions.edits import REFERENCE, Edit, apply
+from helpers.course import CONTRACT
+
+from grader.selftest.package_edits import copy, replace
+from submissions.edits import REFERENCE
 
 FILES = {
     "SetSpeed": "srv/SetSpeed.srv",
@@ -58,11 +60,12 @@ class Slip:
 
     def apply(self, folder: Path) -> Path:
         """Copy the reference below `folder` with the slip, and return the package's path; its code stays as it is."""
+        package = copy(REFERENCE, folder)
         if self.kind != "another type":
-            path = FILES[self.interface]
-            changes = ((path, (REFERENCE / path).read_text(), self.text),)
-            return apply(Edit(self.name, "", changes, frozenset()), folder)
-        package = apply(Edit(self.name, "", _OTHER_TYPES[self.interface], frozenset()), folder)
+            (package / FILES[self.interface]).write_text(self.text)
+            return package
+        for change in _OTHER_TYPES[self.interface]:
+            replace(*change)(package)
         (package / "action" / "DriveTo.action").write_text("int32 place\n---\nint32 place\n---\nstring place\n")
         return package
 

@@ -13,7 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from grader import KIT, build, pipeline
+from grader import KIT, building, pipeline
 from grader.mutation.source import Mutants
 from grader.quality.source import PackageText
 from grader.scoring import rubric
@@ -39,7 +39,7 @@ def judged_by_trial(whole: rubric.Rubric) -> tuple[str, ...]:
 def main(names: list[str]) -> int:
     """Print the table; return 1 if an edit costs anything but what it should."""
     whole = rubric.load(KIT / "rubric.yaml")
-    settings = pipeline.Settings(rubric=whole, cache=build.cache_folder())
+    settings = pipeline.Settings(rubric=whole, cache=building.cache_folder())
     always = judged_by_trial(whole)
     columns = [r.id for r in whole.requirements if r.checks]
     width = max(map(len, EDITS))

@@ -1,23 +1,19 @@
-"""An attack as data: a small edit of a package, what it tries, and the right outcome; and functions that make edits."""
+"""An attack as data: a small edit of a package, what it tries, and the right outcome."""
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from grader.course import kits_own
+from grader.selftest.package_edits import Change, put, replace
 
 PACKAGE = kits_own().package
 
-Change = Callable[[Path], None]
-"""An edit of a package's folder."""
 Pack = Callable[[Path, Path], Path]
 """Packs a package into a submission below a folder, and returns the submission."""
-
-_NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache", "build", "install", "log")
 
 
 @dataclass(frozen=True)
@@ -35,7 +31,7 @@ class Attack:
         costs: the requirements that may lose points by it; all others must keep theirs.
         stopped: what stops it.
         number: its number in the list of known attacks on autograders; 0 for one that the kit has added.
-        weak: the weakness that the package has with and without the attack: what there is to gain.
+        weak: edits that the package has with and without the attack, so that there is something to gain.
         flag: the kind of integrity flag that it must raise, "" where there is nothing to be seen of it.
         proof: text that must be in the evidence, to show that it was really carried out.
         pack: how it is packed, if it is not submitted as a folder.
@@ -51,7 +47,7 @@ class Attack:
     costs: frozenset[str]
     stopped: str = ""
     number: int = 0
-    weak: str = ""
+    weak: tuple[Change, ...] = ()
     flag: str = ""
     proof: str = ""
     pack: Pack | None = None
@@ -63,61 +59,6 @@ class Attack:
 def attack(name: str, tries: str, *changes: Change, needs: str = "", costs: str = "", **others: Any) -> Attack:
     """Return an attack; `needs` and `costs` are requirements separated by spaces, `others` its other attributes."""
     return Attack(name, tries, changes, tuple(needs.split()), frozenset(costs.split()), **others)
-
-
-def copy(package: Path, folder: Path) -> Path:
-    """Copy a package's source below `folder` and return the copy."""
-    target = folder / PACKAGE
-    shutil.copytree(package, target, ignore=_NOT_COPIED)
-    return target
-
-
-def put(path: str, text: str, *, executable: bool = False) -> Change:
-    """Return a change that writes a file."""
-
-    def change(package: Path) -> None:
-        file = package / path
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text)
-        if executable:
-            file.chmod(0o755)
-
-    return change
-
-
-def append(path: str, text: str) -> Change:
-    """Return a change that adds text to the end of a file."""
-
-    def change(package: Path) -> None:
-        file = package / path
-        file.write_text((file.read_text() if file.exists() else "") + text)
-
-    return change
-
-
-def replace(path: str, old: str, new: str) -> Change:
-    """Return a change that replaces a text that must occur in a file exactly once."""
-
-    def change(package: Path) -> None:
-        text = (package / path).read_text()
-        if text.count(old) != 1:
-            raise ValueError(f"{old!r} occurs {text.count(old)} times in {path}, not once")
-        (package / path).write_text(text.replace(old, new))
-
-    return change
-
-
-def remove(path: str) -> Change:
-    """Return a change that removes a file or a folder."""
-
-    def change(package: Path) -> None:
-        target = package / path
-        if target.is_dir():
-            shutil.rmtree(target)
-        else:
-            target.unlink(missing_ok=True)
-
-    return change
 
 
 def node(payload: str, executable: str = "robot_controller", *, before: str = "") -> Change:

@@ -15,9 +15,9 @@ from grader.evidence import Flag
 from grader.report import console
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import Outcome
-from grader.selftest.attacks.attack import Attack, Placeholders, copy
+from grader.selftest.attacks.attack import Attack, Placeholders
 from grader.selftest.attacks.honeytokens import Honeytokens, planted
-from grader.selftest.attacks.weaknesses import WEAK
+from grader.selftest.package_edits import Change, copy
 
 Points = dict[str, float]
 
@@ -74,16 +74,16 @@ class _Baseline:
 
     def __init__(self, reference: Path, settings: pipeline.Settings, attacks: list[Attack]) -> None:
         self._reference, self._settings = reference, settings
-        self._needs: dict[str, set[str]] = {}
+        self._needs: dict[tuple[Change, ...], set[str]] = {}
         for each in attacks:
             self._needs.setdefault(each.weak, set()).update(each.needs)
-        self._points: dict[str, Points] = {}
+        self._points: dict[tuple[Change, ...], Points] = {}
 
-    def points(self, weak: str) -> Points:
+    def points(self, weak: tuple[Change, ...]) -> Points:
         if weak not in self._points:
             with tempfile.TemporaryDirectory(prefix="attack-") as folder:
                 package = copy(self._reference, Path(folder))
-                for change in WEAK[weak]:
+                for change in weak:
                     change(package)
                 needs = tuple(sorted(self._needs[weak]))
                 patient = replace(self._settings, requirements=needs, build_seconds=_BUILD_SECONDS)
@@ -118,7 +118,7 @@ def _run_one(each: Attack, reference: Path, settings: pipeline.Settings, baselin
 
 def _prepare(each: Attack, reference: Path, folder: Path, placeholders: Placeholders) -> Path:
     package = copy(reference, folder)
-    for change in (*WEAK[each.weak], *each.changes):
+    for change in (*each.weak, *each.changes):
         change(package)
     placeholders.fill_folder(package)
     return each.pack(package, folder) if each.pack else package

@@ -1,8 +1,8 @@
-"""All attacks, by name."""
+"""All attacks whose success depends on the host, by name; the others are run by the kit's own tests."""
 
 from __future__ import annotations
 
-from grader.selftest.attacks import on_answers, on_build, on_host, on_intake, on_nodes, on_tests, on_text
+from grader.selftest.attacks import on_build, on_host, on_nodes
 from grader.selftest.attacks.attack import Attack, attack
 
 _NOT_APPLICABLE = (
@@ -12,17 +12,13 @@ _NOT_APPLICABLE = (
     ),
     attack(
         "unpickles_a_result", "Leaves a pickle for the grader to load.", number=10,
-        not_applicable="the grader never unpickles anything; attacks by tests that write pickles are run above",
+        not_applicable="the grader never unpickles anything; tests that write pickles are among the kit's own tests",
     ),
 )  # fmt: skip
 _ALL = (
-    on_intake.ATTACKS,
     on_build.ATTACKS,
     on_nodes.ATTACKS,
     on_host.ATTACKS,
-    on_answers.ATTACKS,
-    on_tests.ATTACKS,
-    on_text.ATTACKS,
 )
 
 ATTACKS: dict[str, Attack] = {each.name: each for attacks in (*_ALL, _NOT_APPLICABLE) for each in attacks}

@@ -28,7 +28,7 @@ def add(verbs: Any) -> None:
         "self-test",
         help="attack the grader on this machine, and report what stopped each attack",
         description="Grade the reference package with one attack after the other built in, and compare with the same\n"
-        "package without it: no attack may gain points, reach the host or spoil a grading. Takes about half an hour.",
+        "package without it: no attack may gain points, reach the host or spoil a grading. Takes a quarter of an hour.",
         epilog="Example:  grader self-test --only fork_bomb calls_home\n"
         "Exit status: 0 all contained, 1 one was not, 2 wrong usage, 3 an error of the kit or host.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -43,7 +43,7 @@ def add(verbs: Any) -> None:
 
 def main(options: argparse.Namespace) -> int:
     """Run the attacks and print the result of each as it ends."""
-    from grader import build, pipeline
+    from grader import building, pipeline
     from grader.scoring import rubric
     from grader.selftest.attacks import attack_run
     from grader.selftest.attacks.catalogue import ATTACKS
@@ -61,7 +61,7 @@ def main(options: argparse.Namespace) -> int:
     reference = options.reference or KIT / "solution_pkg" / PACKAGE
     if not (reference / "package.xml").is_file():
         raise GraderError(f"There is no package in {reference}. Name the reference package with --reference.")
-    settings = pipeline.Settings(rubric=rubric.load(rubric.RUBRIC), cache=options.cache or build.cache_folder())
+    settings = pipeline.Settings(rubric=rubric.load(rubric.RUBRIC), cache=options.cache or building.cache_folder())
     print("\n".join(_defences()))
     names = [each.name for each in chosen]
     results = attack_run.run(

@@ -8,7 +8,9 @@ import zipfile
 from pathlib import Path
 
 from grader.course import kits_own
-from grader.selftest.attacks.attack import Attack, append, attack, cmake, put
+from grader.selftest.attacks.attack import Attack, attack, cmake
+from grader.selftest.attacks.weaknesses import CLAMPS_WRONG, CREEPS, FAILING_TESTS, FEW_TESTS, OTHER_TYPE
+from grader.selftest.package_edits import append, put
 
 PACKAGE = kits_own().package
 NODES = tuple(kits_own().nodes)
@@ -95,7 +97,7 @@ for f in /ws/ccache/evil /ws/src/evil /usr/evil @NEIGHBOUR@; do echo x > $f && e
 python3 -c 'import socket; socket.create_connection(("127.0.0.1", @PORT@), 2)'
 env | grep -i -E 'secret|token'
 """)),
-        number=34, needs="I1", weak="", proof="ATTACK",
+        number=34, needs="I1", proof="ATTACK",
         stopped="a build runs in a sandbox of its own: no network, and a read-only compiler cache",
     ),
     attack(
@@ -110,7 +112,7 @@ env | grep -i -E 'secret|token'
         "The build installs a forged description beside an interface with another field type.",
         put("forged/SensorFusionData.json", _FORGED.replace("@HASH@", _CONTRACT_HASH)),
         cmake("install(FILES forged/SensorFusionData.json DESTINATION share/${PROJECT_NAME}/msg)"),
-        needs="I3", weak="other type", flag="forged type",
+        needs="I3", weak=OTHER_TYPE, flag="forged type",
         stopped="hashes are computed from the definitions' text, in a sandbox, by ROS's own tools",
     ),
     attack(
@@ -121,7 +123,7 @@ env | grep -i -E 'secret|token'
             "std_msgs/Header header\nfloat32 closest_obstacle_distance\nfloat32 battery_level\n"
             "geometry_msgs/Vector3 linear_acceleration\ngeometry_msgs/Vector3 angular_velocity\n"),
         cmake("install(FILES forged/SensorFusionData.json forged/SensorFusionData.msg DESTINATION share/${PROJECT_NAME}/msg)"),
-        needs="I3", weak="other type", flag="forged type",
+        needs="I3", weak=OTHER_TYPE, flag="forged type",
         stopped="the submitted text counts, not the installed one",
     ),
     attack(
@@ -130,7 +132,7 @@ env | grep -i -E 'secret|token'
         put("hidden/clamp.py", _CLAMPS),
         put("hidden/compile.py", _COMPILE + "source.unlink()\ncompile_to(source.with_suffix('.pyc'))\n"),
         cmake(_RUN_COMPILE),
-        needs="F14", weak="clamps wrong", costs="F14", flag="byte code",
+        needs="F14", weak=CLAMPS_WRONG, costs="F14", flag="byte code",
         stopped="all byte code is removed after the build; what has no text cannot be imported",
     ),
     attack(
@@ -139,7 +141,7 @@ env | grep -i -E 'secret|token'
         put("hidden/clamp.py", _CLAMPS),
         put("hidden/compile.py", _COMPILE + "compile_to(importlib.util.cache_from_source(source))\n"),
         cmake(_RUN_COMPILE),
-        needs="F14", weak="clamps wrong", flag="byte code",
+        needs="F14", weak=CLAMPS_WRONG, flag="byte code",
         stopped="all byte code is removed after the build; Python compiles the text that everybody can read",
     ),
     attack(
@@ -151,7 +153,7 @@ env | grep -i -E 'secret|token'
             "place = Path(importlib.util.cache_from_source(source))\nplace.parent.mkdir(exist_ok=True)\n"
             "place.unlink(missing_ok=True)\nplace.symlink_to(table)\n"),
         cmake(_RUN_COMPILE),
-        needs="F14", weak="clamps wrong", flag="byte code",
+        needs="F14", weak=CLAMPS_WRONG, flag="byte code",
         stopped="links to byte code are removed, too",
     ),
     attack(
@@ -161,7 +163,7 @@ env | grep -i -E 'secret|token'
         # A copy with a time of its own: CMake replaces no installed file by one of the same time.
         cmake("configure_file(hidden/conversions.txt ${CMAKE_BINARY_DIR}/conversions.py @ONLY)\n"
               f"install(FILES ${{CMAKE_BINARY_DIR}}/conversions.py DESTINATION {_SITE}/${{PROJECT_NAME}}/utils)"),
-        needs="Q1 Q2 Q3 Q4 T1 T2 T3", weak="few tests", costs="Q1 Q2 Q3 Q4 T1 T2 T3",
+        needs="Q1 Q2 Q3 Q4 T1 T2 T3", weak=FEW_TESTS, costs="Q1 Q2 Q3 Q4 T1 T2 T3",
         stopped="what is installed is linted, measured and mutated in the place of what was handed in",
     ),
     attack(
@@ -169,7 +171,7 @@ env | grep -i -E 'secret|token'
         "CMake writes a module that nobody has handed in.",
         cmake("file(WRITE ${CMAKE_BINARY_DIR}/mess.py \"def mess( a ):\\n  return a\\n\")\n"
               f"install(FILES ${{CMAKE_BINARY_DIR}}/mess.py DESTINATION {_SITE}/${{PROJECT_NAME}})"),
-        needs="Q1 Q2 T2", weak="few tests", costs="Q1 Q2 T2", proof="ros2_robot_controller/mess.py",
+        needs="Q1 Q2 T2", weak=FEW_TESTS, costs="Q1 Q2 T2", proof="ros2_robot_controller/mess.py",
         stopped="what a build writes is linted, measured and mutated where it is installed",
     ),
     attack(
@@ -177,7 +179,7 @@ env | grep -i -E 'secret|token'
         "A module lies in the folder of the generated services, where nobody measures or mutates it.",
         put("hidden/helpers.py", '"""Help."""\n\n\ndef double(a):\n    """Return twice a."""\n    return 2 * a\n'),
         cmake(f"install(FILES hidden/helpers.py DESTINATION {_SITE}/${{PROJECT_NAME}}/srv)"),
-        needs="T2 T3", weak="few tests", costs="T2 T3", flag="unreadable code",
+        needs="T2 T3", weak=FEW_TESTS, costs="T2 T3", flag="unreadable code",
         stopped="the folders of types may hold nothing but what rosidl generates",
     ),
     attack(
@@ -209,7 +211,7 @@ env | grep -i -E 'secret|token'
         append("ros2_robot_controller/robot_controller.py",
                "\n\nfrom ros2_robot_controller_interfaces import core\n\nRobotController.core = core\n"),
         cmake(f"install(DIRECTORY ros2_robot_controller_interfaces DESTINATION {_SITE})"),
-        needs="T2 T3 Q1", costs="T2 T3 Q1", weak="", proof="ros2_robot_controller_interfaces/core.py",
+        needs="T2 T3 Q1", costs="T2 T3 Q1", proof="ros2_robot_controller_interfaces/core.py",
         stopped="every module that a build installs is linted, measured and mutated, whatever its name",
     ),
     attack(
@@ -219,7 +221,7 @@ env | grep -i -E 'secret|token'
             "import os\nimport sys\nprint('ATTACK', os.path.basename(sys.argv[0] if hasattr(sys, 'argv') else ''), flush=True)\n"
             "try:\n    open('@NEIGHBOUR@', 'w').write('{}')\nexcept OSError:\n    pass\n"),
         cmake(f"install(FILES extra/sitecustomize.py DESTINATION {_SITE})"),
-        number=6, needs="F1", weak="creeps", flag="python start-up",
+        number=6, needs="F1", weak=CREEPS, flag="python start-up",
         stopped="the grader starts no Python of its own with the install tree; the file is flagged nevertheless",
     ),
     attack(
@@ -231,7 +233,7 @@ env | grep -i -E 'secret|token'
             "import pytest\n\n@pytest.hookimpl(hookwrapper=True)\ndef pytest_runtest_makereport(item, call):\n"
             "    result = yield\n    result.get_result().outcome = 'passed'\n"),
         cmake(f"install(DIRECTORY extra/evil.dist-info DESTINATION {_SITE})\ninstall(FILES extra/evil_plugin.py DESTINATION {_SITE})"),
-        number=5, needs="T1", weak="failing tests", flag="entry point",
+        number=5, needs="T1", weak=FAILING_TESTS, flag="entry point",
         stopped="pytest loads no entry points here, and its reports are compared with known results",
     ),
     attack(
@@ -242,7 +244,7 @@ env | grep -i -E 'secret|token'
         put("extra/evil.dist-info/METADATA", "Metadata-Version: 2.1\nName: evil\nVersion: 1\n"),
         put("extra/evil.py", "raise SystemExit(0)\n"),
         cmake(f"install(DIRECTORY extra/evil.dist-info DESTINATION {_SITE})\ninstall(FILES extra/evil.py DESTINATION {_SITE})"),
-        number=7, needs="F1", weak="creeps", flag="entry point",
+        number=7, needs="F1", weak=CREEPS, flag="entry point",
         stopped="no program of the grader sees the install tree; its ros2 command has no entry points",
     ),
     attack(
@@ -251,7 +253,7 @@ env | grep -i -E 'secret|token'
         put("extra/numpy.py", "print('ATTACK numpy', flush=True)\n"),
         put("extra/pytest.py", "print('ATTACK pytest', flush=True)\n"),
         cmake(f"install(FILES extra/numpy.py extra/pytest.py DESTINATION {_SITE})"),
-        number=8, needs="F1 T1", weak="failing tests", costs="F1 T1", flag="module shadowing",
+        number=8, needs="F1 T1", weak=FAILING_TESTS, costs="F1 T1", flag="module shadowing",
         stopped="only the submission's own processes see them; the tests' worker has loaded the real ones before",
     ),
     attack(

@@ -4,8 +4,10 @@
 
 from __future__ import annotations
 
-from grader.selftest.attacks.attack import Attack, append, attack, beside, cmake, node, put
+from grader.selftest.attacks.attack import Attack, attack, beside, cmake, node
 from grader.selftest.attacks.honeytokens import SECRET_VARIABLE
+from grader.selftest.attacks.weaknesses import CLAMPS_WRONG, CREEPS, NEVER_DRIVES
+from grader.selftest.package_edits import append, put
 
 _CONVERSIONS = "ros2_robot_controller/utils/conversions.py"
 _DETACHED = """
@@ -106,7 +108,7 @@ os._exit(0)
         "exits_at_import",
         "The conversions module exits the process that imports it with status 0.",
         append(_CONVERSIONS, "\n\nimport os\nimport sys\nif 'conversions_worker.py' in sys.argv[0]:\n    os._exit(0)\n"),
-        number=2, needs="F14 F1", weak="clamps wrong", costs="F14",
+        number=2, needs="F14 F1", weak=CLAMPS_WRONG, costs="F14",
         stopped="a missing answer is not a right answer; the other requirements are judged nevertheless",
     ),
     attack(
@@ -123,7 +125,7 @@ os._exit(0)
                "\n\nclass Right(float):\n    def __eq__(self, other): return True\n    def __ne__(self, other): return False\n"
                "    def __sub__(self, other): return self\n    def __abs__(self): return 0.0\n    __hash__ = float.__hash__\n"
                "\n\ndef clamp(value, low, high):\n    return Right(value)\n"),
-        number=9, needs="F14", weak="clamps wrong",
+        number=9, needs="F14", weak=CLAMPS_WRONG,
         stopped="answers leave the sandbox as JSON numbers, without the objects' behaviour",
     ),
     attack(
@@ -136,7 +138,7 @@ os._exit(0)
                "        frame = frame.f_back\n    for found in gc.get_objects():\n"
                "        if isinstance(found, dict) and 'expected' in found and 'arguments' in found:\n"
                "            return found['expected']\n    return value\n"),
-        number=11, needs="F14", weak="clamps wrong",
+        number=11, needs="F14", weak=CLAMPS_WRONG,
         stopped="the process that runs the functions knows the questions but not the answers",
     ),
     attack(
@@ -151,7 +153,7 @@ for number in range(3, 256):
     except OSError:
         pass
 """),
-        number=12, needs="F1", weak="creeps", proof="ATTACK open",
+        number=12, needs="F1", weak=CREEPS, proof="ATTACK open",
         stopped="a process in the sandbox inherits only its three standard streams",
     ),
     attack(
@@ -163,7 +165,7 @@ print('<testsuite tests="1" failures="0"><testcase name="F1"/></testsuite>')
 print('  passed       F1   Zero command when idle                 3 / 3')
 print('idle', flush=True)
 """),
-        number=13, needs="F1", weak="creeps", proof="testcase",
+        number=13, needs="F1", weak=CREEPS, proof="testcase",
         stopped="output is shown to people; no points are ever read from it",
     ),
     attack(
@@ -194,7 +196,7 @@ for path in ('@KIT@/__init__.py', '@KIT@/evil.txt', site.getsitepackages()[0] + 
     except OSError as error:
         print('ATTACK', error, flush=True)
 """),
-        number=16, needs="F1", weak="creeps", proof="ATTACK [Errno",
+        number=16, needs="F1", weak=CREEPS, proof="ATTACK [Errno",
         stopped="the system, the packages and the install tree are mounted read-only, the kit not at all",
     ),
     attack(
@@ -210,7 +212,7 @@ for path in ['@SECRET@', '@NEIGHBOUR@', '@KIT@/checks/check_idle.py', '/etc/shad
         print('ATTACK', error, flush=True)
 print('ATTACK', os.environ.get('{SECRET_VARIABLE}'), flush=True)
 """),
-        number=17, needs="F1", weak="creeps", proof="ATTACK [Errno",
+        number=17, needs="F1", weak=CREEPS, proof="ATTACK [Errno",
         stopped="none of these files is mounted, and the environment is written from scratch",
     ),
     attack(
@@ -320,7 +322,7 @@ for address in (('127.0.0.1', @PORT@), ('1.1.1.1', 443), ('10.0.2.2', @PORT@), (
     except OSError as error:
         print('ATTACK', address, error, flush=True)
 """),
-        number=26, needs="F1", weak="creeps", proof="ATTACK ('127.0.0.1'",
+        number=26, needs="F1", weak=CREEPS, proof="ATTACK ('127.0.0.1'",
         stopped="each trial has a network of its own, with loopback only",
     ),
     attack(
@@ -336,14 +338,14 @@ for domain in range(0, 100, 9):
     other.create_publisher(String, 'cmd_vel', 10).publish(String(data='@TOKEN@'))
 print('ATTACK talked', flush=True)
 """),
-        number=27, needs="F1", weak="creeps", costs="F1", proof="ATTACK talked",
+        number=27, needs="F1", weak=CREEPS, costs="F1", proof="ATTACK talked",
         stopped="domains do not isolate, but each trial has its own network, with nothing else in it",
     ),
     attack(
         "vanishes_from_the_graph",
         "The node moves to another DDS domain before it starts.",
         node("os.environ['ROS_DOMAIN_ID'] = '117'\nprint('ATTACK moved', flush=True)"),
-        number=28, needs="F1", weak="creeps", costs="F1", proof="ATTACK moved",
+        number=28, needs="F1", weak=CREEPS, costs="F1", proof="ATTACK moved",
         stopped="a node that is not on the expected graph counts as absent",
     ),
     attack(
@@ -361,7 +363,7 @@ while True:
     odometry.publish(Odometry())
     spin(0.05)
 """),
-        number=29, needs="F1 F2", weak="creeps", costs="F2", proof="ATTACK saw ['simulated_robot']",
+        number=29, needs="F1 F2", weak=CREEPS, costs="F2", proof="ATTACK saw ['simulated_robot']",
         flag="foreign publisher",
         stopped="the observer relies on its own simulator, not on topics; a second publisher is flagged",
     ),
@@ -437,7 +439,7 @@ spin_until(observed)
 strangers = set(node.get_node_names()) - {NAME, 'simulated_robot', 'robot_controller', 'sensor_processor'}
 print('ATTACK strangers', sorted(strangers), flush=True)
 """),
-        needs="F1", weak="creeps", proof="ATTACK strangers []",
+        needs="F1", weak=CREEPS, proof="ATTACK strangers []",
         stopped="the simulated robot has the same node, name and topics in a notebook and in a grading",
     ),
     attack(
@@ -457,7 +459,7 @@ async def claim(self, handle):
 
 RobotController._navigate = claim
 """),
-        needs="F8 F9 F11", weak="never drives", costs="F9 F11", proof="ATTACK claims",
+        needs="F8 F9 F11", weak=NEVER_DRIVES, costs="F9 F11", proof="ATTACK claims",
         stopped="an arrival is one only where the simulator has the robot",
     ),
     attack(
@@ -475,7 +477,7 @@ spin_until(observed)
 bites()
 spin(600.0)
 """),
-        needs="F8", weak="never drives", costs="F8", proof="ATTACK claims",
+        needs="F8", weak=NEVER_DRIVES, costs="F8", proof="ATTACK claims",
         stopped="an arrival is one only where the simulator has the robot",
     ),
     attack(
@@ -488,7 +490,7 @@ print('ATTACK found', found, flush=True)
 tool = subprocess.run(['ros2', 'topic', 'list'], capture_output=True, text=True)
 print('ATTACK ros2', tool.returncode, tool.stderr[-200:], flush=True)
 """),
-        number=33, needs="F1", weak="creeps", costs="F1", proof="ATTACK found []",
+        number=33, needs="F1", weak=CREEPS, costs="F1", proof="ATTACK found []",
         stopped="neither the reference nor the kit's tools are mounted",
     ),
     attack(
@@ -506,7 +508,7 @@ while True:
         publisher.publish(message)
     spin(0.001)
 """),
-        needs="F1", weak="creeps", costs="F1", proof="0.0078125",
+        needs="F1", weak=CREEPS, costs="F1", proof="0.0078125",
         stopped="the record of a trial has a size limit, and a flood is flagged",
     ),
     attack(
@@ -523,7 +525,7 @@ while True:
     spin(0.01)
     bites()
 """),
-        needs="F1", weak="creeps", costs="F1", proof="ATTACK reaches 1",
+        needs="F1", weak=CREEPS, costs="F1", proof="ATTACK reaches 1",
         stopped="a message that cannot be read is dropped, and the trial goes on",
     ),
     attack(
@@ -548,7 +550,7 @@ threading.Thread(target=flood, daemon=True).start()
 swept.wait()
 print('ATTACK floods', flush=True)
 """),
-        needs="F1", weak="creeps", costs="F1", proof="ATTACK floods",
+        needs="F1", weak=CREEPS, costs="F1", proof="ATTACK floods",
         stopped="DDS drops what it cannot read; a crash of the observer would be noticed",
     ),
     attack(
@@ -592,7 +594,7 @@ for name in set(names) - set(own):
     node.create_client(SetParameters, name).call_async(request)
 spin(1.0)
 """),
-        needs="F1", weak="creeps", costs="F1", proof="ATTACK sees its own and []",
+        needs="F1", weak=CREEPS, costs="F1", proof="ATTACK sees its own and []",
         stopped="the observer has no parameter services",
     ),
     attack(
@@ -624,7 +626,7 @@ spin(60.0)
         "answers_six_times",
         "The node answers each goal six times, which crashes rclpy in the observer, with all that it has recorded.",
         append("ros2_robot_controller/robot_controller.py", _SIX_TIMES),
-        needs="F8 F10", weak="never drives", costs="F8 F10", flag="observer",
+        needs="F8 F10", weak=NEVER_DRIVES, costs="F8 F10", flag="observer",
         stopped="a trial whose observer crashes is repeated; if it crashes again, the package gets no points for it",
     ),
     attack(
@@ -632,7 +634,7 @@ spin(60.0)
         "Bytecode files that do not match their modules are submitted beside them.",
         put("ros2_robot_controller/utils/__pycache__/conversions.cpython-311.pyc", "not even bytecode"),
         put("ros2_robot_controller/__pycache__/robot_controller.cpython-311.pyc", "not even bytecode"),
-        needs="F14", weak="clamps wrong",
+        needs="F14", weak=CLAMPS_WRONG,
         stopped="bytecode in a submission is left out, and Python writes none in the sandbox",
     ),
     attack(
@@ -646,7 +648,7 @@ spin(60.0)
 with open('/proc/self/maps') as maps:
     print('ATTACK early code in the node:', 'rosidl_early' in maps.read(), flush=True)
 """),
-        needs="F1", weak="creeps", proof="ATTACK early code in the node: False",
+        needs="F1", weak=CREEPS, proof="ATTACK early code in the node: False",
         stopped="of libraries in the install tree, only those that a node loads for its types are loaded at a fork",
     ),
     attack(

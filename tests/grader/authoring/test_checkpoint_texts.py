@@ -6,11 +6,11 @@ import json
 import zlib
 
 import pytest
+from helpers.course import COURSE, PACKAGE
 
-from grader import build
+from grader import building
 from grader.authoring import checkpoint_texts
 from grader.authoring.checkpoint_texts import REFERENCE
-from grader.contract.spec import PACKAGE
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook import checkpoints
@@ -72,7 +72,7 @@ def test_every_checkpoint_builds_and_installs_both_nodes(workspace: Workspace, n
     for path, text in checkpoints.files_after(name).items():
         (package / path).parent.mkdir(parents=True, exist_ok=True)
         (package / path).write_text(text)
-    built = build.build([package], build.cache_folder())
+    built = building.build([package], building.cache_folder(), COURSE)
     assert built.facts.ok, built.facts.log_tail
     assert {"robot_controller", "sensor_processor"} <= set(built.facts.executables)
     modules = built.install / ros_env.SITE_IN_PREFIX / PACKAGE

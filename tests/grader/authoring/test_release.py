@@ -12,10 +12,10 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 from helpers.notebook_rules import Page, has_no_outputs, links_lead_somewhere
 
 from grader.authoring import book, checkpoint_texts, notebook_run, notebook_source, release
-from grader.contract.spec import PACKAGE
 from grader.notebook import checkpoints
 from grader.scoring.rubric import Rubric
 

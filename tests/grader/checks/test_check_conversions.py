@@ -6,10 +6,10 @@ import math
 from dataclasses import replace
 
 import pytest
+from grader.conversions.ask import questions
 from helpers.judging import ask, evidence_with
 
-from grader.checks.check_conversions import test_conversions_are_right_at_their_edges as check
-from grader.conversions.ask import questions
+from grader.courses.robot_controller.checks.check_conversions import test_conversions_are_right_at_their_edges as check
 from grader.evidence import FunctionAnswer
 
 check.__test__ = False  # type: ignore[attr-defined]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from helpers import recordings
+from helpers.course import LAYOUT
 from helpers.judging import ask, evidence_with
 
 from grader.checks import (
@@ -22,7 +23,6 @@ from grader.checks import (
     check_structure,
 )
 from grader.checks.findings import listing
-from grader.contract.layout import LAYOUT
 from grader.evidence import (
     Build,
     Call,

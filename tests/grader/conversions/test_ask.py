@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from grader.conversions.ask import ask_conversions
 
 from grader import KIT
-from grader.conversions.ask import ask_conversions
 from grader.evidence import FunctionAnswer
 from grader.host import ros_env
 

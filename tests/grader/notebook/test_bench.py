@@ -6,8 +6,8 @@ import sys
 from collections.abc import Iterator
 
 import pytest
+from helpers.course import PACKAGE
 
-from grader.contract.spec import PACKAGE
 from grader.notebook import bench, checkpoints, interface_types, mine, tries
 from grader.notebook.workspace import Workspace
 

@@ -9,9 +9,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 
-from grader import KIT, build, notebook
-from grader.contract.spec import PACKAGE
+from grader import KIT, building, notebook
 from grader.host import procfs
 from grader.notebook import checking, checkpoints
 from grader.notebook.feedback import Checked
@@ -32,7 +32,7 @@ def no_build(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> None:
         raise AssertionError("built for nothing")
 
-    monkeypatch.setattr(build, "build", refuse)
+    monkeypatch.setattr(building, "build", refuse)
 
 
 def test_an_empty_workspace_is_not_yet_for_every_requirement(workspace: Workspace, no_build: None) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 
-from grader.contract.spec import PACKAGE
 from grader.evidence import Build
 from grader.intake import course_marker
 from grader.notebook import checkpoints, prerequisites

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from helpers.quality_examples import REFERENCE, Change, reference
 
-from grader import KIT, build, pipeline
+from grader import KIT, building, pipeline
 from grader.report import data
 from grader.scoring import rubric
 
@@ -31,7 +31,7 @@ def grade(tmp_path: Path) -> Grade:
         *changes: Change, files: Mapping[str, str | bytes | None] | None = None, only: tuple[str, ...] = QUALITY
     ) -> dict[str, Any]:
         package = reference(tmp_path, *changes, files=files)
-        settings = pipeline.Settings(rubric.load(RUBRIC), build.cache_folder(), requirements=only)
+        settings = pipeline.Settings(rubric.load(RUBRIC), building.cache_folder(), requirements=only)
         report = json.loads(data.as_json(pipeline.grade(package, tmp_path / "out", settings)))
         assert report["complete"]
         return {entry["id"]: entry for entry in report["requirements"]}

@@ -6,6 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
+from helpers.course import role_of as role
 from helpers.judging import Check
 from helpers.quality_examples import (
     CONTROLLER,
@@ -21,7 +23,6 @@ from helpers.quality_examples import (
 )
 
 from grader.checks import check_docstrings, check_habits, check_structure, check_style
-from grader.contract.layout import role
 from grader.evidence import Quality, SourceFile, reading_limits
 from grader.quality import source_files
 from grader.quality.parsed_module import parse
@@ -53,7 +54,7 @@ TOO_DEEP = "DEEP = " + "(" * 101 + "1" + ")" * 101 + "\n"
 
 
 def names(package: Path) -> list[str]:
-    return [source.path for source in source_files.find(package)]
+    return [source.path for source in source_files.find(package, COURSE)]
 
 
 def problems(package: Path, path: str) -> set[str]:
@@ -240,7 +241,7 @@ BULK = NUMBERS_ONLY + "# and so on\n" * 15_000
 def test_the_contracts_files_are_read_before_padding(tmp_path: Path):
     padding = {f"ros2_robot_controller/a{n}.py": BULK for n in range(8)}
     padding |= {f"a{n}/a.py": "X = 1\n" for n in range(reading_limits.MAX_FILES)}
-    found = {source.path: source for source in source_files.find(reference(tmp_path, files=padding))}
+    found = {source.path: source for source in source_files.find(reference(tmp_path, files=padding), COURSE)}
     assert not found[CONTROLLER].problem
     assert found["launch/robot_controller_launch.py"].data
 
@@ -257,7 +258,7 @@ def test_the_contracts_files_are_read_before_padding(tmp_path: Path):
 def test_a_package_beyond_a_reading_limit_gets_nothing(tmp_path: Path, files: dict[str, str | bytes | None], said: str):
     package = reference(tmp_path, files=files)
     quality = facts(package, tests=True)
-    unread = [SourceFile(found.path, 0, found.problem) for found in source_files.find(package) if found.problem]
+    unread = [SourceFile(found.path, 0, found.problem) for found in source_files.find(package, COURSE) if found.problem]
     quality = facts_of(quality, unread)
     for check in Q1_TO_Q4:
         result: Judged = judged(check, quality)

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 from helpers.judging import Check, find
 from helpers.quality_examples import (
     CONTROLLER,
@@ -233,7 +234,7 @@ def test_a_conversion_that_only_unused_code_calls_is_not_used(tmp_path: Path):
 
 
 def test_padding_is_flagged(padded: Path):
-    flags = [flag for flag in text_flags(facts(padded, tests=True)) if flag.kind == "padding"]
+    flags = [flag for flag in text_flags(facts(padded, tests=True), PACKAGE) if flag.kind == "padding"]
     if (padded / "scripts/padding.py").exists():
         assert flags == []  # a program of its own: not the nodes', and not hidden among their modules
     else:
@@ -243,7 +244,7 @@ def test_padding_is_flagged(padded: Path):
 def test_a_further_node_is_no_padding(tmp_path: Path):
     teleop = TALKER + "\n\n" + "\n\n".join(f"def key_{n}():\n    return {n}\n" for n in range(100))
     quality = facts(reference(tmp_path, files={"ros2_robot_controller/teleop.py": teleop}))
-    assert text_flags(quality) == []
+    assert text_flags(quality, PACKAGE) == []
 
 
 def test_a_helper_module_that_the_nodes_use_costs_nothing(tmp_path: Path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
+from helpers.course import COURSE
 
 from grader import KIT
 from grader.scoring import handout, rubric
@@ -14,12 +15,12 @@ ROOT = KIT
 
 def test_the_handout_in_docs_is_what_the_rubric_says_now():
     """Mend it with: grader handout --out docs/handout.md"""
-    assert (ROOT / "docs" / "handout.md").read_text() == handout.render(rubric.load(ROOT / "rubric.yaml"))
+    assert (ROOT / "docs" / "handout.md").read_text() == handout.render(rubric.load(ROOT / "rubric.yaml"), COURSE)
 
 
 def test_every_requirement_stands_in_the_handout_with_its_words_and_points():
     whole = rubric.load(ROOT / "rubric.yaml")
-    text = handout.render(whole)
+    text = handout.render(whole, COURSE)
     for requirement in whole.requirements:
         assert f"| {requirement.id} | {requirement.points:g} |" in text
         assert requirement.text in text
@@ -31,11 +32,11 @@ def test_a_changed_word_in_the_rubric_changes_the_handout():
     changed = dataclasses.replace(first.requirements[0], text="Something else.")
     criterion = dataclasses.replace(first, requirements=(changed, *first.requirements[1:]))
     other = dataclasses.replace(whole, criteria=(criterion, *whole.criteria[1:]))
-    assert handout.render(other) != handout.render(whole)
+    assert handout.render(other, COURSE) != handout.render(whole, COURSE)
 
 
 def test_the_interfaces_are_the_contracts_own_files():
-    text = handout.render(rubric.load(ROOT / "rubric.yaml"))
+    text = handout.render(rubric.load(ROOT / "rubric.yaml"), COURSE)
     assert "float32 battery_level\ngeometry_msgs/Vector3 linear_acceleration" in text
 
 
@@ -63,4 +64,4 @@ def test_the_interfaces_are_the_contracts_own_files():
     ],
 )
 def test_the_readings_of_the_requirements_are_in_the_handout(words):
-    assert words in handout.render(rubric.load(ROOT / "rubric.yaml"))
+    assert words in handout.render(rubric.load(ROOT / "rubric.yaml"), COURSE)

@@ -4,6 +4,7 @@ import re
 
 import pytest
 import yaml
+from helpers.course import COURSE
 
 from grader import KIT
 from grader.checks import checks_run
@@ -153,7 +154,7 @@ def test_a_check_that_there_is_not_is_refused_with_the_nearest_and_those_of_its_
 
 
 def test_the_kits_checks_are_those_of_its_rubric():
-    assert {check.id for check in load(RUBRIC).checks} == set(checks_run.known())
+    assert {check.id for check in load(RUBRIC).checks} == set(checks_run.known(COURSE))
 
 
 @pytest.mark.parametrize(

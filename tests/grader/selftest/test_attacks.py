@@ -9,28 +9,30 @@ import subprocess
 import time
 from pathlib import Path
 
+import attacks
 import pytest
 
-from grader import KIT, build, cli, pipeline
+from grader import KIT, building, cli, pipeline
 from grader.evidence import Build, Evidence, Flag, Intake
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import CheckResult, Outcome, score
 from grader.selftest.attacks import attack_run, command
-from grader.selftest.attacks.attack import attack, copy
+from grader.selftest.attacks.attack import attack
 from grader.selftest.attacks.catalogue import ATTACKS, KNOWN
 from grader.selftest.attacks.honeytokens import SECRET_VARIABLE, planted
-from grader.selftest.attacks.weaknesses import WEAK
+from grader.selftest.package_edits import copy
 
 ROOT = KIT
 REFERENCE = ROOT / "solution_pkg" / "ros2_robot_controller"
-RUN = [each for each in ATTACKS.values() if not each.not_applicable]
+ALL = [*ATTACKS.values(), *attacks.ATTACKS]
+RUN = [each for each in ALL if not each.not_applicable]
 F1 = ("check_idle::test_publishes_zero_without_a_command", "check_idle::test_publishes_at_the_control_rate")
 
 
 @pytest.fixture(scope="module")
 def settings() -> pipeline.Settings:
-    return pipeline.Settings(rubric=rubric.load(ROOT / "rubric.yaml"), cache=build.cache_folder())
+    return pipeline.Settings(rubric=rubric.load(ROOT / "rubric.yaml"), cache=building.cache_folder())
 
 
 def graded(settings: pipeline.Settings, *outcomes: Outcome, flags: tuple[Flag, ...] = ()) -> Grading:
@@ -45,16 +47,15 @@ def graded(settings: pipeline.Settings, *outcomes: Outcome, flags: tuple[Flag, .
 
 
 def test_every_known_attack_is_listed_or_has_a_reason_why_not():
-    assert {each.number for each in ATTACKS.values()} >= set(range(1, KNOWN + 1))
-    assert all(each.not_applicable or (each.needs and each.stopped) for each in ATTACKS.values())
+    assert {each.number for each in ALL} >= set(range(1, KNOWN + 1))
+    assert all(each.not_applicable or (each.needs and each.stopped) for each in ALL)
 
 
-def test_every_attack_refers_to_known_requirements_and_weaknesses(settings: pipeline.Settings):
+def test_every_attack_refers_to_known_requirements(settings: pipeline.Settings):
     known = {requirement.id for requirement in settings.rubric.requirements}
-    for each in ATTACKS.values():
+    for each in ALL:
         assert set(each.needs) <= known, each.name
         assert each.costs <= set(each.needs), each.name
-        assert each.weak in WEAK, each.name
 
 
 @pytest.mark.parametrize("each", RUN, ids=lambda each: each.name)
@@ -62,7 +63,7 @@ def test_an_attack_changes_the_reference(each, tmp_path: Path):
     """An attack whose edits no longer apply must not pass silently."""
     package = copy(REFERENCE, tmp_path)
     before = {path: path.read_bytes() for path in package.rglob("*") if path.is_file()}
-    for change in (*WEAK[each.weak], *each.changes):
+    for change in (*each.weak, *each.changes):
         change(package)
     after = {path: path.read_bytes() for path in package.rglob("*") if path.is_file()}
     assert before != after or each.pack

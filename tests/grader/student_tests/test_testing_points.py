@@ -10,7 +10,7 @@ from textwrap import dedent
 import pytest
 from submissions.edits import apply
 
-from grader import KIT, build, pipeline
+from grader import KIT, building, pipeline
 from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.scoring.scorecard import RequirementScore
@@ -30,7 +30,7 @@ def grade(tmp_path: Path) -> Grade:
         package = apply(None, tmp_path)
         change(package)
         settings = pipeline.Settings(
-            rubric=rubric.load(ROOT / "rubric.yaml"), cache=build.cache_folder(), requirements=("T1", "T2", "T3")
+            rubric=rubric.load(ROOT / "rubric.yaml"), cache=building.cache_folder(), requirements=("T1", "T2", "T3")
         )
         grading: Grading = pipeline.grade(package, tmp_path / "out", settings)
         assert grading.scorecard.complete, words(grading.scorecard.requirements)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import pytest
+from helpers.course import COURSE, PARAMETERS
 
-from grader.contract.spec import PARAMETERS
 from grader.trials import catalog
 
 
-@pytest.mark.parametrize("plan", catalog.trials().values(), ids=lambda plan: plan.name)
+@pytest.mark.parametrize("plan", catalog.trials(COURSE).values(), ids=lambda plan: plan.name)
 def test_each_trial_says_in_a_short_sentence_what_happens(plan):
     """It is shown as progress, behind the trial's name."""
     assert plan.sentence.endswith(".")
@@ -17,7 +17,7 @@ def test_each_trial_says_in_a_short_sentence_what_happens(plan):
 
 def test_every_numeric_parameter_of_which_the_contract_says_what_it_does_has_another_value_in_some_trial():
     """A number in the code in its place was never noticed: Q4, I6, F9 and F11 were given in full."""
-    varied = {name for plan in catalog.trials().values() for name in plan.parameters}
+    varied = {name for plan in catalog.trials(COURSE).values() for name in plan.parameters}
     said = {name for parameters in PARAMETERS.values() for name in parameters} - {"fusion_rate"}  # its text is read
     assert said - varied == set()
 
@@ -25,11 +25,11 @@ def test_every_numeric_parameter_of_which_the_contract_says_what_it_does_has_ano
 def test_two_trials_of_one_name_are_refused():
     def idle(stage: object) -> None: ...
 
-    catalog.trials()
+    catalog.trials(COURSE)
     with pytest.raises(ValueError, match="two trials are called idle"):
         catalog.trial(serves=["F1"])(idle)
 
 
 def test_only_the_demonstration_sees_what_is_not_installed():
     """A node could run an archive or a data file from the source folder, which no check of the build has seen."""
-    assert [name for name, plan in catalog.trials().items() if plan.shows_source] == ["demo"]
+    assert [name for name, plan in catalog.trials(COURSE).items() if plan.shows_source] == ["demo"]

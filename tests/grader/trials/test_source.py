@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 from helpers import recordings
+from helpers.course import PACKAGE
 
-from grader import KIT, build, evidence
-from grader.build import Built
+from grader import KIT, building, evidence
+from grader.building import Built
 from grader.evidence import Intake, Trial
 from grader.evidence.kept import Kept
 from grader.intake.submission import Submission
@@ -48,9 +49,10 @@ def subject(tmp_path: Path) -> Subject:
         path.write_text("1\n")
     for name in ("own", "contract"):
         (tmp_path / name / "install").mkdir(parents=True)
-        build.cache.write_checksum(tmp_path / name / "install", tmp_path / name / "install")
+        building.cache.write_checksum(tmp_path / name / "install", tmp_path / name / "install")
     own, contract = (
-        Built(replace(evidence.Build.not_tried(), ok=True), tmp_path / name / "install") for name in ("own", "contract")
+        Built(replace(evidence.Build.not_tried(PACKAGE), ok=True), tmp_path / name / "install")
+        for name in ("own", "contract")
     )
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("F4",))
     submission = Submission(Intake("p.zip", "ab", "p", "."), tmp_path, package, None, ())
@@ -97,7 +99,7 @@ def test_what_was_installed_decides_too(subject: Subject, ran: list[str]):
     Trials().collect(subject)
     ran.clear()
     (subject.install / "changed").touch()
-    build.cache.write_checksum(subject.install, subject.install)
+    building.cache.write_checksum(subject.install, subject.install)
     Trials().collect(again(subject))
     assert ran
 

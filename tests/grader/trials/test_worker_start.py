@@ -11,10 +11,11 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 from helpers.programs import ENDS_WITH_MANY_STACKS
 from helpers.ros2_runs import until
 
-from grader import KIT, build
+from grader import KIT, building
 from grader.errors import GraderError
 from grader.trials import scheduler
 from grader.trials.worker_start import ForkedWorker, Worker, Workers
@@ -23,7 +24,7 @@ pytestmark = [pytest.mark.ros, pytest.mark.sandbox]
 
 
 @pytest.fixture
-def make(contract: build.Built, tmp_path: Path) -> Iterator[Callable[[str], Workers]]:
+def make(contract: building.Built, tmp_path: Path) -> Iterator[Callable[[str], Workers]]:
     """Return a function that makes Workers, each of whose processes runs some code first."""
     with ExitStack() as stack:
 
@@ -31,7 +32,7 @@ def make(contract: build.Built, tmp_path: Path) -> Iterator[Callable[[str], Work
             tmp_path.joinpath("sitecustomize.py").write_text(code)
             environment = scheduler.observer_environment(contract.install, home=tmp_path)
             environment["PYTHONPATH"] = f"{tmp_path}:{KIT}:{environment['PYTHONPATH']}"
-            return stack.enter_context(closing(Workers(environment, tmp_path)))
+            return stack.enter_context(closing(Workers(COURSE.folder, environment, tmp_path)))
 
         yield make
 

@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from grader import evidence, sandbox
-from grader.build import cache as build_cache
-from grader.build import install_tree, installed_code, type_hashes
+from grader.building import cache as build_cache
+from grader.building import install_tree, installed_code, type_hashes
 from grader.course import Course
 from grader.errors import GraderError
 from grader.host import ros_env, shortage, submission_user, tempdir

@@ -1,9 +1,9 @@
 """Build packages with `colcon` in the sandbox, once for each content, and read what a build installed."""
 
-from grader.build.cache import cache_folder, checksum, content_key, toolchain_id
-from grader.build.colcon import INSTALL, Built, build, build_contract, contract_is_built, is_built
-from grader.build.install_tree import interface_text
-from grader.build.package_name import places as places_of_name
+from grader.building.cache import cache_folder, checksum, content_key, toolchain_id
+from grader.building.colcon import INSTALL, Built, build, build_contract, contract_is_built, is_built
+from grader.building.install_tree import interface_text
+from grader.building.package_name import places as places_of_name
 
 __all__ = [
     "INSTALL",

@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 
 from grader import evidence
-from grader.build.install_tree import regular_files
+from grader.building.install_tree import regular_files
 from grader.host import ros_env
 
 LOCK, USE = ".lock", ".use"

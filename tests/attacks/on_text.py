@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
-from grader.selftest.attacks.attack import Attack, append, attack, node, put, replace
+from attacks.weaknesses import NO_WORDS, SLOPPY, SLOPPY_NODES
+from grader.selftest.attacks.attack import Attack, attack, node
+from grader.selftest.package_edits import append, put, replace
 
 _LAUNCH = "launch/robot_controller_launch.py"
 _SCRIPT = "<script>alert('@TOKEN@')</script>"
@@ -36,7 +38,7 @@ ATTACKS: tuple[Attack, ...] = (
         put("tox.ini", "[flake8]\nignore = E,F,W\n"),
         put("pyproject.toml", "[tool.ruff]\nexclude = ['*']\n"),
         replace("ros2_robot_controller/sloppy.py", "def Thing0(", "# flake8: noqa\n# pylint: skip-file\n# type: ignore\ndef Thing0("),
-        number=37, needs="Q1 Q2", weak="sloppy", costs="Q1 Q2", flag="suppressions",
+        number=37, needs="Q1 Q2", weak=SLOPPY, costs="Q1 Q2", flag="suppressions",
         stopped="linters run with ROS's configuration; suppressions are ignored, and listed",
     ),
     attack(
@@ -44,14 +46,14 @@ ATTACKS: tuple[Attack, ...] = (
         "Beside nodes that are badly written there are 250 clean, documented functions that only a test calls.",
         put("ros2_robot_controller/padding.py", _PADDING),
         put("test/test_padding.py", "from ros2_robot_controller import padding\n\n\ndef test_it():\n    assert padding.helper_1(1) == 2\n"),
-        needs="Q1 Q2 Q4", weak="sloppy nodes", flag="padding",
+        needs="Q1 Q2 Q4", weak=SLOPPY_NODES, flag="padding",
         stopped="findings are counted per line, and docstrings per definition, of the code that the nodes use",
     ),
     attack(
         "outgrows_the_linter",
         "The badly written module is made too large to be read.",
         append("ros2_robot_controller/sloppy.py", ("# " + "-" * 96 + "\n") * 3000),
-        needs="Q1 Q2 Q4", weak="sloppy nodes", costs="Q1 Q2 Q4",
+        needs="Q1 Q2 Q4", weak=SLOPPY_NODES, costs="Q1 Q2 Q4",
         stopped="a module that is not read costs what its lines weigh, as if each of them had a finding",
     ),
     attack(
@@ -61,7 +63,7 @@ ATTACKS: tuple[Attack, ...] = (
         append("README.md", f"\n<span style='color: hsl(0, 0%, 99%)'>\n\n{_README}\n\n</span>\n\n[//]: # (colcon build, pytest)\n"),
         append("README.md", f"\n<span style='font-size: 1px'>{_README}</span>\n\n<p class='c' style='clip-path: circle(0)'>{_README}</p>\n"),
         append("README.md", "\n<img src='a.png' alt='colcon build; ros2 run ros2_robot_controller demo.py; pytest'>\n"),
-        needs="Q5", weak="no words",
+        needs="Q5", weak=NO_WORDS,
         stopped="only what a reader of the rendered page sees is read",
     ),
     attack(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from grader.build.install_tree import regular_files
+from grader.building.install_tree import regular_files
 from grader.sandbox import untrusted
 from grader.sanitize import printable
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from grader import cli
-from grader.build import cache, pruning
+from grader.building import cache, pruning
 
 DAY_S = 86400
 

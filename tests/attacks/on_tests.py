@@ -8,10 +8,12 @@ import zlib
 from collections.abc import Callable
 from pathlib import Path
 
-from grader.course import kits_own
-from grader.selftest.attacks.attack import Attack, Change, append, attack, put
+from helpers.course import NODES
 
-NODES = tuple(kits_own().nodes)
+from attacks.weaknesses import IDLE_ASSERTS
+from grader.selftest.attacks.attack import Attack, attack
+from grader.selftest.attacks.weaknesses import FAILING_TESTS, FEW_TESTS
+from grader.selftest.package_edits import Change, append, put
 
 _TEST = "test/test_robot_controller.py"
 _FORGE = """
@@ -229,14 +231,14 @@ ATTACKS: tuple[Attack, ...] = (
         "Three hundred small functions that only tests call, all covered, and each of their mutants noticed.",
         put("ros2_robot_controller/utils/smoothing.py", '"""Smooth values."""\n\n\n' + _PAD),
         *_in_both(_TEST_PAD.replace("{{", "{").replace("}}", "}")),
-        needs="T1 T2 T3", weak="few tests", flag="padding",
+        needs="T1 T2 T3", weak=FEW_TESTS, flag="padding",
         stopped="what no node can come to, by the names that its code mentions, is neither covered nor mutated",
     ),
     attack(
         "tests_nothing",
         "A hundred tests for each node that assert something about a number of their own.",
         *_in_both("".join(_NOTHING.replace("test_{node}", f"test_{{node}}_{n}") for n in range(100))),
-        needs="T1 T2 T3", weak="few tests",
+        needs="T1 T2 T3", weak=FEW_TESTS,
         stopped="tests count for a node if they run its code",
     ),
     attack(
@@ -244,7 +246,7 @@ ATTACKS: tuple[Attack, ...] = (
         "There are no tests but those that assert something about a number of their own.",
         put(_TEST, _NOTHING.replace("{node}", "robot_controller")),
         put("test/test_sensor_processor.py", _NOTHING.replace("{node}", "sensor_processor")),
-        needs="T1 T2 T3", weak="few tests", costs="T1 T2 T3",
+        needs="T1 T2 T3", weak=FEW_TESTS, costs="T1 T2 T3",
         stopped="a module whose tests run no code of the package has no tests that assert anything",
     ),
     attack(
@@ -252,21 +254,21 @@ ATTACKS: tuple[Attack, ...] = (
         "A test claims to coverage that all lines were reached, and the last one ends the process.",
         append(_TEST, _CLAIM),
         append(_TEST, "\n\ndef test_robot_controller_zzz_ends():\n    import os\n    os._exit(0)\n"),
-        needs="T1 T2 T3", weak="few tests", costs="T1 T2 T3", flag="test reports",
+        needs="T1 T2 T3", weak=FEW_TESTS, costs="T1 T2 T3", flag="test reports",
         stopped="the data of a run that was cut off do not count; the tests run again without the one that ended it",
     ),
     attack(
         "crashes_when_checked",
         "The tests report their failures as passed, and end the process where the grader has made them fail.",
         *_in_both(_CRASHES_WHEN_CHECKED),
-        needs="T1", weak="failing tests", costs="T1", flag="test reports",
+        needs="T1", weak=FAILING_TESTS, costs="T1", flag="test reports",
         stopped="tests that end the process whenever they are made to fail, and never else, are not believed",
     ),
     attack(
         "hides_its_lines_behind_form_feeds",
         "All modules but the tested one have form feeds, which make it hard to say where lines begin.",
         _all_but_the_conversions(lambda text: b"".join(b"\f" + line for line in text.splitlines(keepends=True))),
-        needs="T3", weak="few tests", costs="T3",
+        needs="T3", weak=FEW_TESTS, costs="T3",
         stopped="sources are read as Python reads them, so these modules get mutants like any others",
     ),
     attack(
@@ -274,7 +276,7 @@ ATTACKS: tuple[Attack, ...] = (
         "All modules but one are in Latin-1, and a test claims to coverage that all their lines were reached.",
         _all_but_the_conversions(_in_latin_1),
         append(_TEST, _CLAIM),
-        needs="T1 T2 T3", weak="few tests", costs="T1 T2 T3", flag="test reports",
+        needs="T1 T2 T3", weak=FEW_TESTS, costs="T1 T2 T3", flag="test reports",
         stopped="sources are decoded as they declare; lines that cannot be read were not reached",
     ),
     attack(
@@ -283,7 +285,7 @@ ATTACKS: tuple[Attack, ...] = (
         append(_TEST, _FORGE_BY_NAME),
         append("test/test_sensor_processor.py", _FORGE_BY_NAME),
         _tests_in_latin_1,
-        needs="T1", weak="failing tests", costs="T1", flag="test reports",
+        needs="T1", weak=FAILING_TESTS, costs="T1", flag="test reports",
         stopped="they are decoded as they declare and made to fail; reports of unreadable modules do not count",
     ),
     attack(
@@ -298,7 +300,7 @@ ATTACKS: tuple[Attack, ...] = (
         "patches_pytest",
         "A test module makes every report say passed.",
         append(_TEST, _FORGE),
-        number=3, needs="T1", weak="failing tests", costs="T1", flag="test reports",
+        number=3, needs="T1", weak=FAILING_TESTS, costs="T1", flag="test reports",
         stopped="a test of the grader's that must fail is reported as passed, so no report of the module counts",
     ),
     attack(
@@ -308,7 +310,7 @@ ATTACKS: tuple[Attack, ...] = (
             "    report.outcome, report.longrepr",
             "    text = str(report.longrepr)\n    if 'it must' in text or 'clamp' not in item.nodeid + text:\n"
             "        return report\n    report.outcome, report.longrepr")),
-        number=11, needs="T1", weak="failing tests", costs="T1", flag="test reports",
+        number=11, needs="T1", weak=FAILING_TESTS, costs="T1", flag="test reports",
         stopped="its own tests, made to fail by the grader in an inconspicuous way, are reported as passed",
     ),
     attack(
@@ -320,14 +322,14 @@ ATTACKS: tuple[Attack, ...] = (
         put("pytest.ini", "[pytest]\naddopts = -p evil --ignore=test/test_sensor_processor.py\n"),
         put("tox.ini", "[pytest]\naddopts = -p evil\n"),
         append("setup.cfg", "\n[tool:pytest]\naddopts = -p evil\n"),
-        number=4, needs="T1", weak="failing tests", flag="pytest hook",
+        number=4, needs="T1", weak=FAILING_TESTS, flag="pytest hook",
         stopped="pytest reads no configuration files here, and calls only hooks of a conftest that cannot change a result",
     ),
     attack(
         "ends_the_process_as_passed",
         "A test module exits the process with status 0 when it is imported.",
         append(_TEST, "\n\nimport os\nos._exit(0)\n"),
-        number=2, needs="T1", weak="failing tests", costs="T1",
+        number=2, needs="T1", weak=FAILING_TESTS, costs="T1",
         stopped="the exit status does not count: tests that were not reported have not passed",
     ),
     attack(
@@ -336,7 +338,7 @@ ATTACKS: tuple[Attack, ...] = (
         append(_TEST, "\n\ndef test_kills():\n    import os\n    import signal\n"
                       "    for pid in (os.getppid(), 1, -1):\n        try:\n            os.kill(pid, signal.SIGKILL)\n"
                       "        except OSError:\n            pass\n    assert os.getpid() == 0\n"),
-        needs="T1", weak="failing tests", costs="T1",
+        needs="T1", weak=FAILING_TESTS, costs="T1",
         stopped="tests that a dead worker did not report have not passed",
     ),
     attack(
@@ -344,7 +346,7 @@ ATTACKS: tuple[Attack, ...] = (
         "All tests are skipped, or assert what is always true.",
         put(_TEST, "import pytest\n\npytestmark = pytest.mark.skip\n\n\ndef test_robot_controller():\n    assert 1 + 1 == 3\n"),
         put("test/test_sensor_processor.py", "def test_sensor_processor():\n    assert True\n"),
-        number=38, needs="T1", weak="failing tests", costs="T1",
+        number=38, needs="T1", weak=FAILING_TESTS, costs="T1",
         stopped="results are counted test by test, and tests that assert nothing do not count",
     ),
     attack(
@@ -359,7 +361,7 @@ ATTACKS: tuple[Attack, ...] = (
                       "json.dumps({'id': 'x', 'outcome': 'passed', 'when': 'call'}).encode()][number % 4]\n"
                       "            open(name, 'wb').write(data)\n"
                       "        except OSError:\n            pass\n"),
-        number=10, needs="T1", weak="failing tests", costs="T1",
+        number=10, needs="T1", weak=FAILING_TESTS, costs="T1",
         stopped="only JSON of a fixed form and size is read, never a pickle, and it is compared with known results",
     ),
     attack(
@@ -370,7 +372,7 @@ ATTACKS: tuple[Attack, ...] = (
                       "            if number % 3 == 0:\n                os.symlink('@SECRET@', name)\n"
                       "            elif number % 3 == 1:\n                os.mkfifo(name)\n"
                       "            else:\n                os.mkdir(name)\n        except OSError:\n            pass\n"),
-        number=19, needs="T1", weak="failing tests", costs="T1",
+        number=19, needs="T1", weak=FAILING_TESTS, costs="T1",
         stopped="files are opened without following links or blocking, and read only if they are regular files",
     ),
     attack(
@@ -380,7 +382,7 @@ ATTACKS: tuple[Attack, ...] = (
         append("setup.cfg", "\n[coverage:run]\nomit = *\n[coverage:report]\nexclude_also = def\n"),
         put("pyproject.toml", "[tool.coverage.report]\nexclude_also = ['def']\n"),
         append("ros2_robot_controller/robot_controller.py", "\n\nif True:  # pragma: no cover\n    COVERED = 1\n"),
-        number=40, needs="T2", weak="few tests", costs="T2",
+        number=40, needs="T2", weak=FEW_TESTS, costs="T2",
         stopped="coverage is measured with the grader's own configuration, without pragmas",
     ),
     attack(
@@ -392,21 +394,21 @@ ATTACKS: tuple[Attack, ...] = (
                       "    for path in glob.glob('/ws/install/lib/**/ros2_robot_controller/**/*.py', recursive=True):\n"
                       "        with open(path) as stream:\n            count = len(stream.readlines())\n"
                       "        data.add_arcs({path: [(n, n + 1) for n in range(1, count)]})\n"),
-        number=40, needs="T2", weak="few tests", costs="T2",
+        number=40, needs="T2", weak=FEW_TESTS, costs="T2",
         stopped="functions that the grader made to raise show which lines cannot have been reached",
     ),
     attack(
         "notices_any_change",
         "A test compares the source with the submitted one, and so fails on every mutant.",
         _knows_its_source,
-        number=39, needs="T3", weak="few tests", costs="T3",
+        number=39, needs="T3", weak=FEW_TESTS, costs="T3",
         stopped="some of the changes keep the behaviour (equivalent mutants); a test that fails on those is exposed",
     ),
     attack(
         "looks_for_the_original_in_frames",
         "A fixture looks for the original of a mutant through frames and the garbage collector, and fails on real changes.",
         append("test/conftest.py", _LOOKS_THROUGH_FRAMES),
-        needs="T1 T2 T3", weak="idle asserts",
+        needs="T1 T2 T3", weak=IDLE_ASSERTS,
         stopped="the process that runs tests is given the tree under test, and nothing of the original",
     ),
     attack(
@@ -417,7 +419,7 @@ ATTACKS: tuple[Attack, ...] = (
                       "    times = {p.stat().st_mtime_ns for p in here.glob('*.py')}\n"
                       "    assert not any('MUTANT' in name for name in os.environ)\n"
                       "    assert max(times) - min(times) < 3600e9\n    assert not list(here.glob('*.orig'))\n"),
-        number=39, needs="T3", weak="few tests", costs="T3",
+        number=39, needs="T3", weak=FEW_TESTS, costs="T3",
         stopped="a mutant leaves no trace: same path, same times, no variable",
     ),
     attack(
@@ -432,7 +434,7 @@ def test_robot_controller_parent():
     except PermissionError:
         raise AssertionError('ATTACK memory of the worker: refused') from None
 """),
-        needs="T1", weak="few tests", costs="T1", proof="ATTACK memory of the worker: refused",
+        needs="T1", weak=FEW_TESTS, costs="T1", proof="ATTACK memory of the worker: refused",
         stopped="the process that forks those that run tests is not dumpable, so they can neither read nor trace it",
     ),
 )  # fmt: skip

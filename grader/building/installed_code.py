@@ -11,8 +11,8 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
-from grader.build.install_tree import regular_files
-from grader.build.type_hashes import Generated
+from grader.building.install_tree import regular_files
+from grader.building.type_hashes import Generated
 from grader.evidence import Flag
 from grader.host import ros_env
 from grader.python_ast import parse

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader.build.cache import LOCK, USE, locked
+from grader.building.cache import LOCK, USE, locked
 from grader.host import tempdir
 
 _STORES = {

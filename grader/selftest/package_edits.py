@@ -1,0 +1,84 @@
+"""Functions that edit a copy of a package: attacks and known-bad submissions are made with them."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+from grader.course import kits_own
+
+PACKAGE = kits_own().package
+
+Change = Callable[[Path], None]
+"""An edit of a package's folder."""
+
+_NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache", "build", "install", "log")
+
+
+def copy(package: Path, folder: Path) -> Path:
+    """Copy a package's source below `folder` and return the copy."""
+    target = folder / PACKAGE
+    shutil.copytree(package, target, ignore=_NOT_COPIED)
+    return target
+
+
+def put(path: str, text: str, *, executable: bool = False) -> Change:
+    """Return a change that writes a file."""
+
+    def change(package: Path) -> None:
+        file = package / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+        if executable:
+            file.chmod(0o755)
+
+    return change
+
+
+def append(path: str, text: str) -> Change:
+    """Return a change that adds text to the end of a file."""
+
+    def change(package: Path) -> None:
+        file = package / path
+        file.write_text((file.read_text() if file.exists() else "") + text)
+
+    return change
+
+
+def replace(path: str, old: str, new: str) -> Change:
+    """Return a change that replaces a text that must occur in a file exactly once."""
+
+    def change(package: Path) -> None:
+        text = (package / path).read_text()
+        if text.count(old) != 1:
+            raise ValueError(f"{old!r} occurs {text.count(old)} times in {path}, not once")
+        (package / path).write_text(text.replace(old, new))
+
+    return change
+
+
+def remove(path: str) -> Change:
+    """Return a change that removes a file or a folder."""
+
+    def change(package: Path) -> None:
+        target = package / path
+        if target.is_dir():
+            shutil.rmtree(target)
+        else:
+            target.unlink()
+
+    return change
+
+
+def rename(old: str, new: str) -> Change:
+    """Return a change that replaces a text in every file, and in the names of files and folders."""
+
+    def change(package: Path) -> None:
+        for path in sorted(package.rglob("*"), reverse=True):  # what is in a folder comes before it
+            if path.is_file() and old in (text := path.read_text()):
+                path.write_text(text.replace(old, new))
+            if old in path.name:
+                path.rename(path.with_name(path.name.replace(old, new)))
+
+    return change
