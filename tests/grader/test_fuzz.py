@@ -89,7 +89,7 @@ def parameters(data: bytes | str) -> None:
     with written("robot_params.yaml", data) as path:
         copies, values = parameter_files.write_changed(path.parent, path.parent / "out", COURSE.telltales)
         assert set(copies.values()) <= {"robot_params.yaml"}
-        assert set(values) <= set(parameter_files.TELLTALES)
+        assert set(values) <= set(COURSE.telltales)
 
 
 def world(data: bytes | str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from pathlib import Path
 
@@ -31,7 +30,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of some evidence, over which these checks can be run."""
     checks = tmp_path / "checks"
     checks.mkdir()
-    shutil.copy(checks_run._FOLDER / "conftest.py", checks)
     functions = [f"def test_{name}(judge):\n    {body}\n" for name, body in CHECKS.items()]
     (checks / "check_it.py").write_text("\n".join(["import ctypes, re, time", *functions]))
     monkeypatch.setattr(checks_run, "_FOLDER", checks)

@@ -14,12 +14,11 @@ from grader.authoring.checkpoint_texts import REFERENCE
 from grader.intake import course_marker
 from grader.intake.submission import open_submission
 from grader.notebook import checkpoints
-from grader.notebook.checkpoints import NOTEBOOKS
 from grader.notebook.workspace import Workspace
 
 
 def test_no_notebook_both_asks_for_a_file_and_gives_it() -> None:
-    for name in NOTEBOOKS:
+    for name in list(checkpoints.table()):
         files = checkpoints.checkpoint(name)
         assert not set(files.exercises) & set(files.given)
 

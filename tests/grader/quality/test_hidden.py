@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from helpers.course import COURSE
 from helpers.course import role_of as role
-from helpers.judging import Check
+from helpers.judging import Check, find
 from helpers.quality_examples import (
     CONTROLLER,
     REFERENCE,
@@ -33,10 +33,10 @@ RULES = check_docstrings.test_docstrings_follow_ament_pep257
 LAYOUT = check_structure.test_layout_matches_the_contract
 COMPLEXITY = check_structure.test_no_function_is_too_complex
 COPIES = check_structure.test_no_block_is_repeated
-CONVERSIONS = check_structure.test_conversions_are_in_utils_and_used
+CONVERSIONS = find("check_structure::test_conversions_are_in_utils_and_used")
 HABITS = check_habits.test_no_bare_except_print_or_mutable_default
 SLEEPING = check_habits.test_callbacks_do_not_sleep
-NUMBERS = check_habits.test_contract_numbers_are_parameters
+NUMBERS = find("check_habits::test_contract_numbers_are_parameters")
 ANNOTATIONS = check_habits.test_public_functions_are_annotated
 Q1_TO_Q4 = (
     STYLE, DOCSTRINGS, RULES, LAYOUT, COMPLEXITY, COPIES, CONVERSIONS, HABITS, SLEEPING, NUMBERS, ANNOTATIONS,

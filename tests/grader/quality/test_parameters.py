@@ -8,7 +8,7 @@ import pytest
 from helpers.course import COURSE, PARAMETERS
 from helpers.quality_examples import CONTROLLER, MOTION, PROCESSOR, REFERENCE, facts, judged, reference, written
 
-from grader.checks.check_habits import test_contract_numbers_are_parameters as numbers
+from grader.courses.robot_controller.checks.check_habits import test_contract_numbers_are_parameters as numbers
 from grader.quality.parameters import parameter_use
 from grader.quality.parsed_module import parse
 

@@ -22,22 +22,23 @@ from helpers.quality_examples import (
 )
 
 from grader import KIT
-from grader.checks import check_docstrings, check_habits, check_structure, check_style
+from grader.checks import check_docstrings, check_habits, check_style
 from grader.evidence import Quality, SourceFile
 from grader.quality.source import PackageText, text_flags
 from grader.scoring import rubric
+from grader.settings import Settings
 
 STYLE = check_style.test_ament_flake8_finds_nothing
 DOCSTRINGS = check_docstrings.test_public_things_have_docstrings
 RULES = check_docstrings.test_docstrings_follow_ament_pep257
-CONVERSIONS_USED = check_structure.test_conversions_are_in_utils_and_used
-NUMBERS = check_habits.test_contract_numbers_are_parameters
+CONVERSIONS_USED = find("check_structure::test_conversions_are_in_utils_and_used")
+NUMBERS = find("check_habits::test_contract_numbers_are_parameters")
 ANNOTATIONS = check_habits.test_public_functions_are_annotated
 
 QUALITY = [
     check.id
     for requirement in rubric.load(KIT / "rubric.yaml").requirements
-    if requirement.id in PackageText.serves - {"I2"}
+    if requirement.id in PackageText().serves(Settings(rubric.load(KIT / "rubric.yaml"), Path())) - {"I2"}
     for check in requirement.checks
     if check.id != "check_handed_in::test_demonstration_runs"  # a trial of the nodes shows it
 ]

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from grader.conversions.ask import ask_conversions
+from helpers.course import COURSE
 
 from grader import KIT
 from grader.evidence import FunctionAnswer
+from grader.functions.call import call_functions
 from grader.host import ros_env
 
 pytestmark = pytest.mark.sandbox
@@ -24,7 +25,7 @@ def asked(tmp_path: Path, more: str) -> list[FunctionAnswer]:
     (package / "__init__.py").touch()
     (package / "utils" / "__init__.py").touch()
     (package / "utils" / "conversions.py").write_text(f"{HONEST}\n{more}\n")
-    return ask_conversions(tmp_path, seed=1)
+    return call_functions(tmp_path, 1, COURSE)
 
 
 def test_the_reference_answers_every_question(tmp_path: Path):
