@@ -8,7 +8,8 @@ import pytest
 from helpers.course import COURSE
 
 from grader import KIT
-from grader.scoring import handout, rubric
+from grader.course import handout
+from grader.scoring import rubric
 
 ROOT = KIT
 
