@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import importlib
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from grader.notebook import interface_types, workspace
 from grader.notebook.tables import MissingError
 from grader.notebook.workspace import NOTEBOOK, course
 
-BENCH_DOMAIN = 101  # workspaces have 1 to 100: nothing on a bench is heard elsewhere
+_DISCOVERY = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _TICK_S = 0.05
 _SPINS = 5  # of the executor: two timers, a goal, and the messages that these cause
 
@@ -81,7 +84,8 @@ class Bench:
         if Bench._current is not None:
             Bench._current.close()
         self._context = Context()
-        rclpy.init(context=self._context, domain_id=BENCH_DOMAIN)
+        with _undiscovered():
+            rclpy.init(context=self._context)
         Bench._current = self
         overrides = [Parameter("use_sim_time", value=True)]
         overrides += [Parameter(key, value=value) for key, value in parameters.items()]
@@ -169,3 +173,16 @@ class Bench:
         if "node" in vars(self):
             self.node.destroy_node()
         try_shutdown(context=self._context)
+
+
+@contextmanager
+def _undiscovered() -> Iterator[None]:
+    """Keep contexts that are made now to themselves: nothing on a bench is heard elsewhere, not even on another one."""
+    before = os.environ.get(_DISCOVERY)
+    os.environ[_DISCOVERY] = "OFF"
+    try:
+        yield
+    finally:
+        del os.environ[_DISCOVERY]
+        if before is not None:
+            os.environ[_DISCOVERY] = before

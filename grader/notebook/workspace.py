@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import os
 import shutil
 from collections.abc import MutableMapping
@@ -14,6 +13,7 @@ from grader import building
 from grader.course import Course, kits_own, load
 from grader.errors import GraderError
 from grader.host import ros_env
+from grader.notebook import domain
 
 VARIABLE = "ROS2_COURSE_WS"
 COURSE = "ROS2_COURSE"
@@ -47,9 +47,8 @@ class Workspace:
 
     @property
     def domain_id(self) -> int:
-        """Return the DDS domain of this workspace, 1 to 100: two students on one machine must not hear each other."""
-        digest = hashlib.sha256(os.fsencode(self.root)).digest()
-        return 1 + int.from_bytes(digest[:4], "big") % 100
+        """Return the DDS domain of this workspace, 1 to 100."""
+        return domain.of(self.root)
 
     def shown(self, path: Path) -> str:
         """Return a path in the workspace as it is shown to students, the same on every machine."""
@@ -84,6 +83,7 @@ def open_workspace(notebook: str) -> Workspace:
     found.package.mkdir(parents=True, exist_ok=True)
     os.chdir(found.package)
     _write_colcon_defaults(found)
+    domain.claim(found.root)
     prepare(found, os.environ)
     return found
 

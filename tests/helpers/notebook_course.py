@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from grader.authoring import book, editions, notebook_run, notebook_source, stored_outputs
 from helpers import course as spec
-from helpers.notebook_isolation import isolated_folder
 from helpers.notebook_validation import Validation, validate
 
 STARTS = ("06_services",)  # two about equal parts
@@ -39,7 +39,7 @@ class Course:
             sequence = names[first:end]
             # A sequence has no gaps: each notebook builds on the package that the ones before it leave.
             last = max((sequence.index(name) for name in published if name in sequence), default=-1)
-            self.workspace = self._stack.enter_context(isolated_folder(folder)) / "ws"
+            self.workspace = Path(self._stack.enter_context(_folder(folder))).resolve() / "ws"
             pool = self._pool()
             for name in sequence[: last + 1]:
                 lay_out = name == sequence[0] != names[0]
@@ -75,7 +75,12 @@ class Course:
 
 
 def _run_untouched(name: str) -> notebook_run.NotebookRun:
-    with isolated_folder() as folder:
-        run = notebook_run.execute(book.read_stored(editions.student_file(name)), folder / "ws")
-        stored_outputs.clean(run.notebook, folder / "ws")
+    with _folder() as folder:
+        workspace = Path(folder).resolve() / "ws"
+        run = notebook_run.execute(book.read_stored(editions.student_file(name)), workspace)
+        stored_outputs.clean(run.notebook, workspace)
     return run
+
+
+def _folder(parent: Path | None = None) -> TemporaryDirectory[str]:
+    return TemporaryDirectory(prefix="notebook-", dir=parent, ignore_cleanup_errors=True)

@@ -117,80 +117,6 @@ class SetEnvironmentVariable(SetLaunchConfiguration):
         context.environment[perform(context, self.name)] = perform(context, self.value)
 
 
-class UnsetLaunchConfiguration(Action):
-    """Forgets a configuration."""
-
-    def __init__(self, name: SomeSubstitutionsType, **rest: Any) -> None:
-        super().__init__(**rest)
-        self.name = substitutions(name)
-
-    def execute(self, context: LaunchContext) -> None:
-        """Forget it."""
-        context.launch_configurations.pop(perform(context, self.name), None)
-
-
-class UnsetEnvironmentVariable(UnsetLaunchConfiguration):
-    """Removes an environment variable for the processes started afterwards."""
-
-    def execute(self, context: LaunchContext) -> None:
-        """Remove it."""
-        context.environment.pop(perform(context, self.name), None)
-
-
-class PushLaunchConfigurations(Action):
-    """Saves the configurations."""
-
-    def execute(self, context: LaunchContext) -> None:
-        """Save them."""
-        context.push_configurations()
-
-
-class PopLaunchConfigurations(Action):
-    """Restores the configurations saved last."""
-
-    def execute(self, context: LaunchContext) -> None:
-        """Restore them."""
-        context.pop_configurations()
-
-
-class PushEnvironment(Action):
-    """Saves the environment."""
-
-    def execute(self, context: LaunchContext) -> None:
-        """Save it."""
-        context.push_environment()
-
-
-class PopEnvironment(Action):
-    """Restores the environment saved last."""
-
-    def execute(self, context: LaunchContext) -> None:
-        """Restore it."""
-        context.pop_environment()
-
-
-class ResetEnvironment(Action):
-    """Restores the environment that the launch started with."""
-
-    def execute(self, context: LaunchContext) -> None:
-        """Restore it."""
-        context.reset_environment()
-
-
-class ResetLaunchConfigurations(Action):
-    """Forgets all configurations but those given, which may refer to the others."""
-
-    def __init__(self, launch_configurations: Mapping[Any, Any] | None = None, **rest: Any) -> None:
-        super().__init__(**rest)
-        self.launch_configurations = dict(launch_configurations or {})
-
-    def execute(self, context: LaunchContext) -> None:
-        """Forget the others."""
-        kept = {perform(context, name): perform(context, value) for name, value in self.launch_configurations.items()}
-        context.launch_configurations.clear()
-        context.launch_configurations.update(kept)
-
-
 class AppendEnvironmentVariable(Action):
     """Adds to the end, or the start, of an environment variable that is a list."""
 
@@ -235,15 +161,26 @@ class GroupAction(Action):
         """Return the actions."""
         return self.actions
 
-    def execute(self, context: LaunchContext) -> Entities:  # noqa: ARG002 - as every action
-        """Return the actions between the steps that open and close the group."""
+    def execute(self, context: LaunchContext) -> Entities:
+        """Return the actions, and the step that closes the group."""
         given = [SetLaunchConfiguration(name, value) for name, value in self.launch_configurations.items()]
         if not self.scoped:
             return [*given, *self.actions]
-        afresh: Entities = [ResetEnvironment(), ResetLaunchConfigurations(self.launch_configurations)]
-        return [
-            *(PushLaunchConfigurations(), PushEnvironment()),
-            *(given if self.forwarding else afresh),
-            *self.actions,
-            *(PopEnvironment(), PopLaunchConfigurations()),
-        ]
+        restore = _Restore(dict(context.launch_configurations), dict(context.environment))
+        if not self.forwarding:
+            context.restore(context.launch_configurations, context.first_environment)
+            given_alone = {perform(context, one.name): perform(context, one.value) for one in given}
+            context.restore(given_alone, context.first_environment)
+        return [*(given if self.forwarding else ()), *self.actions, restore]
+
+
+class _Restore(Action):
+    """Restores configurations and environment at the end of a group."""
+
+    def __init__(self, configurations: Mapping[str, Any], environment: Mapping[str, str]) -> None:
+        super().__init__()
+        self.configurations, self.environment = configurations, environment
+
+    def execute(self, context: LaunchContext) -> None:
+        """Restore them."""
+        context.restore(self.configurations, self.environment)

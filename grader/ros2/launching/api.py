@@ -2,82 +2,34 @@
 
 from __future__ import annotations
 
+import re
+
+# A name with a full stop has a module of its own, too: `LogInfo.` of launch.actions is in launch.actions.log_info.
 _API = """
-launch: Action Condition Event EventHandler InvalidLaunchFileError LaunchContext LaunchDescription
-  LaunchDescriptionEntity LaunchDescriptionSource LaunchIntrospector LaunchService SomeEntitiesType
-  SomeEntitiesType_types_tuple SomeSubstitutionsType SomeSubstitutionsType_types_tuple Substitution
-launch.action: Action
-launch.actions: AppendEnvironmentVariable DeclareLaunchArgument EmitEvent ExecuteLocal ExecuteProcess GroupAction
-  IncludeLaunchDescription LogInfo OpaqueCoroutine OpaqueFunction PopEnvironment PopLaunchConfigurations
-  PushEnvironment PushLaunchConfigurations RegisterEventHandler ResetEnvironment ResetLaunchConfigurations
-  SetEnvironmentVariable SetLaunchConfiguration Shutdown TimerAction UnregisterEventHandler UnsetEnvironmentVariable
-  UnsetLaunchConfiguration
-launch.actions.append_environment_variable: AppendEnvironmentVariable
-launch.actions.declare_launch_argument: DeclareLaunchArgument
-launch.actions.emit_event: EmitEvent
-launch.actions.execute_local: ExecuteLocal
-launch.actions.execute_process: ExecuteProcess
-launch.actions.group_action: GroupAction
-launch.actions.include_launch_description: IncludeLaunchDescription
-launch.actions.log_info: LogInfo
-launch.actions.opaque_coroutine: OpaqueCoroutine
-launch.actions.opaque_function: OpaqueFunction
-launch.actions.pop_environment: PopEnvironment
-launch.actions.pop_launch_configurations: PopLaunchConfigurations
-launch.actions.push_environment: PushEnvironment
-launch.actions.push_launch_configurations: PushLaunchConfigurations
-launch.actions.register_event_handler: RegisterEventHandler
-launch.actions.reset_environment: ResetEnvironment
-launch.actions.reset_launch_configurations: ResetLaunchConfigurations
-launch.actions.set_environment_variable: SetEnvironmentVariable
-launch.actions.set_launch_configuration: SetLaunchConfiguration
+launch: Action. Condition. Event. EventHandler InvalidLaunchFileError. LaunchContext. LaunchDescription.
+  LaunchDescriptionEntity. LaunchDescriptionSource. LaunchIntrospector LaunchService. SomeEntitiesType
+  SomeEntitiesType_types_tuple SomeSubstitutionsType SomeSubstitutionsType_types_tuple Substitution.
+launch.actions: AppendEnvironmentVariable. DeclareLaunchArgument. EmitEvent. ExecuteLocal. ExecuteProcess.
+  GroupAction. IncludeLaunchDescription. LogInfo. OpaqueCoroutine. OpaqueFunction. PopEnvironment.
+  PopLaunchConfigurations. PushEnvironment. PushLaunchConfigurations. RegisterEventHandler. ResetEnvironment.
+  ResetLaunchConfigurations. SetEnvironmentVariable. SetLaunchConfiguration. Shutdown TimerAction.
+  UnregisterEventHandler. UnsetEnvironmentVariable. UnsetLaunchConfiguration.
 launch.actions.shutdown_action: Shutdown
-launch.actions.timer_action: TimerAction
-launch.actions.unregister_event_handler: UnregisterEventHandler
-launch.actions.unset_environment_variable: UnsetEnvironmentVariable
-launch.actions.unset_launch_configuration: UnsetLaunchConfiguration
-launch.condition: Condition
-launch.conditions: IfCondition InvalidConditionExpressionError LaunchConfigurationEquals LaunchConfigurationNotEquals
-  UnlessCondition evaluate_condition_expression
+launch.conditions: IfCondition. InvalidConditionExpressionError. LaunchConfigurationEquals.
+  LaunchConfigurationNotEquals. UnlessCondition. evaluate_condition_expression
 launch.conditions.evaluate_condition_expression_impl: evaluate_condition_expression
-launch.conditions.if_condition: IfCondition
-launch.conditions.invalid_condition_expression_error: InvalidConditionExpressionError
-launch.conditions.launch_configuration_equals: LaunchConfigurationEquals
-launch.conditions.launch_configuration_not_equals: LaunchConfigurationNotEquals
-launch.conditions.unless_condition: UnlessCondition
-launch.descriptions: Executable
-launch.descriptions.executable: Executable
-launch.event: Event
+launch.descriptions: Executable.
 launch.event_handler: BaseEventHandler EventHandler
-launch.event_handlers: OnExecutionComplete OnIncludeLaunchDescription OnProcessExit OnProcessIO OnProcessStart
-  OnShutdown event_named
-launch.event_handlers.event_named: event_named
+launch.event_handlers: OnExecutionComplete. OnIncludeLaunchDescription. OnProcessExit. OnProcessIO. OnProcessStart.
+  OnShutdown event_named.
 launch.event_handlers.on_action_event_base: OnActionEventBase
-launch.event_handlers.on_execution_complete: OnExecutionComplete
-launch.event_handlers.on_include_launch_description: OnIncludeLaunchDescription
-launch.event_handlers.on_process_exit: OnProcessExit
-launch.event_handlers.on_process_io: OnProcessIO
-launch.event_handlers.on_process_start: OnProcessStart
 launch.event_handlers.on_shutdown: OnShutdown gen_handler
-launch.events: ExecutionComplete IncludeLaunchDescription Shutdown TimerEvent matches_action
-launch.events.execution_complete: ExecutionComplete
-launch.events.include_launch_description: IncludeLaunchDescription
+launch.events: ExecutionComplete. IncludeLaunchDescription. Shutdown. TimerEvent. matches_action
 launch.events.matchers: matches_action
-launch.events.process: ProcessExited ProcessIO ProcessStarted ProcessStderr ProcessStdin ProcessStdout
-  ProcessTargetedEvent RunningProcessEvent ShutdownProcess SignalProcess matches_executable matches_name matches_pid
-launch.events.process.process_exited: ProcessExited
-launch.events.process.process_io: ProcessIO
+launch.events.process: ProcessExited. ProcessIO. ProcessStarted. ProcessStderr. ProcessStdin. ProcessStdout.
+  ProcessTargetedEvent. RunningProcessEvent. ShutdownProcess. SignalProcess. matches_executable matches_name
+  matches_pid
 launch.events.process.process_matchers: matches_executable matches_name matches_pid
-launch.events.process.process_started: ProcessStarted
-launch.events.process.process_stderr: ProcessStderr
-launch.events.process.process_stdin: ProcessStdin
-launch.events.process.process_stdout: ProcessStdout
-launch.events.process.process_targeted_event: ProcessTargetedEvent
-launch.events.process.running_process_event: RunningProcessEvent
-launch.events.process.shutdown_process: ShutdownProcess
-launch.events.process.signal_process: SignalProcess
-launch.events.shutdown: Shutdown
-launch.events.timer_event: TimerEvent
 launch.frontend: Entity InvalidFrontendLaunchFileError Parser expose_action expose_substitution
 launch.frontend.entity: Entity TargetType
 launch.frontend.expose: expose_action expose_substitution instantiate_action instantiate_substitution
@@ -85,52 +37,25 @@ launch.frontend.parse_substitution: ExtractSubstitution get_grammar_path parse_i
   replace_escaped_characters
 launch.frontend.parser: InvalidFrontendLaunchFileError Parser
 launch.frontend.type_utils: check_is_list_entity get_data_type_from_identifier
-launch.invalid_launch_file_error: InvalidLaunchFileError
-launch.launch_context: LaunchContext
-launch.launch_description: LaunchDescription
-launch.launch_description_entity: LaunchDescriptionEntity
-launch.launch_description_source: LaunchDescriptionSource
-launch.launch_description_sources: AnyLaunchDescriptionSource FrontendLaunchDescriptionSource
-  InvalidFrontendLaunchFileError InvalidLaunchFileError InvalidPythonLaunchFileError PythonLaunchDescriptionSource
+launch.launch_description_sources: AnyLaunchDescriptionSource. FrontendLaunchDescriptionSource.
+  InvalidFrontendLaunchFileError InvalidLaunchFileError InvalidPythonLaunchFileError PythonLaunchDescriptionSource.
   get_launch_description_from_any_launch_file get_launch_description_from_frontend_launch_file
   get_launch_description_from_python_launch_file load_python_launch_file_as_module
-launch.launch_description_sources.any_launch_description_source: AnyLaunchDescriptionSource
 launch.launch_description_sources.any_launch_file_utilities: get_launch_description_from_any_launch_file
-launch.launch_description_sources.frontend_launch_description_source: FrontendLaunchDescriptionSource
 launch.launch_description_sources.frontend_launch_file_utilities: get_launch_description_from_frontend_launch_file
-launch.launch_description_sources.python_launch_description_source: PythonLaunchDescriptionSource
 launch.launch_description_sources.python_launch_file_utilities: InvalidPythonLaunchFileError
   get_launch_description_from_python_launch_file load_python_launch_file_as_module
-launch.launch_introspector: LaunchIntrospector format_action format_entities format_event_handler format_substitutions
-  indent tree_like_indent
-launch.launch_service: LaunchService
+launch.launch_introspector: LaunchIntrospector format_action format_entities format_event_handler
+  format_substitutions indent tree_like_indent
 launch.logging: get_logger get_output_loggers handlers launch_config reset
 launch.some_entities_type: SomeEntitiesType SomeEntitiesType_types_tuple
 launch.some_substitutions_type: SomeSubstitutionsType SomeSubstitutionsType_types_tuple
-launch.substitution: Substitution
-launch.substitutions: AllSubstitution AndSubstitution AnonName AnySubstitution Command EnvironmentVariable
-  EqualsSubstitution FileContent FindExecutable IfElseSubstitution LaunchConfiguration LaunchLogDir LocalSubstitution
-  NotEqualsSubstitution NotSubstitution OrSubstitution PathJoinSubstitution PythonExpression SubstitutionFailure
-  TextSubstitution ThisLaunchFile ThisLaunchFileDir
-launch.substitutions.anon_name: AnonName
+launch.substitutions: AllSubstitution AndSubstitution AnonName. AnySubstitution Command. EnvironmentVariable.
+  EqualsSubstitution. FileContent. FindExecutable. IfElseSubstitution. LaunchConfiguration. LaunchLogDir.
+  LocalSubstitution. NotEqualsSubstitution. NotSubstitution OrSubstitution PathJoinSubstitution. PythonExpression.
+  SubstitutionFailure. TextSubstitution. ThisLaunchFile. ThisLaunchFileDir.
 launch.substitutions.boolean_substitution: AllSubstitution AndSubstitution AnySubstitution NotSubstitution
   OrSubstitution
-launch.substitutions.command: Command
-launch.substitutions.environment_variable: EnvironmentVariable
-launch.substitutions.equals_substitution: EqualsSubstitution
-launch.substitutions.file_content: FileContent
-launch.substitutions.find_executable: FindExecutable
-launch.substitutions.if_else_substitution: IfElseSubstitution
-launch.substitutions.launch_configuration: LaunchConfiguration
-launch.substitutions.launch_log_dir: LaunchLogDir
-launch.substitutions.local_substitution: LocalSubstitution
-launch.substitutions.not_equals_substitution: NotEqualsSubstitution
-launch.substitutions.path_join_substitution: PathJoinSubstitution
-launch.substitutions.python_expression: PythonExpression
-launch.substitutions.substitution_failure: SubstitutionFailure
-launch.substitutions.text_substitution: TextSubstitution
-launch.substitutions.this_launch_file: ThisLaunchFile
-launch.substitutions.this_launch_file_dir: ThisLaunchFileDir
 launch.utilities: AsyncSafeSignalManager ensure_argument_type is_a is_a_subclass isclassinstance
   normalize_to_list_of_entities normalize_to_list_of_substitutions perform_substitutions
   visit_all_entities_and_collect_futures
@@ -146,50 +71,33 @@ launch.utilities.type_utils: coerce_list coerce_to_type extract_type get_typed_v
 launch.utilities.typing_file_path: FilePath
 launch.utilities.visit_all_entities_and_collect_futures_impl: visit_all_entities_and_collect_futures
 launch_ros:
-launch_ros.actions: ComposableNodeContainer LifecycleNode LifecycleTransition LoadComposableNodes Node
-  PushROSNamespace PushRosNamespace ROSTimer RosTimer SetParameter SetParametersFromFile SetROSLogDir SetRemap
-  SetUseSimTime
-launch_ros.actions.composable_node_container: ComposableNodeContainer
-launch_ros.actions.lifecycle_node: LifecycleNode
+launch_ros.actions: ComposableNodeContainer. LifecycleNode. LifecycleTransition LoadComposableNodes Node
+  PushROSNamespace. PushRosNamespace ROSTimer. RosTimer SetParameter. SetParametersFromFile. SetROSLogDir. SetRemap.
+  SetUseSimTime.
 launch_ros.actions.lifecycle_transition: LifecycleTransition match_node_name_goal match_node_name_start_goal
 launch_ros.actions.load_composable_nodes: LoadComposableNodes get_composable_node_load_request
 launch_ros.actions.node: Node NodeActionExtension get_extensions instantiate_extension
-launch_ros.actions.push_ros_namespace: PushROSNamespace
-launch_ros.actions.ros_timer: ROSTimer
-launch_ros.actions.set_parameter: SetParameter
-launch_ros.actions.set_parameters_from_file: SetParametersFromFile
-launch_ros.actions.set_remap: SetRemap
-launch_ros.actions.set_ros_log_dir: SetROSLogDir
-launch_ros.actions.set_use_sim_time: SetUseSimTime
-launch_ros.descriptions: ComposableNode Parameter ParameterFile ParameterValue
-launch_ros.descriptions.composable_node: ComposableNode
-launch_ros.event_handlers: OnStateTransition
-launch_ros.event_handlers.on_state_transition: OnStateTransition
+launch_ros.descriptions: ComposableNode. Parameter ParameterFile ParameterValue
+launch_ros.event_handlers: OnStateTransition.
 launch_ros.events: matches_node_name
-launch_ros.events.lifecycle: ChangeState StateTransition matches_node_name
-launch_ros.events.lifecycle.change_state: ChangeState
+launch_ros.events.lifecycle: ChangeState. StateTransition. matches_node_name
 launch_ros.events.lifecycle.lifecycle_node_matchers: matches_node_name
-launch_ros.events.lifecycle.state_transition: StateTransition
-launch_ros.events.matchers: matches_node_name
-launch_ros.events.matchers.matches_node_name: matches_node_name
+launch_ros.events.matchers: matches_node_name.
 launch_ros.parameter_descriptions: Parameter ParameterFile ParameterValue
 launch_ros.parameters_type: SomeParameterFile SomeParameterValue SomeParameters
 launch_ros.remap_rule_type: SomeRemapRules
 launch_ros.ros_adapters: ROSAdapter get_ros_adapter get_ros_node
-launch_ros.substitutions: ExecutableInPackage FindPackage FindPackagePrefix FindPackageShare Parameter
-launch_ros.substitutions.executable_in_package: ExecutableInPackage
+launch_ros.substitutions: ExecutableInPackage. FindPackage FindPackagePrefix FindPackageShare Parameter.
 launch_ros.substitutions.find_package: FindPackage FindPackagePrefix FindPackageShare
-launch_ros.substitutions.parameter: Parameter
 launch_ros.utilities: add_node_name evaluate_parameters evaluate_parameters_dict get_node_name_count
   is_namespace_absolute is_root_namespace make_namespace_absolute normalize_parameters normalize_parameters_dict
-  normalize_remap_rule normalize_remap_rules prefix_namespace to_parameters_list
+  normalize_remap_rule normalize_remap_rules prefix_namespace to_parameters_list.
 launch_ros.utilities.evaluate_parameters: evaluate_parameter_dict evaluate_parameters
 launch_ros.utilities.namespace_utils: OptionalText is_namespace_absolute is_root_namespace make_namespace_absolute
   prefix_namespace
 launch_ros.utilities.normalize_parameters: normalize_parameter_dict normalize_parameters
 launch_ros.utilities.normalize_remap_rule: normalize_remap_rule normalize_remap_rules
 launch_ros.utilities.plugin_support: PluginException get_upper_bound_caret_version satisfies_version
-launch_ros.utilities.to_parameters_list: to_parameters_list
 launch_ros.utilities.track_node_names: add_node_name get_node_name_count
 launch_xml.launch_description_sources: XMLLaunchDescriptionSource
 launch_yaml.launch_description_sources: YAMLLaunchDescriptionSource
@@ -199,9 +107,15 @@ launch_yaml.launch_description_sources: YAMLLaunchDescriptionSource
 def api() -> dict[str, list[str]]:
     """Return the public names of each real module, submodules not among them."""
     found: dict[str, list[str]] = {}
+    module = ""
     for line in _API.strip().splitlines():
         if not line.startswith(" "):
             module, _, line = line.partition(":")
             found[module] = []
-        found[module] += line.split()
+        for word in line.split():
+            name = word.removesuffix(".")
+            found[module].append(name)
+            if word != name:
+                inner = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
+                found[f"{module}.{inner}"] = [name]
     return found

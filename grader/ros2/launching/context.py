@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 from collections import deque
-from collections.abc import Iterable, MutableMapping
+from collections.abc import Iterable, Mapping, MutableMapping
 from types import SimpleNamespace
 from typing import Any, Protocol
 
@@ -38,9 +38,7 @@ class LaunchContext:
         self.runner: Any = None  # the service that runs this context, with the output, the record and the counter
         self._locals: dict[str, Any] = {}
         self._locals_stack: list[dict[str, Any]] = []
-        self._configuration_stack: list[dict[str, Any]] = []
-        self._environment_stack: list[dict[str, str]] = []
-        self._first_environment = dict(os.environ)
+        self.first_environment = dict(os.environ)
         self._wake: asyncio.Event | None = None
 
     # -- values that live as long as the entity being visited -----------------------------------------------------
@@ -71,26 +69,14 @@ class LaunchContext:
         """The environment that processes inherit: this process's own."""
         return os.environ
 
-    def push_configurations(self) -> None:
-        """Save the configurations."""
-        self._configuration_stack.append(dict(self.launch_configurations))
-
-    def pop_configurations(self) -> None:
-        """Restore the configurations saved last."""
+    def restore(self, configurations: Mapping[str, Any], environment: Mapping[str, str]) -> None:
+        """Set configurations and environment to these."""
+        configurations = dict(configurations)
         self.launch_configurations.clear()
-        self.launch_configurations.update(self._configuration_stack.pop())
-
-    def push_environment(self) -> None:
-        """Save the environment."""
-        self._environment_stack.append(dict(os.environ))
-
-    def pop_environment(self) -> None:
-        """Restore the environment saved last."""
-        _restore(self._environment_stack.pop())
-
-    def reset_environment(self) -> None:
-        """Restore the environment that the launch started with."""
-        _restore(self._first_environment)
+        self.launch_configurations.update(configurations)
+        for name in os.environ.keys() - environment.keys():
+            del os.environ[name]
+        os.environ.update(environment)
 
     def perform_substitution(self, substitution: Performable) -> str:
         """Return the substitution's current text."""
@@ -127,9 +113,3 @@ class LaunchContext:
             return
         await self._wake.wait()
         self._wake.clear()
-
-
-def _restore(environment: dict[str, str]) -> None:
-    for name in os.environ.keys() - environment.keys():
-        del os.environ[name]
-    os.environ.update(environment)

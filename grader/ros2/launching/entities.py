@@ -251,14 +251,6 @@ def tree(description: LaunchDescription) -> str:
     return "\n".join(["<launch.LaunchDescription>", *lines(description.entities, 1)])
 
 
-class LaunchIntrospector:
-    """Shows launch descriptions."""
-
-    def format_launch_description(self, launch_description: LaunchDescription) -> str:
-        """Return a description as a tree of the names of its actions."""
-        return tree(launch_description)
-
-
 class Action(LaunchDescriptionEntity):
     """Something to do, if its condition holds when its turn comes."""
 

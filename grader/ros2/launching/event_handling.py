@@ -199,18 +199,6 @@ class RegisterEventHandler(Action):
         context.register_event_handler(self.event_handler)
 
 
-class UnregisterEventHandler(Action):
-    """Unregisters an event handler."""
-
-    def __init__(self, event_handler: EventHandler, **rest: Any) -> None:
-        super().__init__(**rest)
-        self.event_handler = event_handler
-
-    def execute(self, context: LaunchContext) -> None:
-        """Unregister it."""
-        context.unregister_event_handler(self.event_handler)
-
-
 class EmitEvent(Action):
     """Emits an event."""
 

@@ -63,12 +63,11 @@ def table() -> dict[str, dict[str, Any]]:
         "SomeEntitiesType_types_tuple": (Iterable, entities.LaunchDescriptionEntity),
     }
     own_substitutions = _classes(entities.Substitution, ros_substitutions)
-    parameter_descriptions = _pick(parameters, "Parameter", "ParameterFile", "ParameterValue")
+    parameter_descriptions = _pick(parameters, "ParameterFile", "ParameterValue")
     sources = _classes(include.LaunchDescriptionSource, include)
     return {
         "launch": {
             **_pick(entities, "LaunchDescription", "LaunchDescriptionEntity", "Action", "Substitution", "Condition"),
-            **_pick(entities, "LaunchIntrospector"),
             **_pick(context, "LaunchContext"),
             **_pick(service, "LaunchService"),
             **_pick(include, "LaunchDescriptionSource"),
@@ -79,7 +78,6 @@ def table() -> dict[str, dict[str, Any]]:
             **tuples,
         },
         "launch.actions": _classes(entities.Action, actions, event_handling, include, process),
-        "launch.descriptions": _pick(process, "Executable"),
         "launch.substitutions": _classes(entities.Substitution, substitutions)
         | {"TextSubstitution": entities.TextSubstitution, "SubstitutionFailure": SubstitutionFailure},
         "launch.conditions": _classes(entities.Condition, entities)
@@ -120,6 +118,10 @@ def table() -> dict[str, dict[str, Any]]:
 # What to do instead of names of the real modules that this kit lacks.
 COMPOSED = "Start each node by itself, with Node(package=…, executable=…)."
 STATES = "Change states from a node of your own."
+_GROUP = (
+    *("PushEnvironment", "PopEnvironment", "PushLaunchConfigurations", "PopLaunchConfigurations"),
+    *("ResetEnvironment", "ResetLaunchConfigurations", "UnsetEnvironmentVariable", "UnsetLaunchConfiguration"),
+)
 INSTEAD = {
     **dict.fromkeys(("ComposableNodeContainer", "LoadComposableNodes", "ComposableNode"), COMPOSED),
     **dict.fromkeys(("RosTimer", "ROSTimer"), "Use TimerAction of launch.actions."),
@@ -127,6 +129,11 @@ INSTEAD = {
     "OnStateTransition": "Use OnProcessStart of launch.event_handlers.",
     "OnIncludeLaunchDescription": "Include the file with IncludeLaunchDescription of launch.actions.",
     "OpaqueCoroutine": "Use OpaqueFunction.",
+    "ExecuteLocal": "Use ExecuteProcess of launch.actions.",
+    **dict.fromkeys(_GROUP, "Put the actions into a GroupAction, which restores both after them."),
+    "UnregisterEventHandler": "Use handle_once=True of the event handler.",
+    "SetROSLogDir": "Use SetEnvironmentVariable('ROS_LOG_DIR', …) of launch.actions.",
+    "Parameter": "Use a dictionary in `parameters`, and LaunchConfiguration to read a value again.",
     "get_ros_node": "Use a node of your own.",
     **dict.fromkeys(
         (

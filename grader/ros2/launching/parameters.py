@@ -40,17 +40,6 @@ class ParameterValue:
         return typed.performed(context, self.value, self.value_type)
 
 
-class Parameter:
-    """One parameter, passed on as a rule rather than in a file."""
-
-    def __init__(self, name: SomeSubstitutionsType, value: Any, *, value_type: Any = None) -> None:
-        self.name, self.value = substitutions(name), ParameterValue(value, value_type=value_type)
-
-    def evaluate(self, context: LaunchContext) -> tuple[str, Any]:
-        """Return the current name and value."""
-        return perform(context, self.name), self.value.evaluate(context)
-
-
 class ParameterFile:
     """A parameter file; with `allow_substs=True`, expressions such as `$(var x)` in it are replaced first."""
 
@@ -187,7 +176,7 @@ def document(values: Mapping[str, Any], node: str) -> str:
     return yaml.safe_dump({node: {"ros__parameters": dict(values)}}, default_flow_style=False, allow_unicode=True)
 
 
-def listed(parameters: Any) -> list[Parameters | Parameter | ParameterFile]:
+def listed(parameters: Any) -> list[Parameters | ParameterFile]:
     """Return the `parameters=` of a node, checked; raise TypeError for what is not a list of dictionaries and files."""
     if not isinstance(parameters, list):
         raise TypeError(
@@ -195,10 +184,6 @@ def listed(parameters: Any) -> list[Parameters | Parameter | ParameterFile]:
             f"'{type(parameters)}': write parameters=[…]"
         )
     return [
-        Parameters(one)
-        if isinstance(one, Mapping)
-        else one
-        if isinstance(one, Parameter | ParameterFile)
-        else ParameterFile(one)
+        Parameters(one) if isinstance(one, Mapping) else one if isinstance(one, ParameterFile) else ParameterFile(one)
         for one in parameters
     ]

@@ -28,8 +28,8 @@ from .substitutions import LaunchConfiguration
 TIMEOUT_S = 5.0  # how long each signal has to work before the next one, as in the real launch
 
 
-class Executable:
-    """A program to run: the words of its command, and where and how it runs."""
+class ExecuteProcess(Action):
+    """A process, given as the words of its command."""
 
     def __init__(
         self,
@@ -40,34 +40,6 @@ class Executable:
         cwd: SomeSubstitutionsType | None = None,
         env: Mapping[Any, Any] | None = None,
         additional_env: Mapping[Any, Any] | None = None,
-        arguments: Iterable[SomeSubstitutionsType] | None = None,
-    ) -> None:
-        self.cmd = [substitutions(word) for word in (*cmd, *(arguments or ()))]
-        self.prefix, self.name, self.cwd = (None if x is None else substitutions(x) for x in (prefix, name, cwd))
-        self.env, self.additional_env = (None if x is None else _pairs(x) for x in (env, additional_env))
-
-    def prefixed(self, context: LaunchContext, cmd: list[str]) -> list[str]:
-        """Return the command behind its prefix, or else behind that of the launch if its filter fits."""
-        if self.prefix is not None:
-            return [*shlex.split(perform(context, self.prefix)), *cmd]
-        of_all, wanted = (context.launch_configurations.get(f"launch-prefix{x}", "") for x in ("", "-filter"))
-        return [*shlex.split(of_all), *cmd] if re.match(wanted, os.path.basename(cmd[0])) else cmd  # noqa: PTH119 - text
-
-    def environment(self, context: LaunchContext) -> dict[str, str]:
-        """Return the environment to run in."""
-        found = dict(context.environment) if self.env is None else {}
-        for name, value in [*(self.env or ()), *(self.additional_env or ())]:
-            found[perform(context, name)] = perform(context, value)
-        return found
-
-
-class ExecuteLocal(Action):
-    """A process, given as an executable."""
-
-    def __init__(
-        self,
-        *,
-        process_description: Executable,
         shell: bool = False,
         sigterm_timeout: Any = None,
         sigkill_timeout: Any = None,
@@ -83,7 +55,9 @@ class ExecuteLocal(Action):
         **rest: Any,
     ) -> None:
         super().__init__(**rest)
-        self.process_description = process_description
+        self.cmd = [substitutions(word) for word in cmd]
+        self.prefix, self.label, self.cwd = (None if x is None else substitutions(x) for x in (prefix, name, cwd))
+        self.env, self.additional_env = (None if x is None else _pairs(x) for x in (env, additional_env))
         self.shell, self.output_format, self.log_cmd, self.emulate_tty = shell, output_format, log_cmd, emulate_tty
         self.output = output if isinstance(output, dict) else substitutions(output)
         self.timeouts = [
@@ -118,7 +92,21 @@ class ExecuteLocal(Action):
     # -- starting --------------------------------------------------------------------------------------------------
     def command(self, context: LaunchContext) -> list[str]:
         """Return the command's current words, without the prefix."""
-        return [perform(context, word) for word in self.process_description.cmd]
+        return [perform(context, word) for word in self.cmd]
+
+    def _prefixed(self, context: LaunchContext, cmd: list[str]) -> list[str]:
+        """Return the command behind its prefix, or else behind that of the launch if its filter fits."""
+        if self.prefix is not None:
+            return [*shlex.split(perform(context, self.prefix)), *cmd]
+        of_all, wanted = (context.launch_configurations.get(f"launch-prefix{x}", "") for x in ("", "-filter"))
+        return [*shlex.split(of_all), *cmd] if re.match(wanted, os.path.basename(cmd[0])) else cmd  # noqa: PTH119 - text
+
+    def _environment(self, context: LaunchContext) -> dict[str, str]:
+        """Return the environment to run in."""
+        found = dict(context.environment) if self.env is None else {}
+        for name, value in [*(self.env or ()), *(self.additional_env or ())]:
+            found[perform(context, name)] = perform(context, value)
+        return found
 
     def execute(self, context: LaunchContext) -> Entities | None:
         """Settle command and environment now; the process starts after the whole description has been visited."""
@@ -127,14 +115,13 @@ class ExecuteLocal(Action):
         if context.is_shutdown:
             return None
         self._context = context
-        program = self.process_description
-        cmd = program.prefixed(context, self.command(context))
-        base = os.path.basename(cmd[0]) if program.name is None else perform(context, program.name)  # noqa: PTH119 - text
+        cmd = self._prefixed(context, self.command(context))
+        base = os.path.basename(cmd[0]) if self.label is None else perform(context, self.label)  # noqa: PTH119 - text
         self.process_details = {
             "name": f"{base}-{context.runner.next_number()}",
             "cmd": cmd,
-            "cwd": None if program.cwd is None else perform(context, program.cwd),
-            "env": program.environment(context),
+            "cwd": None if self.cwd is None else perform(context, self.cwd),
+            "env": self._environment(context),
             "pid": 0,
         }
         self._routes = routes(self.output if isinstance(self.output, dict) else perform(context, self.output))
@@ -336,29 +323,6 @@ class ExecuteLocal(Action):
             context.wake()
 
         context.runner.after_events(over)
-
-
-class ExecuteProcess(ExecuteLocal):
-    """A process, given as the words of its command."""
-
-    def __init__(
-        self,
-        *,
-        cmd: Iterable[SomeSubstitutionsType],
-        prefix: SomeSubstitutionsType | None = None,
-        name: SomeSubstitutionsType | None = None,
-        cwd: SomeSubstitutionsType | None = None,
-        env: Mapping[Any, Any] | None = None,
-        additional_env: Mapping[Any, Any] | None = None,
-        **rest: Any,
-    ) -> None:
-        program = Executable(cmd=cmd, prefix=prefix, name=name, cwd=cwd, env=env, additional_env=additional_env)
-        super().__init__(process_description=program, **rest)
-
-    @property
-    def cmd(self) -> list[list[Substitution]]:
-        """The words of the command."""
-        return self.process_description.cmd
 
 
 def _pairs(mapping: Mapping[Any, Any]) -> list[tuple[list[Substitution], list[Substitution]]]:

@@ -7,13 +7,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from .context import LaunchContext
 from .entities import Action, Entities, SomeSubstitutionsType, perform, substitutions
 from .errors import LaunchError
-from .output import log_root
-from .parameters import Parameter, ParameterFile, Parameters, document, listed
+from .parameters import ParameterFile, Parameters, document, listed
 from .process import ExecuteProcess
 from .ros_substitutions import PARAMETERS, ExecutableInPackage
 
@@ -113,12 +110,9 @@ class Node(ExecuteProcess):
             cmd += ["-r", f"{perform(context, old)}:={perform(context, new)}"]
         return cmd
 
-    def _parameter(self, context: LaunchContext, one: Parameters | Parameter | ParameterFile, node: str) -> list[str]:
+    def _parameter(self, context: LaunchContext, one: Parameters | ParameterFile, node: str) -> list[str]:
         if isinstance(one, Parameters):
             return ["--params-file", str(context.runner.parameter_file(document(one.evaluate(context), node)))]
-        if isinstance(one, Parameter):
-            name, value = one.evaluate(context)
-            return ["-p", f"{name}:={yaml.safe_dump(value)}"]
         file = one.evaluate(context)
         if file.is_file():
             return ["--params-file", str(file)]
@@ -220,18 +214,6 @@ class SetUseSimTime(Action):
             f"{self.place}: SetUseSimTime is about the launch's own node, no other: for the nodes that follow, write "
             "SetParameter('use_sim_time', True)",
         )
-
-
-class SetROSLogDir(Action):
-    """Sets the folder that the nodes started afterwards write logs to; a relative one is below the present one."""
-
-    def __init__(self, new_log_dir: SomeSubstitutionsType, **rest: Any) -> None:
-        super().__init__(**rest)
-        self.log_dir = substitutions(new_log_dir)
-
-    def execute(self, context: LaunchContext) -> None:
-        """Set it."""
-        context.environment["ROS_LOG_DIR"] = str(log_root() / perform(context, self.log_dir))
 
 
 class SetRemap(Action):

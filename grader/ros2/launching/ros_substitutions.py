@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
 from ..commands import packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
 from .context import LaunchContext
 from .entities import SomeSubstitutionsType, Substitution, describe, perform, substitutions
 from .errors import PackageNotFoundError, SubstitutionFailure
-from .substitutions import texts
 
 PARAMETERS = "global_params"  # the configuration that holds the settings for all nodes
 
@@ -55,28 +53,6 @@ class FindPackageShare(FindPackagePrefix):
     def find(self, package_name: str) -> str:
         """Return the folder of a package."""
         return str(find_prefix(package_name) / "share" / package_name)
-
-
-class Parameter(Substitution):
-    """The value of a parameter that `SetParameter` has set for all nodes; the first, if it was set twice."""
-
-    def __init__(self, name: SomeSubstitutionsType, *, default: Any = None) -> None:
-        self.name = substitutions(name)
-        self.default = None if default is None else list(texts(default))
-
-    def perform(self, context: LaunchContext) -> str:
-        """Return the value's text, else the default."""
-        name = perform(context, self.name)
-        for setting in context.launch_configurations.get(PARAMETERS, ()):
-            if not isinstance(setting, str) and setting[0] == name:
-                return str(setting[1])
-        if self.default is None:
-            raise SubstitutionFailure(f"parameter '{name}' not found")
-        return perform(context, self.default)
-
-    def describe(self) -> str:
-        """Return the substitution as `--show-args` prints it."""
-        return f"Parameter(name={describe(self.name)})"
 
 
 class ExecutableInPackage(Substitution):

@@ -19,7 +19,7 @@ from .entities import LaunchDescription, LaunchDescriptionEntity
 from .errors import explain
 from .guard import Guard
 from .output import Output, Record
-from .process import ExecuteLocal
+from .process import ExecuteProcess
 
 ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
@@ -41,7 +41,7 @@ class LaunchService:
         self.guard: Guard
         self._descriptions: list[LaunchDescription] = []
         self._numbers = 0
-        self._running: list[ExecuteLocal] = []
+        self._running: list[ExecuteProcess] = []
         self._pending: list[asyncio.Future[Any]] = []
         self._after: list[Callable[[], None]] = []
         self._error: str | None = None
@@ -54,7 +54,7 @@ class LaunchService:
         self._numbers += 1
         return self._numbers
 
-    def watch(self, action: ExecuteLocal) -> None:
+    def watch(self, action: ExecuteProcess) -> None:
         """Poll the process whenever a child ends."""
         self._running.append(action)
 

@@ -224,14 +224,6 @@ class ThisLaunchFileDir(ThisLaunchFile):
     local = "current_launch_file_directory"
 
 
-class LaunchLogDir(Substitution):
-    """The folder of the launch's log files."""
-
-    def perform(self, context: LaunchContext) -> str:
-        """Return the path."""
-        return str(context.runner.output.folder)
-
-
 class AnonName(Substitution):
     """A name made unique, the same one for the same name."""
 

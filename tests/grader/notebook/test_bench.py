@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 
 import pytest
+import rclpy
 from helpers.course import PACKAGE
+from rclpy.context import Context
 
 from grader.notebook import bench, checkpoints, interface_types, mine, tries
 from grader.notebook.workspace import Workspace
@@ -91,3 +95,21 @@ def test_what_is_missing_makes_a_row_and_no_lecture(workspace: Workspace, capsys
     capsys.readouterr()
     tries({"motion.ramp(0.0, 0.5, 0.1)": 0.1})
     assert capsys.readouterr().out == "NOT YET  motion.ramp(0.0, 0.5, 0.1)  -, wanted 0.1\n0 of 1 right\n"
+
+
+def test_a_bench_finds_no_other_node(solved: Workspace):
+    """Two benches of two students were in one domain, so the scan of one could reach the node of the other."""
+    node = bench("driver.Driver").node
+    with ExitStack() as stack:
+        others = []
+        for name in ("one", "two"):
+            context = Context()
+            rclpy.init(context=context, domain_id=node.context.get_domain_id())
+            stack.callback(context.shutdown)
+            others.append(rclpy.create_node(name, context=context))
+            stack.callback(others[-1].destroy_node)
+        deadline = time.monotonic() + 30
+        while {"one", "two"} - set(others[0].get_node_names()):
+            assert time.monotonic() < deadline, "two ordinary nodes did not find each other"
+        assert node.get_node_names() == [node.get_name()]
+        assert node.get_name() not in others[0].get_node_names()

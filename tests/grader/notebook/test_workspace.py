@@ -42,12 +42,6 @@ def test_without_notebooks_one_sentence_says_what_to_do(tmp_path: Path, monkeypa
         find(tmp_path)
 
 
-def test_two_workspaces_do_not_hear_each_other() -> None:
-    domains = {Workspace(Path(f"/home/student{n}/ws")).domain_id for n in range(20)}
-    assert len(domains) > 10
-    assert domains <= set(range(1, 101))
-
-
 @pytest.mark.parametrize(
     ("states", "expected"),
     [

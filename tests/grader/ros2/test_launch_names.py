@@ -398,19 +398,6 @@ def test_a_file_set_for_all_nodes_is_passed_to_each(visitor):
         visitor.visit(visitor.SetParametersFromFile("/nowhere.yaml"))
 
 
-def test_a_parameter_can_be_a_rule_and_be_read_again(visitor):
-    """`launch_ros.descriptions.Parameter` sets one; the substitution reads those set for all nodes, the first first."""
-    rule = modules.table()["launch_ros.descriptions"]["Parameter"]
-    read = modules.table()["launch_ros.substitutions"]["Parameter"]
-    visitor.visit(visitor.SetParameter("a", 5), visitor.SetParameter("a", 6))
-    assert visitor.text(read("a")) == "5"
-    assert visitor.text(read("b", default=["c", 1])) == "c1"
-    with pytest.raises(RuntimeError, match="parameter 'b' not found"):
-        visitor.text(read("b"))
-    (line,) = visitor.visit(show(visitor, parameters=[rule("c", True), rule("d", read("a"), value_type=str)]))
-    assert line == "show --ros-args -p a:=5 -p a:=6 -p c:=true\n...\n -p d:='5'\n"
-
-
 def test_sim_time_of_the_launch_is_not_that_of_its_nodes(visitor):
     """As in the real one, `SetUseSimTime` is about the launch's own node, and knows no other value than True."""
     assert visitor.visit(visitor.SetUseSimTime(True), show(visitor)) == ["show --ros-args"]
@@ -421,29 +408,13 @@ def test_sim_time_of_the_launch_is_not_that_of_its_nodes(visitor):
         visitor.visit(visitor.SetUseSimTime(visitor.LaunchConfiguration("use_sim_time")))
 
 
-def test_configurations_and_environment_are_saved_reset_and_unset(visitor):
+def test_a_group_without_forwarding_begins_with_what_the_launch_had(visitor):
     x, name = visitor.LaunchConfiguration("x", default="none"), visitor.EnvironmentVariable("A", default_value="none")
-
-    def change(value):
-        return [visitor.SetLaunchConfiguration("x", value), visitor.SetEnvironmentVariable("A", value)]
-
-    lines = visitor.visit(
-        *change("1"),
-        *(visitor.PushLaunchConfigurations(), visitor.PushEnvironment()),
-        *(*change("2"), show(visitor, x, name)),
-        *(visitor.UnsetLaunchConfiguration("x"), visitor.UnsetEnvironmentVariable("A"), show(visitor, x, name)),
-        *(visitor.PopLaunchConfigurations(), visitor.PopEnvironment(), show(visitor, x, name)),
-        *(visitor.ResetLaunchConfigurations({"x": [x, "+"]}), visitor.ResetEnvironment(), show(visitor, x, name)),
-    )
-    assert [line.removeprefix("show ") for line in lines] == [
-        *("2 2 --ros-args", "none none --ros-args", "1 1 --ros-args", "1+ none --ros-args")
-    ]
-
-
-def test_the_log_folder_of_nodes_can_be_set(visitor, monkeypatch):
-    monkeypatch.setenv("ROS_LOG_DIR", "/logs")
-    visitor.visit(visitor.SetROSLogDir("mine"), show(visitor), visitor.SetROSLogDir("/other"), show(visitor))
-    assert [one.process_details["env"]["ROS_LOG_DIR"] for one in visitor.started] == ["/logs/mine", "/other"]
+    change = visitor.SetLaunchConfiguration("x", "1"), visitor.SetEnvironmentVariable("A", "1")
+    inner = [show(visitor, x, name), visitor.SetLaunchConfiguration("x", "3"), visitor.SetEnvironmentVariable("A", "3")]
+    group = visitor.GroupAction(inner, forwarding=False, launch_configurations={"x": [x, "+"]})
+    lines = visitor.visit(*change, group, show(visitor, x, name))
+    assert [line.removeprefix("show ") for line in lines] == ["1+ none --ros-args", "1 1 --ros-args"]
 
 
 def test_an_anonymous_name_is_the_same_each_time(visitor):

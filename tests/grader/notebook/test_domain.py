@@ -1,0 +1,63 @@
+"""Two workspaces of one machine never share a DDS domain."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from grader.errors import GraderError
+from grader.notebook import domain
+
+
+@pytest.fixture(autouse=True)
+def _claims_end_with_the_test():
+    before = set(domain._claims)
+    yield
+    for root in set(domain._claims) - before:
+        domain._claims.pop(root).close()
+
+
+def workspace(folder: Path, name: str) -> Path:
+    root = folder / name / "ws"
+    root.mkdir(parents=True)
+    return root
+
+
+def test_thirty_workspaces_have_thirty_domains(tmp_path: Path):
+    """Of thirty home folders nine shared one when the path alone decided."""
+    domains = [domain.claim(workspace(tmp_path, f"student{n}")) for n in range(30)]
+    assert len(set(domains)) == 30
+    assert set(domains) <= set(domain.DOMAINS)
+
+
+def test_a_workspace_keeps_its_domain(tmp_path: Path):
+    root = workspace(tmp_path, "student")
+    claimed = domain.claim(root)
+    domain._claims.pop(root).close()  # the kernel has ended
+    assert domain.of(root) == claimed
+    assert domain.claim(root) == claimed
+
+
+def test_a_second_kernel_of_a_workspace_shares_its_domain(tmp_path: Path):
+    root = workspace(tmp_path, "student")
+    claimed = domain.claim(root)
+    program = "import sys, pathlib; from grader.notebook import domain; print(domain.claim(pathlib.Path(sys.argv[1])))"
+    second = subprocess.run([sys.executable, "-c", program, root], capture_output=True, text=True, check=True)
+    assert int(second.stdout) == claimed
+
+
+def test_a_workspace_moves_away_from_a_domain_that_another_claimed_meanwhile(tmp_path: Path):
+    first, second = workspace(tmp_path, "first"), workspace(tmp_path, "second")
+    (second / ".ros_domain").write_text(str(domain.claim(first)))
+    assert domain.claim(second) != domain.of(first)
+    assert domain.of(second) == domain.claim(second)
+
+
+def test_no_domain_left_is_said_with_what_to_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    taken = domain.claim(workspace(tmp_path, "first"))
+    monkeypatch.setattr(domain, "DOMAINS", range(taken, taken + 1))
+    with pytest.raises(GraderError, match=r"ROS domains of this machine are in use.*Shut down"):
+        domain.claim(workspace(tmp_path, "second"))
