@@ -15,7 +15,7 @@ import pytest
 from grader import KIT
 
 ROOMS = (
-    "cli", "selftest", "authoring", "notebook", "classroom", "pipeline", "collect",
+    "cli", "selftest", "authoring", "notebook", "classroom", "pipeline", "collect", "courses",
     "mutation", "student_tests", "trials", "functions", "quality",
     "source", "settings", "report", "checks", "building", "sandbox", "intake", "course", "scoring", "host", "evidence",
     "python_ast", "tracebacks", "yaml_reader", "sanitize", "errors", "",

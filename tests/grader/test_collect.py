@@ -199,7 +199,7 @@ def observed(monkeypatch) -> Observed:
     source = Observed("trials", Phase.RUN, "F4", Collected(), [])
     monkeypatch.setattr(collect, "_TRIALS", source)
     monkeypatch.setattr(collect, "SOURCES", (source,))
-    monkeypatch.setattr(collect.build, "is_built", lambda *_: False)
+    monkeypatch.setattr(collect.building, "is_built", lambda *_: False)
     return source
 
 
@@ -214,7 +214,7 @@ def test_observers_do_not_start_before_what_is_there_at_once(
     monkeypatch, observed, submission, settings, built, tmp_path
 ):
     """Evidence may be kept of what has been built before, and then nothing has to be observed."""
-    monkeypatch.setattr(collect.build, "is_built", lambda *_: True)
+    monkeypatch.setattr(collect.building, "is_built", lambda *_: True)
     collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
     assert observed._asked == ["trials"]
 

@@ -46,6 +46,6 @@ def test_the_reference_answers_every_question(tmp_path: Path):
     ids=["a pipe", "a number without end", "a list without end", "a link", "folders without end"],
 )
 def test_anything_but_answers_counts_as_no_answer(tmp_path: Path, attack: str):
-    answers = asked(tmp_path, f"import os\nif 'conversions_worker.py' in __import__('sys').argv[0]: {attack}")
+    answers = asked(tmp_path, f"import os\nif 'functions_worker.py' in __import__('sys').argv[0]: {attack}")
     assert len(answers) > 40
     assert not [answer for answer in answers if answer.answer]

@@ -39,7 +39,7 @@ BOTH = ("robot_controller", "sensor_processor")
         (package("team07", *BOTH), package("ros2_robot_control", nodes=40), "it has modules of the assignment"),
         (package("Ros2-Robot-Controller", *BOTH), package("robot_controller", *BOTH), "in capitals and dashes only"),
         (package("my_robot", nodes=1), package("ros2_robot_controllers"), "it has nodes in Python"),
-        (drives("lab5", "/cmd_vel"), drives("ros2_robot_control", "chatter", "scan", "odom"), "drive a robot"),
+        (drives("lab5", "/cmd_vel"), drives("ros2_robot_control", "chatter", "scan", "odom"), "name cmd_vel"),
         (drives("lab5", "cmd_vel", "set_speed"), drives("robot_controller2", "cmd_vel"), "the most topics"),
     ],
 )
