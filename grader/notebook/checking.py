@@ -14,7 +14,7 @@ from grader.errors import KitError, SubmissionError
 from grader.evidence import Mutant, short_name
 from grader.notebook import check_process, prerequisites, so_far
 from grader.notebook.feedback import Answer, Checked, Note, Progress, Table
-from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace
+from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace, course
 from grader.report.album import Album, Picture
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, Loss, losses, place, points
@@ -181,9 +181,10 @@ def _remarks(grading: Grading) -> tuple[str, ...]:
     tried = _tried(grading)
     if not tried:
         return unchanged
+    requirement = course().requirement_of("check_mutation")
     return (
         *unchanged,
-        f"A sample of T3: {len(tried)} mutants, what fits into {MUTATION_BUDGET_S:g} s of running your tests. "
+        f"A sample of {requirement}: {len(tried)} mutants, what fits into {MUTATION_BUDGET_S:g} s of running your tests. "
         f"The grading has {GRADING_BUDGET_S:g} s, so it tries more.",
     )
 

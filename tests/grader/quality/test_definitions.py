@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from helpers.course import COURSE
+from helpers.course import COURSE, PACKAGE
 from helpers.quality_examples import (
     DRIVER,
     MOTION,
@@ -30,7 +30,7 @@ from grader.quality.parsed_module import parse
 
 
 def named(text: str, path: str = "pkg/node.py") -> dict[str, Definition]:
-    return {thing.name: thing for thing in public_definitions(parse(path, text.encode()))}
+    return {thing.name: thing for thing in public_definitions(parse(path, text.encode(), PACKAGE))}
 
 
 def test_a_leading_underscore_anywhere_on_the_way_makes_a_name_private():

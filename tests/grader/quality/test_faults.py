@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from helpers.course import COURSE
+from helpers.course import COURSE, PACKAGE
 from submissions.edits import EDITS, REFERENCE, apply
 from variants import VARIANTS, make
 
@@ -29,7 +29,7 @@ def faults(package: Path, interfaces: Path | None = None) -> list[Fault]:
     unreadable: list[SourceFile] = []
     for source in source_files.find(package, COURSE):
         try:
-            modules.append(parse(source.path, source.data))
+            modules.append(parse(source.path, source.data, PACKAGE))
         except ValueError as error:
             unreadable.append(SourceFile(source.path, 0, f"is not valid Python: {error}"))
     return find_faults(package, interfaces, modules, unreadable, COURSE)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from helpers.course import COURSE
+from helpers.course import COURSE, PACKAGE
 from helpers.course import role_of as role
 from helpers.judging import Check, find
 from helpers.quality_examples import (
@@ -303,7 +303,7 @@ def test_lines_of_constants_do_not_dilute_the_findings(tmp_path: Path):
     ],
 )
 def test_constant_lines_only_name_literals(text: str, constants: int):
-    assert parse("m/a.py", text.encode()).constants == constants
+    assert parse("m/a.py", text.encode(), PACKAGE).constants == constants
 
 
 def test_the_counted_lines_of_files_and_packages_are_limited():
