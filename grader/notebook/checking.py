@@ -184,7 +184,8 @@ def _remarks(grading: Grading) -> tuple[str, ...]:
     requirement = course().requirement_of("check_mutation")
     return (
         *unchanged,
-        f"A sample of {requirement}: {len(tried)} mutants, what fits into {MUTATION_BUDGET_S:g} s of running your tests. "
+        f"A sample of {requirement}: {len(tried)} mutants, "
+        f"what fits into {MUTATION_BUDGET_S:g} s of running your tests. "
         f"The grading has {GRADING_BUDGET_S:g} s, so it tries more.",
     )
 

@@ -65,7 +65,7 @@ def facts(package: Path, beside: Path | None = None, *, tests: bool = False) -> 
 
 def with_manifest_of(package: Path) -> evidence.Quality:
     """Return the reference's facts with those of this package's package.xml."""
-    found = [_parsed(source.path, source.data) for source in source_files.find(package, COURSE)]
+    found = [_parsed(source.path, source.data, COURSE.package) for source in source_files.find(package, COURSE)]
     return replace(
         untouched(), manifest=read_manifest(package, source_files.package_files(package, COURSE), found, COURSE)
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 from helpers.quality_examples import (
     CONTROLLER,
     MOTION,

@@ -12,6 +12,8 @@ from grader.courses.robot_controller.checks.check_habits import test_contract_nu
 from grader.quality.parameters import parameter_use
 from grader.quality.parsed_module import parse
 
+CONTRACT = list(COURSE.nodes.values())
+
 
 def test_a_package_without_parameters_gets_nothing(tmp_path: Path):
     """Blatant: 70 % of the real packages that publish a Twist."""
@@ -119,7 +121,7 @@ def get_parameters() -> str:
 )  # fmt: skip
 def test_every_honest_way_to_read_parameters_counts(way):
     looks = "\n".join(["f(self.values)", *[f"f(self.x{i})" for i in range(len(NAMES))]])
-    uses = parameter_use([parse(CONTROLLER, f"{way()}\n{looks}".encode(), PACKAGE)], COURSE.nodes.values())
+    uses = parameter_use([parse(CONTROLLER, f"{way()}\n{looks}".encode(), PACKAGE)], CONTRACT)
     assert [use.name for use in uses if not (use.declared and use.read)] == []
 
 
@@ -138,9 +140,7 @@ def test_a_value_that_is_kept_and_never_looked_at_is_not_read(read: str, used: b
     if "changed" in read:
         text += "\nself.value('fusion_rate')" * used
     (use,) = (
-        use
-        for use in parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], COURSE.nodes.values())
-        if use.name == "fusion_rate"
+        use for use in parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], CONTRACT) if use.name == "fusion_rate"
     )
     assert (use.declared, use.read) == (True, used)
 
@@ -148,26 +148,22 @@ def test_a_value_that_is_kept_and_never_looked_at_is_not_read(read: str, used: b
 def test_a_timer_that_is_made_of_a_parameter_uses_it_though_nothing_looks_at_the_timer():
     text = "self.declare_parameter('fusion_rate', 20.0)\nself.timer = create_timer(1.0 / value('fusion_rate'), f)\n"
     text += "def value(name):\n    return self.get_parameter(name).value\n"
-    assert [
-        use.name
-        for use in parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], COURSE.nodes.values())
-        if use.read
-    ] == ["fusion_rate"]
+    assert [use.name for use in parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], CONTRACT) if use.read] == [
+        "fusion_rate"
+    ]
 
 
 def test_attributes_that_may_be_looked_at_by_any_name_are_not_charged():
     text = "self.fusion_rate = self.declare_parameter('fusion_rate', 20.0).value\nf(getattr(self, name))"
-    assert [
-        use.name
-        for use in parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], COURSE.nodes.values())
-        if use.read
-    ] == ["fusion_rate"]
+    assert [use.name for use in parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], CONTRACT) if use.read] == [
+        "fusion_rate"
+    ]
 
 
 def test_a_table_may_be_declared_and_never_read():
     table = ", ".join(f"'{n}': 1.0" for n in NAMES)
     text = f"P = {{{table}}}\nfor n, d in P.items():\n    self.declare_parameter(n, d)\nx = self.get_parameter(y)\n"
-    uses = parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], COURSE.nodes.values())
+    uses = parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], CONTRACT)
     assert all(use.declared and not use.read for use in uses)
 
 
@@ -180,12 +176,10 @@ def test_the_field_of_a_dataclass_alone_is_not_a_use():
 
 def test_fields_without_a_loop_over_them_are_not_declared():
     text = a_dataclass_that_a_callback_replaces().replace("entry.name", "'robot_name'")
-    assert not any(
-        use.declared for use in parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], COURSE.nodes.values())
-    )
+    assert not any(use.declared for use in parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], CONTRACT))
 
 
 def test_a_parameter_only_in_a_comment_or_a_test_is_not_declared():
     comment = parse(CONTROLLER, b"# self.declare_parameter('max_linear_speed', 0.5)\n", PACKAGE)
     test = parse("test/test_x.py", b"node.declare_parameter('fusion_rate', 1)\n", PACKAGE)
-    assert not any(use.declared for use in parameter_use([comment, test], COURSE.nodes.values()))
+    assert not any(use.declared for use in parameter_use([comment, test], CONTRACT))
