@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import pytest
 from helpers.course import COURSE, PARAMETERS
 
+from grader.errors import GraderError
 from grader.trials import catalog
 
 
@@ -22,12 +26,20 @@ def test_every_numeric_parameter_of_which_the_contract_says_what_it_does_has_ano
     assert said - varied == set()
 
 
-def test_two_trials_of_one_name_are_refused():
-    def idle(stage: object) -> None: ...
-
-    catalog.trials(COURSE)
-    with pytest.raises(ValueError, match="two trials are called idle"):
-        catalog.trial(serves=["F1"])(idle)
+@pytest.mark.parametrize(
+    ("script", "why"),
+    [
+        ("@trial(serves=[])\ndef idle(stage): ...\n", "the trial idle: another trial has this name"),
+        ("@trial(serves=[], node='drver')\ndef one(stage): ...\n", "the contract has no node drver"),
+    ],
+)
+def test_a_trial_that_cannot_be_told_or_has_no_node_is_refused(tmp_path: Path, script: str, why: str):
+    (tmp_path / "trials").mkdir()
+    begin = "from grader.trials.catalog import trial\n"
+    (tmp_path / "trials" / "a.py").write_text(f"{begin}@trial(serves=[])\ndef idle(stage): ...\n")
+    (tmp_path / "trials" / "b.py").write_text(f"{begin}{script}")
+    with pytest.raises(GraderError, match=why):
+        catalog.trials(replace(COURSE, folder=tmp_path))
 
 
 def test_only_the_demonstration_sees_what_is_not_installed():

@@ -13,6 +13,7 @@ from helpers.course import PACKAGE
 
 from grader import KIT, building, evidence
 from grader.building import Built
+from grader.course import Course
 from grader.evidence import Intake, Trial
 from grader.evidence.kept import Kept
 from grader.intake.submission import Submission
@@ -31,7 +32,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Return the names of the trials that were run; each shows what one of the reference's trials showed."""
     names: list[str] = []
 
-    def run(plans: Iterable[TrialPlan], **_: Any) -> dict[str, Trial]:
+    def run(plans: Iterable[TrialPlan], _course: Course, **_: Any) -> dict[str, Trial]:
         found = {plan.name: replace(TRIAL, name=plan.name) for plan in plans}
         names.extend(found)
         return found
