@@ -8,13 +8,14 @@ import sys
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 
 from grader import KIT, notebook
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook import cell_hooks, checkpoints
 from grader.notebook.cell_hooks import forget_changed_modules
-from grader.notebook.workspace import PACKAGE, VARIABLE, Workspace, discovery_range, find, prepare
+from grader.notebook.workspace import VARIABLE, Workspace, discovery_range, find, prepare
 
 
 def test_the_workspace_lies_beside_the_notebooks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
