@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from helpers.course import PACKAGE
@@ -122,7 +123,7 @@ def test_a_rewritten_module_is_imported_again(workspace: Workspace, monkeypatch:
     package = workspace.package
     folder = package / "fresh_module"
     folder.mkdir(parents=True)
-    monkeypatch.setattr(cell_hooks, "PACKAGE", "fresh_module")
+    monkeypatch.setattr(cell_hooks, "course", lambda: SimpleNamespace(package="fresh_module"))
     monkeypatch.setattr(cell_hooks, "_STAMPS", {})
     monkeypatch.syspath_prepend(str(package))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
