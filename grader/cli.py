@@ -267,6 +267,7 @@ def _grade(options: argparse.Namespace) -> int:
     # Imported here, so that `grader --help` and `grader doctor` answer at once, even on hosts that lack half of this.
     from grader import building, pipeline, report
     from grader.checks import checks_run
+    from grader.course import kits_own
     from grader.report import console
     from grader.scoring import rubric
 
@@ -274,7 +275,7 @@ def _grade(options: argparse.Namespace) -> int:
         os.environ[namespaces.UNSAFE_VARIABLE] = "1"
     progress = _Progress()
     settings = pipeline.Settings(
-        rubric=rubric.load(options.rubric or rubric.RUBRIC, checks_run.known()),
+        rubric=rubric.load(options.rubric or rubric.RUBRIC, checks_run.known(kits_own())),
         cache=options.cache or building.cache_folder(),
         seed=options.seed,
         build_seconds=options.build_timeout,
@@ -386,9 +387,11 @@ def _shown(path: Path) -> str:
 
 def _handout(options: argparse.Namespace) -> int:
     from grader.checks import checks_run
-    from grader.scoring import handout, rubric
+    from grader.course import handout, kits_own
+    from grader.scoring import rubric
 
-    text = handout.render(rubric.load(options.rubric or rubric.RUBRIC, checks_run.known()))
+    course = kits_own()
+    text = handout.render(rubric.load(options.rubric or rubric.RUBRIC, checks_run.known(course)), course)
     if options.out is None:
         print(text, end="")
     else:

@@ -11,10 +11,10 @@ from typing import Any
 
 from grader import building
 from grader.building import Built
-from grader.contract import spec
-from grader.conversions.source import Conversions
+from grader.course import Course
 from grader.evidence import Build, Evidence
 from grader.evidence.kept import Kept, NotKept, forget_old
+from grader.functions.source import FunctionCalls
 from grader.host import namespaces, provenance
 from grader.intake.submission import Submission
 from grader.mutation.source import Mutants
@@ -26,7 +26,7 @@ from grader.student_tests.source import StudentTestRuns
 from grader.trials.source import Trials
 
 _TRIALS = Trials()
-SOURCES: tuple[Source, ...] = (_TRIALS, StudentTestRuns(), Conversions(), Mutants(), PackageText())
+SOURCES: tuple[Source, ...] = (_TRIALS, StudentTestRuns(), FunctionCalls(), Mutants(), PackageText())
 """Every source of evidence. Flags are kept in this order."""
 
 
@@ -41,17 +41,17 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
     """
     # The text is always read: it says why a package does not build, or why no node comes up.
     kept = kept_evidence(settings)
-    wanted = [source for source in SOURCES if source.phase is Phase.TEXT or source.serves & settings.checked]
+    wanted = [source for source in SOURCES if source.phase is Phase.TEXT or source.serves(settings) & settings.checked]
     of_text = [source for source in wanted if source.phase is Phase.TEXT]
     found: dict[str, Collected] = {}
     with ThreadPoolExecutor(1) as pool, ExitStack() as stack:
         # Reading needs no build, so it goes on beside one and is done before the trials keep the cores busy.
         texts = pool.submit(_ask, of_text, Subject(submission, settings, folder, kept))
         built = None
-        if needs_build(settings.checked, _folders(submission)):
+        if needs_build(settings, _folders(submission)):
             contract = _contract(submission, settings)
             observers = None
-            if _TRIALS in wanted and not building.is_built(_folders(submission), settings.cache):
+            if _TRIALS in wanted and not building.is_built(_folders(submission), settings.cache, settings.course):
                 beside = folder / "observers"
                 beside.mkdir()
                 observers = stack.enter_context(_TRIALS.start_observers(settings, contract, beside))
@@ -62,11 +62,12 @@ def collect(submission: Submission, folder: Path, settings: Settings) -> Evidenc
             subject = Subject(submission, settings, folder, kept, built, own, observers=observers)
             found |= _ask([source for source in wanted if source.phase is Phase.RUN], subject)
         found |= texts.result()
-        if built is not None and built.facts.ok and _has_left_code(submission, built):
+        if built is not None and built.facts.ok and _has_left_code(submission, built, settings.course):
             again = folder / "installed"
             again.mkdir()
             found |= _ask(of_text, Subject(submission, settings, again, kept, built))
-    return _merged(submission, built.facts if built is not None else Build.not_tried(), found)
+    facts = built.facts if built is not None else Build.not_tried(settings.course.package)
+    return _merged(submission, facts, found)
 
 
 def kept_evidence(settings: Settings) -> Kept:
@@ -80,24 +81,24 @@ def kept_evidence(settings: Settings) -> Kept:
     return Kept(folder, common, settings.fresh, settings.only_kept)
 
 
-def needs_build(requirements: frozenset[str], packages: Sequence[Path] = ()) -> bool:
-    """Return whether any of the requirements needs the packages built; the others are judged by their text alone.
+def needs_build(settings: Settings, packages: Sequence[Path] = ()) -> bool:
+    """Return whether any wanted requirement needs the packages built; the others are judged by their text alone.
 
     Text that a build makes is part of it.
     """
-    if left_by_build.may_leave_code(packages):
+    if left_by_build.may_leave_code(packages, settings.course.nodes):
         return True
     text, later = set[str](), set[str]()
     for source in SOURCES:
-        (text if source.phase is Phase.TEXT else later).update(source.serves)
+        (text if source.phase is Phase.TEXT else later).update(source.serves(settings))
     # What no source serves is judged by the build itself.
-    return not requirements <= text - later
+    return not settings.checked <= text - later
 
 
-def _has_left_code(submission: Submission, built: Built) -> bool:
+def _has_left_code(submission: Submission, built: Built, course: Course) -> bool:
     """Return whether a build has left Python that was not read with the text handed in."""
-    handed_in = source_files.find_in_both(submission.package, submission.interfaces)
-    return bool(left_by_build.left_by_build(handed_in, built.install))
+    handed_in = source_files.find_in_both(submission.package, submission.interfaces, course)
+    return bool(left_by_build.left_by_build(handed_in, built.install, course.nodes))
 
 
 def _folders(submission: Submission) -> list[Path]:
@@ -106,30 +107,32 @@ def _folders(submission: Submission) -> list[Path]:
 
 def _contract(submission: Submission, settings: Settings) -> Built:
     """Return the build of the contract's interfaces."""
-    is_built = building.contract_is_built(settings.cache)
-    if settings.only_kept and not (is_built and building.is_built(_folders(submission), settings.cache)):
+    is_built = building.contract_is_built(settings.cache, settings.course)
+    if settings.only_kept and not (
+        is_built and building.is_built(_folders(submission), settings.cache, settings.course)
+    ):
         raise NotKept
     if not is_built:
         settings.progress("building the contract's interfaces: once on this machine, about a minute")
-    return building.build_contract(settings.cache)
+    return building.build_contract(settings.cache, settings.course)
 
 
 def _build(submission: Submission, contract: Built, settings: Settings) -> tuple[Built, Built]:
     """Return the submission's build, and that of the contract's interfaces under the name that it has for them."""
     settings.progress("building the package")
-    main = submission.intake.package
-    built = building.build(_folders(submission), settings.cache, seconds=settings.build_seconds, main=main)
-    if (types := built.facts.types_package) != spec.PACKAGE:
+    main, course = submission.intake.package, settings.course
+    built = building.build(_folders(submission), settings.cache, course, seconds=settings.build_seconds, main=main)
+    if (types := built.facts.types_package) != course.package:
         if settings.only_kept:  # the contract under that name may have to be built
             raise NotKept
         settings.progress(f"building the contract's interfaces as {types}: once on this machine, about a minute")
-        contract = building.build_contract(settings.cache, types)
+        contract = building.build_contract(settings.cache, course, types)
     name = built.facts.package
     facts = replace(
         built.facts,
         contract_hashes=contract.facts.type_hashes,
         contract_texts=contract.facts.interface_texts,
-        named_in=building.places_of_name(submission.package, name) if name != spec.PACKAGE else [],
+        named_in=building.places_of_name(submission.package, name) if name != course.package else [],
     )
     return replace(built, facts=facts), contract
 

@@ -49,7 +49,7 @@ def grade(
         GraderError: this host cannot grade.
     """
     started = time.monotonic()
-    with _room(source, out, settings) as fresh, checks_run.Checks(check_ids(settings)) as checks:
+    with _room(source, out, settings) as fresh, checks_run.Checks(settings.course, check_ids(settings)) as checks:
         try:
             evidence.save(_collected(source, out, settings), fresh / EVIDENCE)
         except SubmissionError as error:
@@ -135,7 +135,7 @@ def judge(folder: Path, settings: Settings, earlier: Sequence[CheckResult] = ())
     """
     known = {result.id for result in earlier}
     to_run = [check for check in check_ids(settings) if check not in known]
-    results = [*earlier, *checks_run.run(folder, to_run)]
+    results = [*earlier, *checks_run.run(settings.course, folder, to_run)]
     return judged(evidence.load(folder), settings, results)
 
 
@@ -207,8 +207,9 @@ def _collected(source: Path, out: Path | None, settings: Settings) -> Evidence:
     with tempdir.folder("grading") as folder, submission_user.readable_by_sandboxes():
         settings.progress(f"taking in {printable(source.resolve().name)}")
         submission = open_submission(
-            source, folder / "submission", package=settings.package_path, leave_out=_below(out, source) if out else None
-        )
+            source, folder / "submission", settings.course,
+            package=settings.package_path, leave_out=_below(out, source) if out else None,
+        )  # fmt: skip
         if out:
             _require_own(out, source, settings, submission.intake.sha256)
         (folder / "work").mkdir()
@@ -218,7 +219,7 @@ def _collected(source: Path, out: Path | None, settings: Settings) -> Evidence:
         "kit": provenance.kit_hash(),
         "submission": found.intake.sha256,
         "source": report.fingerprint(source),
-        "sources": ", ".join(each.name for each in SOURCES if each.serves & settings.checked),
+        "sources": ", ".join(each.name for each in SOURCES if each.serves(settings) & settings.checked),
     }
     found = replace(found, origin=made | provenance.environment())
     if namespaces.sandbox_disabled():

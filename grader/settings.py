@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from grader.course import Course, kits_own
 from grader.scoring.rubric import Requirement, Rubric
 
 MODULE_TIMEOUT_S = 90.0
@@ -21,6 +22,7 @@ class Settings:
 
     Attributes:
         cache: the folder for builds.
+        course: the assignment that is graded, by default the kit's own.
         build_seconds: the limit for `colcon build`.
         test_seconds: the limit for each of the package's own test modules.
         mutation_budget_s: the time to spend on mutants, as wall time of a quiet machine.
@@ -39,6 +41,7 @@ class Settings:
 
     rubric: Rubric
     cache: Path
+    course: Course = field(default_factory=kits_own)
     seed: int = 0
     build_seconds: float = 300.0
     test_seconds: float = MODULE_TIMEOUT_S

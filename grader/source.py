@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 from grader import building
 from grader.building import Built
+from grader.checks import checks_run
 from grader.evidence import Flag
 from grader.evidence.kept import Kept
 from grader.intake.submission import Submission
@@ -91,8 +92,7 @@ class Source(Protocol):
     uses: frozenset[str]
     """The names of sources that must have collected before it begins. They use none themselves."""
 
-    @property
-    def serves(self) -> frozenset[str]:
+    def serves(self, settings: Settings) -> frozenset[str]:
         """Return the ids of the requirements that its evidence is for."""
 
     def collect(self, subject: Subject) -> Collected:
@@ -101,3 +101,13 @@ class Source(Protocol):
         Raises:
             GraderError: this host keeps it from being seen.
         """
+
+
+def served(settings: Settings, what: str) -> frozenset[str]:
+    """Return the ids of the requirements with a check whose module names `what` among its NEEDS."""
+    needs = {module: checks_run.needs(settings.course, module) for module in settings.rubric.check_modules}
+    return frozenset(
+        requirement.id
+        for requirement in settings.rubric.requirements
+        if any(what in needs[check.module] for check in requirement.checks)
+    )

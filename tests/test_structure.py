@@ -15,12 +15,12 @@ import pytest
 from grader import KIT
 
 ROOMS = (
-    "cli", "selftest", "authoring", "notebook", "classroom", "pipeline", "collect",
-    "mutation", "student_tests", "trials", "conversions", "quality",
-    "source", "settings", "report", "checks", "scoring", "building", "sandbox", "intake", "host", "evidence",
-    "contract", "python_ast", "tracebacks", "yaml_reader", "sanitize", "errors", "",
+    "cli", "selftest", "authoring", "notebook", "classroom", "pipeline", "collect", "courses",
+    "mutation", "student_tests", "trials", "functions", "quality",
+    "source", "settings", "report", "checks", "building", "sandbox", "intake", "course", "scoring", "host", "evidence",
+    "python_ast", "tracebacks", "yaml_reader", "sanitize", "errors", "",
 )  # fmt: skip
-CHECKS_MAY_IMPORT = {"checks", "evidence", "contract", "scoring", "errors", "host", "tracebacks", ""}
+CHECKS_MAY_IMPORT = {"checks", "evidence", "course", "scoring", "errors", "host", "tracebacks", ""}
 """`scoring` for the outcomes, `host` for running pytest; nothing that collects."""
 
 ROS = ("rclpy", "rosgraph_msgs", "geometry_msgs", "nav_msgs", "sensor_msgs", "std_msgs")

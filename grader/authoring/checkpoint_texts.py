@@ -12,10 +12,12 @@ from functools import cache
 
 from grader import KIT
 from grader.authoring import notebook_source
-from grader.contract.spec import PACKAGE
+from grader.course import kits_own
 from grader.errors import GraderError
 from grader.notebook import checkpoints
 from grader.scoring import rubric
+
+PACKAGE = kits_own().package
 
 REFERENCE = KIT / "solution_pkg" / PACKAGE
 
@@ -131,7 +133,7 @@ def course_texts() -> dict[str, str]:
         GraderError: jupytext is missing.
     """
     found = {str(path.relative_to(REFERENCE)): path.read_text(encoding="utf-8") for path in REFERENCE.rglob("*.py")}
-    for notebook in checkpoints.NOTEBOOKS:
+    for notebook in checkpoints.table():
         if checkpoints.checkpoint(notebook).given:
             found |= {f"{notebook}/{path}": text for path, text in given_texts(notebook).items()}
     return found
@@ -139,5 +141,5 @@ def course_texts() -> dict[str, str]:
 
 def pack() -> bytes:
     """Return the texts of all notebooks as checkpoints.PACKED holds them."""
-    found = {checkpoints.number(notebook): texts(notebook) for notebook in checkpoints.NOTEBOOKS}
+    found = {checkpoints.number(notebook): texts(notebook) for notebook in checkpoints.table()}
     return zlib.compress(json.dumps(found).encode(), level=9)

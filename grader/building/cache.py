@@ -30,10 +30,10 @@ def cache_folder() -> Path:
     return Path(chosen or Path(base) / "ros2-course-kit").expanduser()
 
 
-def build_key(packages: Sequence[Path]) -> str:
-    """Return a hash of everything that decides a build's result."""
+def build_key(packages: Sequence[Path], *contract: str) -> str:
+    """Return a hash of everything that decides a build's result; `contract` is what decides what is read of it."""
     own_sources = (ros_env.CMAKE_HOOK, *sorted(Path(__file__).parent.glob("*.py")))
-    parts = (toolchain_id(), *(path.read_text() for path in own_sources))
+    parts = (toolchain_id(), *(path.read_text() for path in own_sources), *contract)
     return content_key(packages, *parts, leaving_out=_IGNORED)[:40]
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from grader import evidence, sandbox
 from grader.building import cache as build_cache
 from grader.building import install_tree, installed_code, type_hashes
-from grader.contract.spec import CONTRACT, INTERFACES, PACKAGE
+from grader.course import Course
 from grader.errors import GraderError
 from grader.host import ros_env, shortage, submission_user, tempdir
 
@@ -60,13 +60,14 @@ class _Job:
 
     packages: Sequence[Path]
     cache: Path
+    course: Course
     seconds: float
     trusted: bool
     main: str
 
 
-def build_contract(cache: Path, package: str = PACKAGE) -> Built:
-    """Return the contract's own interfaces, built once on this machine. The observer uses these types.
+def build_contract(cache: Path, course: Course, package: str = "") -> Built:
+    """Return the course's own interfaces, built once on this machine. The observer uses these types.
 
     `package` is the name of the package that has them, for a submission that has them under another name.
 
@@ -74,8 +75,9 @@ def build_contract(cache: Path, package: str = PACKAGE) -> Built:
         GraderError: they do not build here.
     """
     with tempfile.TemporaryDirectory(prefix="contract-") as folder:
-        source = CONTRACT if package == PACKAGE else _copy_renamed(CONTRACT, Path(folder) / package)
-        built = build([source], cache, seconds=600.0, trusted=True, main=package)
+        renamed = package not in ("", course.package)
+        source = _copy_renamed(course.contract, Path(folder) / package) if renamed else course.contract
+        built = build([source], cache, course, seconds=600.0, trusted=True, main=package)
     if not built.facts.ok:
         raise GraderError(
             f"The contract's own interfaces do not build on this machine:\n{built.facts.log_tail}\nRun `grader doctor`."
@@ -91,29 +93,31 @@ def _copy_renamed(source: Path, target: Path) -> Path:
     return target
 
 
-def contract_is_built(cache: Path) -> bool:
+def contract_is_built(cache: Path, course: Course) -> bool:
     """Return whether `build_contract` will return at once."""
-    return is_built([CONTRACT], cache)
+    return is_built([course.contract], cache, course)
 
 
-def is_built(packages: Sequence[Path], cache: Path) -> bool:
+def is_built(packages: Sequence[Path], cache: Path, course: Course) -> bool:
     """Return whether `build` will return an earlier build's result."""
-    return build_cache.load(cache / "builds" / build_cache.build_key(packages)) is not None
+    return build_cache.load(_folder(packages, cache, course)) is not None
 
 
 def build(
-    packages: Sequence[Path], cache: Path, *, seconds: float = 300.0, trusted: bool = False, main: str = PACKAGE
-) -> Built:
+    packages: Sequence[Path], cache: Path, course: Course, *,
+    seconds: float = 300.0, trusted: bool = False, main: str = "",
+) -> Built:  # fmt: skip
     """Build the package folders in the sandbox and return the facts and the install tree.
 
     A second build of the same content returns the first one's result. Only the kit's own builds (`trusted`) write to
     the compiler cache; submissions just read it, so that none can plant an object file for another. `main` is the name
-    of the package to look for in the install tree; a build that installs none counts as failed.
+    of the package to look for in the install tree, by default the course's; a build
+    that installs none counts as failed.
 
     Raises:
         GraderError: no sandbox, no disk space or no compiler. A package that does not compile is a fact, not an error.
     """
-    folder = cache / "builds" / build_cache.build_key(packages)
+    folder = _folder(packages, cache, course)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with build_cache.locked(folder.with_suffix(build_cache.LOCK)):
@@ -129,12 +133,18 @@ def build(
                     "it prints the command that installs what is missing."
                 )
             with submission_user.readable_by_sandboxes():
-                return replace(_build(_Job(packages, cache, seconds, trusted, main), folder), use=use)
+                return replace(
+                    _build(_Job(packages, cache, course, seconds, trusted, main or course.package), folder), use=use
+                )
     except OSError as error:
         cause = shortage.explain(error)
         raise GraderError(
             cause or f"Cannot write the build to {folder.parent}: {error}. Choose another --cache."
         ) from error
+
+
+def _folder(packages: Sequence[Path], cache: Path, course: Course) -> Path:
+    return cache / "builds" / build_cache.build_key(packages, repr(course.nodes), *course.interfaces)
 
 
 def _build(job: _Job, folder: Path) -> Built:
@@ -151,7 +161,7 @@ def _build(job: _Job, folder: Path) -> Built:
             tempdir.remove(work / "install")
             (work / "install").mkdir()
         removed = [] if job.trusted else install_tree.remove_unsafe_entries(work / "install", _INSTALL)
-        facts = _facts(result, work / "install", job.main)
+        facts = _facts(result, work / "install", job)
         if not job.trusted:
             removed += installed_code.remove_byte_code(work / "install")
             facts = _verified(facts, work, removed, job)
@@ -277,13 +287,14 @@ def _require_colcon() -> None:
         )
 
 
-def _facts(result: sandbox.RunResult, install: Path, wanted: str) -> evidence.Build:
-    package = install_tree.main_package(install, wanted)
-    types = install_tree.interfaces_package(install, package)
+def _facts(result: sandbox.RunResult, install: Path, job: _Job) -> evidence.Build:
+    package = install_tree.main_package(install, job.main, job.course)
+    types = install_tree.interfaces_package(install, package, job.course)
     share = install / "share"
     shared = install_tree.regular_files(share / package) if package else ()
-    texts = {name: install_tree.interface_text(install, name, types) for name in INTERFACES}
-    hashes = {name: install_tree.installed_hash(share, types, name) for name in INTERFACES}
+    interfaces = job.course.interfaces
+    texts = {name: install_tree.interface_text(install, name, types) for name in interfaces}
+    hashes = {name: install_tree.installed_hash(share, types, name) for name in interfaces}
     return evidence.Build(
         ok=result.ok and bool(package),
         cached=False,
@@ -291,11 +302,11 @@ def _facts(result: sandbox.RunResult, install: Path, wanted: str) -> evidence.Bu
         exit_code=result.exit_code,
         timed_out=result.timed_out,
         log_tail=_without_host_paths(result.output)[-_LOG_TAIL:],
-        package=package or wanted,
+        package=package or job.main,
         types_package=types,
         stopped=result.stopped,
         executables=install_tree.programs(install / "lib" / package) if package else [],
-        misplaced=install_tree.misplaced_nodes(install, package) if package else {},
+        misplaced=install_tree.misplaced_nodes(install, package, job.course) if package else {},
         shared_files=sorted(str(path.relative_to(share / package)) for path in shared),
         type_hashes={name: found for name, found in hashes.items() if found},
         interface_texts={name: text for name, text in texts.items() if text},
@@ -325,9 +336,9 @@ def _verified(facts: evidence.Build, work: Path, removed: list[evidence.Flag], j
             hashes[name] = "the installed hash is not that of the text"
             words = f"the hash installed for {name} is not that of its text"
             flags.append(evidence.Flag("forged type", words, where=f"{name}.json"))
-    unread = installed_code.unreadable(work / "install", work / "src", made)
+    unread = installed_code.unreadable(work / "install", work / "src", made, job.course.nodes)
     if unread:
-        words = "the build installed code that cannot be read, so what it does is not known (Q1 to Q4, T1 to T3)"
+        words = "the build installed code that cannot be read, so what it does is not known"
         flags.append(evidence.Flag("unreadable code", words, where=", ".join(unread[:5])))
     tampering = install_tree.tampering_flags(work / "install")
     return replace(facts, type_hashes=hashes, not_handed_in=unread, flags=[*removed, *flags, *tampering])

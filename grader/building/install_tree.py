@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from grader.contract.spec import INTERFACES, NODES, PACKAGE
+from grader.course import Course
 from grader.evidence import Flag
 from grader.host import ros_env
 from grader.sandbox import untrusted
@@ -140,29 +140,30 @@ def shared_file(share: Path, path: str) -> str:
     return path if path in found else min(found, default="")
 
 
-def main_package(install: Path, wanted: str) -> str:
-    """Return the name under which a build has installed the package: the contract's, else `wanted`, else any.
+def main_package(install: Path, wanted: str, course: Course) -> str:
+    """Return the name under which a build has installed the package: the course's, else `wanted`, else any.
 
     It is "" if there is none. setup.py can install a package under another name than its package.xml has.
     """
     names = sorted(path.parent.name for path in (install / "share").glob("*/package.xml"))
-    own = [name for name in names if not _hashed_interfaces(install, name)] or names
-    return next((name for name in (PACKAGE, wanted, *own) if name in names), "")
+    own = [name for name in names if not _hashed_interfaces(install, name, course)] or names
+    return next((name for name in (course.package, wanted, *own) if name in names), "")
 
 
-def interfaces_package(install: Path, package: str) -> str:
+def interfaces_package(install: Path, package: str, course: Course) -> str:
     """Return the name of the package in which a build has installed the contract's interfaces.
 
     That is `package` itself if it has any of them, else the package that has most, else the contract's.
     """
     share = install / "share"
     names = [path.name for path in share.iterdir()] if share.is_dir() else []
-    counts = {name: count for name in sorted(names) if _is_free(name) and (count := _hashed_interfaces(install, name))}
-    return package if package in counts else max(counts, key=lambda name: counts[name], default=PACKAGE)
+    free = (name for name in sorted(names) if _is_free(name))
+    counts = {name: count for name in free if (count := _hashed_interfaces(install, name, course))}
+    return package if package in counts else max(counts, key=lambda name: counts[name], default=course.package)
 
 
-def _hashed_interfaces(install: Path, package: str) -> int:
-    return sum(bool(installed_hash(install / "share", package, name)) for name in INTERFACES)
+def _hashed_interfaces(install: Path, package: str, course: Course) -> int:
+    return sum(bool(installed_hash(install / "share", package, name)) for name in course.interfaces)
 
 
 def _is_free(package: str) -> bool:
@@ -194,11 +195,11 @@ def programs(folder: Path) -> list[str]:
     return sorted(path.name for path in files if path.stat().st_mode & stat.S_IXUSR)
 
 
-def misplaced_nodes(install: Path, package: str) -> dict[str, str]:
+def misplaced_nodes(install: Path, package: str, course: Course) -> dict[str, str]:
     """Return the nodes that are installed where `ros2 run` does not look, each with the folder that it is in."""
     home = install / "lib" / package
     folders = [install / "bin", *(path for path in sorted((install / "lib").glob("*")) if path != home)]
-    missing = set(NODES) - set(programs(home))
+    missing = set(course.nodes) - set(programs(home))
     found: dict[str, str] = {}
     for folder in folders:
         for name in sorted(missing & set(programs(folder))):

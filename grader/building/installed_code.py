@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 
 from grader.building.install_tree import regular_files
 from grader.building.type_hashes import Generated
-from grader.contract.spec import NODES
 from grader.evidence import Flag
 from grader.host import ros_env
 from grader.python_ast import parse
@@ -69,7 +68,7 @@ def remove_byte_code(install: Path) -> list[Flag]:
     return flags
 
 
-def unreadable(install: Path, sources: Path, generated: Mapping[str, Generated]) -> list[str]:
+def unreadable(install: Path, sources: Path, generated: Mapping[str, Generated], nodes: Collection[str]) -> list[str]:
     """Return the paths of code in an install tree that cannot be read as a package's own Python.
 
     That is what a node can run and is not text (binaries, archives, what is behind links); a node's program in another
@@ -79,6 +78,7 @@ def unreadable(install: Path, sources: Path, generated: Mapping[str, Generated])
         install: the install tree, without byte code.
         sources: the folder of all that was handed in.
         generated: by the name of each package of interfaces, what ROS's tools make of it.
+        nodes: the names of the contract's executables.
     """
     expected = {
         f"{package}/{name}": digest for package, made in generated.items() for name, digest in made.modules.items()
@@ -102,11 +102,11 @@ def unreadable(install: Path, sources: Path, generated: Mapping[str, Generated])
                 known = expected.get(name) == _digest(data) or lines <= exports.get(name, set())
             else:
                 known = path.suffix != ".so"
-        elif _is_python(path, data, install):
+        elif _is_python(path, data, install, nodes):
             known = bool(data or not path.stat().st_size) and b"\0" not in data
         elif path.suffix == ".so" and path.is_relative_to(site):
             known = _EXTENSION.fullmatch(path.name) is not None
-        elif _is_program(path, install) and path.name in NODES:
+        elif _is_program(path, install) and path.name in nodes:
             known = bool(_SHELL.match(data)) and _starts_read_code(data.decode("utf-8", "replace"), path, site)
         else:
             known = _digest(data) not in prebuilt and not _is_archive(path)
@@ -121,7 +121,7 @@ def _links(site: Path) -> list[Path]:
     return [path for path in links if path.suffix == ".py" or any(path.resolve().rglob("*.py"))]
 
 
-def python_texts(install: Path) -> Iterator[tuple[str, bytes]]:
+def python_texts(install: Path, nodes: Collection[str]) -> Iterator[tuple[str, bytes]]:
     """Yield path and content of the Python in an install tree that a package answers for: modules and programs.
 
     Left out is what rosidl, colcon and setuptools write: types, set-up for shells, programs of entry points.
@@ -129,7 +129,7 @@ def python_texts(install: Path) -> Iterator[tuple[str, bytes]]:
     for path in sorted(install.rglob("*")):
         if path.is_file() and not is_among_types(path, install) and not _is_of_colcon(path, install):
             data = _read(path)
-            if _is_python(path, data, install) and not _starts_an_entry_point(data):
+            if _is_python(path, data, install, nodes) and not _starts_an_entry_point(data):
                 yield path.relative_to(install).as_posix(), data
 
 
@@ -138,11 +138,11 @@ def _is_program(path: Path, install: Path) -> bool:
     return path.parent == install / "bin" or path.parent.parent == install / "lib"
 
 
-def _is_python(path: Path, data: bytes, install: Path) -> bool:
+def _is_python(path: Path, data: bytes, install: Path, nodes: Collection[str]) -> bool:
     """Return whether a file is a module or a Python program, be it one that lacks the line with its interpreter."""
     if path.suffix == ".py":
         return True
-    bare = path.name in NODES and not data.startswith(b"#!") and b"\0" not in data
+    bare = path.name in nodes and not data.startswith(b"#!") and b"\0" not in data
     return _is_program(path, install) and bool(PYTHON.match(data) or (bare and parse(data) is not None))
 
 

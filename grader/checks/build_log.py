@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from grader.contract.foreign_packages import absent
+from grader.course.foreign_packages import absent
 
 _MARKED = re.compile(r"\bError\b|\berror:|\bERROR\b|\bError\(s\)")
 _OURS = re.compile(r"/ws/(?:src|build)/[^/\s']+/+|\bsubmission/(?=package\.xml)")
@@ -124,7 +124,8 @@ _KNOWN: tuple[tuple[str, Callable[[str, re.Match[str]], BuildError]], ...] = (
      lambda _, match: BuildError(f"CMakeLists.txt: install() names {match[1]}, which is not there",
                                     "write the file or folder, or take its name out of install()")),
     (r"Cannot find source file: (\S+)", _says("the nodes are in Python: take {0} and its commands out")),
-    (r"'Project' is an invalid package name", _says("write project(ros2_robot_controller) before find_package()")),
+    (r"'Project' is an invalid package name",
+     _says("write project(NAME), with the name in package.xml, before find_package()")),
     (r"^'(\w+)'$",
      lambda _, match: BuildError(
          f"CMakeLists.txt: rosidl_generate_interfaces() does not name {match[1]}, whose types the interfaces use",

@@ -7,21 +7,11 @@ from grader.checks.build_log import find_error
 from grader.checks.findings import some
 from grader.checks.first_cause import behind, listing, sentence, shown_by
 from grader.checks.judge import Failed, Judge
-from grader.contract.spec import NODES, PACKAGE
+from grader.course import Course
 
 _PROGRAMS_BY_CMAKE = "install(PROGRAMS ... DESTINATION lib/${PROJECT_NAME}), with the executable bit set"
-_PROGRAMS_BY_SETUP = (
-    "entry_points in setup.py: 'robot_controller = ros2_robot_controller.robot_controller:main', and in setup.cfg "
-    "[install] install_scripts=$base/lib/ros2_robot_controller"
-)
 _SHARED_BY_CMAKE = "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})"
 _SHARED_BY_SETUP = "data_files in setup.py: (os.path.join('share', package_name, 'launch'), glob('launch/*'))"
-_SHARED = (
-    "launch/robot_controller_launch.py",
-    "launch/sensor_processor_launch.py",
-    "config/robot_params.yaml",
-    "config/sensor_params.yaml",
-)
 
 
 def test_colcon_build_succeeds(judge: Judge) -> None:
@@ -33,8 +23,8 @@ def test_colcon_build_succeeds(judge: Judge) -> None:
         raise Failed(seen, try_)
     if not build.ok:
         raise Failed(*_first_cause(judge))
-    if build.package != PACKAGE:
-        seen = f"It builds, as {build.package}; the assignment asks for {PACKAGE}."
+    if build.package != judge.course.package:
+        seen = f"It builds, as {build.package}; the assignment asks for {judge.course.package}."
         places = f" Rename it in {some(_by_file(build.named_in))}." if build.named_in else ""
         raise Failed(seen + places, "everything else was graded under the name that it has; rename it all at once")
 
@@ -75,14 +65,21 @@ def test_executables_are_installed(judge: Judge) -> None:
     """Both executables are installed where `ros2 run` looks: lib/<package>/."""
     judge.require_build()
     found = judge.evidence.build.executables
-    missing = [name for name in NODES if name not in found]
+    nodes = judge.course.nodes
+    missing = [name for name in nodes if name not in found]
     if missing:
-        share = 1 - len(missing) / len(NODES)
+        share = 1 - len(missing) / len(nodes)
         if misplaced := judge.evidence.build.misplaced:
             judge.share(share, *_misplaced(judge, misplaced))
             return
         seen = f"missing: {', '.join(missing)}; found: {', '.join(found) or 'nothing'}"
-        judge.share(share, *_explained(judge, missing, seen, _PROGRAMS_BY_CMAKE, _PROGRAMS_BY_SETUP))
+        judge.share(share, *_explained(judge, missing, seen, _PROGRAMS_BY_CMAKE, _programs_by_setup(judge.course)))
+
+
+def _programs_by_setup(course: Course) -> str:
+    node, package = next(iter(course.nodes)), course.package
+    entry = f"'{node} = {package}.{node}:main'"
+    return f"entry_points in setup.py: {entry}, and in setup.cfg [install] install_scripts=$base/lib/{package}"
 
 
 def _misplaced(judge: Judge, folders: Mapping[str, str]) -> tuple[str, str]:
@@ -101,13 +98,14 @@ def test_launch_and_config_are_installed(judge: Judge) -> None:
     """Launch and config files are installed in the package's share folder."""
     judge.require_build()
     found = judge.evidence.build.shared_files
+    shared = judge.course.shared
     # Anywhere in it: `ros2 launch` looks through the whole folder.
-    missing = [name for name in _SHARED if not judge.is_installed(name)]
+    missing = [name for name in shared if not judge.is_installed(name)]
     if missing:
-        names = {PurePosixPath(name).name for name in _SHARED}
+        names = {PurePosixPath(name).name for name in shared}
         others = [f for f in found if f.startswith(("launch/", "config/")) or PurePosixPath(f).name in names]
         seen = f"missing: {', '.join(missing)}; found: {some(others) or 'no launch or config file'}"
-        share = 1 - len(missing) / len(_SHARED)
+        share = 1 - len(missing) / len(shared)
         judge.share(share, *_explained(judge, missing, seen, _SHARED_BY_CMAKE, _SHARED_BY_SETUP))
 
 

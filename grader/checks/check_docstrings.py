@@ -18,6 +18,8 @@ from grader.checks.package_text import (
 )
 from grader.evidence import Definition
 
+NEEDS = ("quality", "linters")
+
 _FULL = 0.9
 # That many things may share a docstring, and more in a large package: some are much the same.
 _SHARED, _SHARED_PART = 3, 0.2

@@ -1,5 +1,7 @@
 """Q4: habits that hurt in a node."""
 
+from collections.abc import Sequence
+
 from grader.checks.findings import MOST_SHOWN, listing, place, some
 from grader.checks.judge import Judge
 from grader.checks.package_text import (
@@ -15,8 +17,9 @@ from grader.checks.package_text import (
     unread_share,
     weighed,
 )
-from grader.checks.settings_effect import without_effect
 from grader.evidence import Finding
+
+NEEDS = ("quality", "linters")
 
 
 def test_no_bare_except_print_or_mutable_default(judge: Judge) -> None:
@@ -33,6 +36,14 @@ def test_callbacks_do_not_sleep(judge: Judge) -> None:
 
 def test_contract_numbers_are_parameters(judge: Judge) -> None:
     """The numbers that the contract names as parameters are declared as parameters and read from them."""
+    expect_parameters(judge, [])
+
+
+def expect_parameters(judge: Judge, without_effect: Sequence[tuple[str, str]]) -> None:
+    """Give the share of the contract's parameters that the code declares and reads, and that have an effect.
+
+    `without_effect` has the name of each that a trial has found to have none, and what was seen.
+    """
     uses = readable(judge).parameters
     bad = []
     for use in uses:
@@ -46,9 +57,7 @@ def test_contract_numbers_are_parameters(judge: Judge) -> None:
             where = some([place(finding) for finding in use.literals])
             bad[-1] += f" ({where} has the number {use.literals[0].text} instead)"
     named = " ".join(bad)
-    trial = judge.evidence.trials.get("other_settings")  # which the package's text alone is judged without
-    if trial is not None and trial.ready and not trial.script_error:
-        bad += [f"robot_controller: {seen}" for name, seen in without_effect(trial).items() if name not in named]
+    bad += [seen for name, seen in without_effect if name not in named]
     if bad:
         try_ = "self.declare_parameter('name', default), then self.get_parameter('name').value where it counts"
         judge.share(1 - len(bad) / len(uses), "\n".join(bad), try_)
@@ -66,7 +75,7 @@ def test_public_functions_are_annotated(judge: Judge) -> None:
         said = [f"{len(bare)} of {len(functions)} lack annotations", *shown] if bare else []
         seen = "\n".join([*said, *([used] if used else []), *unread_lines(unread)])
         share = min(share, 1 - unread_share(judge, unread))
-        judge.share(share, seen, "def clamp(value: float, low: float, high: float) -> float")
+        judge.share(share, seen, "def nearest(ranges: Sequence[float], limit: float) -> float")
 
 
 def _share_with_annotations(count: Count) -> float:

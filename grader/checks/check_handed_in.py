@@ -1,6 +1,7 @@
 """Q6: what is handed in besides the nodes: the demonstration, and the test results."""
 
 import signal
+from collections.abc import Iterable
 
 from grader import tracebacks
 from grader.checks.findings import some
@@ -8,8 +9,9 @@ from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.package_text import weigh
 from grader.evidence import ProcessEnd, Trial
 
-_SERVICES = ("set_speed", "get_status")
-_STATUS_TOPIC = "navigate_to_position/_action/status"
+NEEDS = ("quality", "linters")
+
+_STATUS_TOPIC = "/_action/status"  # behind an action's name
 _ENDED = {4, 5, 6}  # action_msgs/GoalStatus: succeeded, canceled, aborted
 _DROPPED = "Ignoring unexpected goal response"  # what rclpy logs if the answer comes before it has noted the request
 _CRASHES = (-signal.SIGSEGV, -signal.SIGBUS, -signal.SIGABRT)
@@ -35,22 +37,22 @@ def test_demonstration_runs(judge: Judge) -> None:
     elif end.exit_code != 0:
         words.append(f"it ended with exit status {end.exit_code}")
         share -= 0.5
-    if not called and _changed_services(judge):
-        raise NotReached(
-            f"{', '.join(_changed_services(judge))} differs from the contract, so its calls cannot be observed (I3)"
-        )
+    services = {name: type_ for node in judge.course.nodes.values() for name, type_ in node.services.items()}
+    if not called and (changed := _changed(judge, services.values())):
+        see = judge.see("check_interfaces")
+        raise NotReached(f"{', '.join(changed)} differs from the contract, so its calls cannot be observed{see}")
     if not called:
-        words.append(f"it called none of {', '.join(_SERVICES)}")
+        words.append(f"it called none of {', '.join(services)}")
         share -= 0.25
     if not _goals(trial):
-        words.append("it sent no goal to navigate_to_position")
+        words.append(f"it sent no goal to {' or '.join(judge.course.offered.keys() - services.keys())}")
         share -= 0.25
     if words:
         last = [line for line in end.output_tail.splitlines() if line.strip()][-3:]
         words += [f"its last output: {' / '.join(line.strip()[:200] for line in last)}"] if last else []
         # A script that does nothing but end well has shown nothing.
         share = 0.0 if not called and not _goals(trial) else share
-        judge.share(share, "\n".join(words), "start both nodes in a simulator, run the script by hand, then `echo $?`")
+        judge.share(share, "\n".join(words), "start the nodes in a simulator, run the script by hand, then `echo $?`")
 
 
 def test_test_results_match_the_tests(judge: Judge) -> None:
@@ -61,7 +63,7 @@ def test_test_results_match_the_tests(judge: Judge) -> None:
     try_ = "python -m pytest test --junitxml=test_results.xml, in the package's folder, after the last change"
     if report is None or report.problem:
         raise Failed(f"test_results.xml {report.problem}" if report else "there is no test_results.xml", try_)
-    judge.expect(bool(quality.tests), "the package has no tests to report on", "see T1")
+    judge.expect(bool(quality.tests), "the package has no tests to report on", "write tests first")
     reported = {_matched(case, quality.tests) for case in report.cases}
     foreign = sorted({case for case in report.cases if not _matched(case, quality.tests)})
     absent = [test for test in quality.tests if test not in reported]
@@ -72,11 +74,10 @@ def test_test_results_match_the_tests(judge: Judge) -> None:
         judge.share((len(quality.tests) - len(absent)) / together, "\n".join(words), try_)
 
 
-def _changed_services(judge: Judge) -> list[str]:
+def _changed(judge: Judge, services: Iterable[str]) -> list[str]:
     """Return the services whose definition differs from the contract's: the observer cannot see calls of them."""
     build = judge.evidence.build
-    names = ("srv/SetSpeed", "srv/GetRobotStatus")
-    return [name for name in names if build.type_hashes.get(name) != build.contract_hashes.get(name)]
+    return [name for name in services if build.type_hashes.get(name) != build.contract_hashes.get(name)]
 
 
 def _excuse(trial: Trial, end: ProcessEnd) -> str:
@@ -106,7 +107,7 @@ def _died_in_the_libraries(trial: Trial, end: ProcessEnd) -> bool:
 
 def _goals(trial: Trial) -> dict[str, int]:
     """Return the last status of each goal that the action's status topic reported."""
-    return {str(m.data.get("goal")): m.data.get("status", 0) for m in trial.messages if m.topic == _STATUS_TOPIC}
+    return {str(m.data.get("goal")): m.data.get("status", 0) for m in trial.messages if m.topic.endswith(_STATUS_TOPIC)}
 
 
 def _matched(case: str, tests: list[str]) -> str:

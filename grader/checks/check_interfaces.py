@@ -1,13 +1,12 @@
-"""I3: the four interfaces, and the nodes' use of them."""
+"""The contract's interfaces, and the nodes' use of them."""
 
 from grader.checks.first_cause import sentence
-from grader.checks.judge import OFFERED, Judge, near_miss, short_types
-from grader.contract import definition
-from grader.contract.spec import PACKAGE
+from grader.checks.judge import Judge, near_miss, short_types
+from grader.course import definition
 
 
 def test_type_hashes_match_the_contract(judge: Judge) -> None:
-    """The four interfaces have the contract's type hashes: exactly its fields, in its order."""
+    """The interfaces have the contract's type hashes: exactly its fields, in its order."""
     judge.require_build("interfaces")
     build = judge.evidence.build
     different = [name for name, expected in build.contract_hashes.items() if build.type_hashes.get(name) != expected]
@@ -24,19 +23,26 @@ def test_type_hashes_match_the_contract(judge: Judge) -> None:
 
 def test_nodes_use_the_contracts_types(judge: Judge) -> None:
     """The nodes use the interfaces under the contract's type names."""
-    wrong = []
-    controller = judge.graph("idle")
-    offered = {**controller.services, **controller.actions}
-    for name, kind in OFFERED.items():
-        if f"{PACKAGE}/{kind}" not in offered.get(name, []):
-            wrong.append(f"expected {name} ({kind.partition('/')[2]}){near_miss(controller, name)}")
-    processor = judge.graph("idle_processor")
-    types = {e.type for e in processor.endpoints if e.topic == "sensor_fusion_data" and e.kind == "publisher"}
-    if f"{PACKAGE}/msg/SensorFusionData" not in types:
-        found = f"found type {short_types(sorted(types))}" if types else "found no such publisher"
-        wrong.append(f"expected sensor_fusion_data (SensorFusionData); {found}")
+    course, wrong, count = judge.course, [], 0
+    for node in course.nodes.values():
+        graph = judge.graph(node.idle_trial)
+        offered = {**graph.services, **graph.actions}
+        own = {name: type_ for name, type_ in node.offers.items() if type_ in course.interfaces}
+        published = {name: type_ for name, type_ in node.publishes.items() if type_ in course.interfaces}
+        count += len(own) + len(published)
+        for name, type_ in own.items():
+            if course.full_type(type_) not in offered.get(name, []):
+                short = type_.rpartition("/")[2]
+                wrong.append(f"expected {name} ({short}){near_miss(graph, name, course.offered)}")
+        for name, type_ in published.items():
+            types = {e.type for e in graph.endpoints if e.topic == name and e.kind == "publisher"}
+            if course.full_type(type_) not in types:
+                found = f"found type {short_types(sorted(types))}" if types else "found no such publisher"
+                wrong.append(f"expected {name} ({type_.rpartition('/')[2]}); {found}")
     if wrong:
-        judge.share(1 - len(wrong) / 4, "; ".join(wrong), f"import the types from {PACKAGE}.srv, .action and .msg")
+        kinds = [f".{kind}" for kind in ("srv", "action", "msg") if any(i.startswith(kind) for i in course.interfaces)]
+        names = " and ".join(filter(None, [", ".join(kinds[:-1]), kinds[-1]]))
+        judge.share(1 - len(wrong) / count, "; ".join(wrong), f"import the types from {course.package}{names}")
 
 
 def _differences(judge: Judge, name: str) -> list[str]:

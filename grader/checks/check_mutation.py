@@ -4,6 +4,7 @@ from grader.checks.check_student_tests import expect_contract
 from grader.checks.judge import Judge, NotReached, Unjudged
 from grader.evidence import Mutant, Mutation, short_name
 
+NEEDS = ("student tests", "mutation")
 # One line of points from 10 to 75 %, cut in the middle: the core points come first, the advanced ones on top of them.
 _NONE, _MIDDLE, _FULL = 10.0, 42.5, 75.0
 _LISTED = 8
@@ -39,7 +40,8 @@ def _share(judge: Judge, none: float, full: float) -> None:
 def _mutation(judge: Judge) -> Mutation:
     tests = judge.student_tests()
     if not any(module.passed for module in tests.modules):
-        raise NotReached("none of the package's own tests passed, so none could notice anything (T1)")
+        see = judge.see("check_student_tests")
+        raise NotReached(f"none of the package's own tests passed, so none could notice anything{see}")
     expect_contract(judge)
     judge.expect_trusted(tests)
     mutation = judge.evidence.mutation

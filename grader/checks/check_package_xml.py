@@ -2,8 +2,10 @@
 
 from grader.checks.findings import some
 from grader.checks.judge import Judge, NotReached
-from grader.contract.rosdep_keys import is_declared
+from grader.course.rosdep_keys import is_declared
 from grader.evidence import Manifest
+
+NEEDS = ("quality",)
 
 
 def test_package_xml_is_valid_format_3(judge: Judge) -> None:

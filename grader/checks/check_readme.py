@@ -6,6 +6,8 @@ from grader.checks.judge import Failed, Judge, NotReached
 from grader.checks.package_text import weigh
 from grader.evidence import Finding, Readme
 
+NEEDS = ("quality", "linters")
+
 _WORDS = 20  # of prose; fewer cannot say what a package does
 
 
@@ -39,12 +41,17 @@ def test_interface_table_agrees(judge: Judge) -> None:
     readme = judge.quality().readme
     if readme is None:
         raise NotReached("there is no README.md")
-    found = agreement(readme.tables, judge.evidence)
-    judge.expect(found.wanted > 0, "neither the running nodes nor the code show an interface", "see I4")
+    found = agreement(readme.tables, judge.evidence, judge.course.nodes.values())
+    course = judge.course
+    see = f"see {course.requirement_of('check_graph') or 'the contract'}"
+    judge.expect(found.wanted > 0, "neither the running nodes nor the code show an interface", see)
     if found.wrong:
         source = "the running nodes" if found.from_graph else "the code"
         seen = "\n".join([f"compared with {source}:", *found.wrong[: MOST_SHOWN * 2], *_left_out(readme)])
-        try_ = "one row for each interface: | robot_controller | subscribes | scan | sensor_msgs/msg/LaserScan |"
+        node = next(iter(course.nodes.values()))
+        rows = [("subscribes", *row) for row in node.subscribes.items()]
+        rows += [("service", *row) for row in node.services.items()]
+        try_ = f"one row for each interface: | {' | '.join((node.name, *rows[0]))} |"
         judge.share(1 - len(found.wrong) / found.wanted, seen, try_)
 
 

@@ -1,4 +1,4 @@
-"""Q3: layout, complexity, conversions in their place, repeated blocks."""
+"""Layout, complexity, functions in their place, repeated blocks."""
 
 from grader.checks.findings import MOST_SHOWN, listing, place, some
 from grader.checks.judge import Judge
@@ -11,20 +11,22 @@ from grader.checks.package_text import (
     weighed,
     within_bounds,
 )
-from grader.contract.layout import LAYOUT, layout_of
-from grader.contract.spec import CONVERSIONS, PACKAGE
+
+NEEDS = ("quality", "linters")
 
 
 def test_layout_matches_the_contract(judge: Judge) -> None:
     """The package has the contract's layout; each missing path costs a share."""
-    paths = set(within_bounds(judge).paths)
-    missing = [path for path in layout_of(paths, judge.evidence.intake.package) if path not in paths]
+    course, paths = judge.course, set(within_bounds(judge).paths)
+    missing = [path for path in course.layout_of(paths, judge.evidence.intake.package) if path not in paths]
     if missing:
-        seen = f"missing: {some(missing, len(LAYOUT))}"
-        meant = [_similar(path, paths) for path in missing]
+        seen = f"missing: {some(missing, len(course.layout))}"
+        meant = [_similar(path, paths - set(course.layout)) for path in missing]
         near = [path for path in dict.fromkeys(meant) if path]
         seen += f"; perhaps meant: {some(near)}" if near else ""
-        judge.share(1 - len(missing) / len(LAYOUT), seen, "compare the names and folders with the contract's tree")
+        judge.share(
+            1 - len(missing) / len(course.layout), seen, "compare the names and folders with the contract's tree"
+        )
 
 
 def test_no_function_is_too_complex(judge: Judge) -> None:
@@ -34,18 +36,19 @@ def test_no_function_is_too_complex(judge: Judge) -> None:
     charge(judge, len(found), 4, words, "move each decision into a function of its own")
 
 
-def test_conversions_are_in_utils_and_used(judge: Judge) -> None:
-    """The conversions are in `utils/`, and the nodes use them instead of converting by hand."""
-    quality = readable(judge)
-    found = quality.conversions
-    missing = [name for name in CONVERSIONS if name not in found.defined]
+def expect_functions_used(judge: Judge) -> None:
+    """Give the share of the contract's functions that are in their module, if the nodes use it and nothing else."""
+    quality, functions = readable(judge), judge.course.functions
+    assert functions is not None, "the contract names no functions"
+    found, path = quality.functions, functions.module.partition("/")[2]
+    missing = [name for name in functions.names if name not in found.defined]
     words = []
     share = 1.0
     if missing:
-        words.append(f"utils/conversions.py does not define {', '.join(missing)}")
-        share -= 0.5 * len(missing) / len(CONVERSIONS)
+        words.append(f"{path} does not define {', '.join(missing)}")
+        share -= 0.5 * len(missing) / len(functions.names)
     if not found.calls:
-        words.append("no node calls a function of utils/conversions.py, directly or through another module")
+        words.append(f"no node calls a function of {path}, directly or through another module")
         share -= 0.5
     if found.elsewhere:
         words += [f"{place(finding)} {finding.text}" for finding in found.elsewhere[:MOST_SHOWN]]
@@ -55,7 +58,13 @@ def test_conversions_are_in_utils_and_used(judge: Judge) -> None:
         words += unread_lines(unread)
         share -= unread_share(judge, unread)
     if words:
-        judge.share(share, "\n".join(words), f"import them: from {PACKAGE}.utils.conversions import normalize_angle")
+        module = functions.module.removesuffix(".py").replace("/", ".")
+        judge.share(share, "\n".join(words), f"import them: from {module} import {functions.names[0]}")
+
+
+def test_functions_are_in_their_module_and_used(judge: Judge) -> None:
+    """The contract's functions are in their module, and the nodes use them instead of doing the same by hand."""
+    expect_functions_used(judge)
 
 
 def test_no_block_is_repeated(judge: Judge) -> None:
@@ -67,11 +76,13 @@ def test_no_block_is_repeated(judge: Judge) -> None:
 
 
 def _similar(path: str, paths: set[str]) -> str:
-    """Return a path with the same or nearly the same name as a missing one, "" if there is none."""
+    """Return the path with the same or nearly the same name as a missing one, "" if there is none.
+
+    `paths` are those that have no place in the layout: others are no misspelling of something else.
+    """
     name = path.rpartition("/")[2].lower()
     plain = name.replace("_", "").replace(".", "").replace("-", "")
-    # What has its place in the layout is no misspelling of something else.
-    for other in sorted(paths - set(LAYOUT)):
+    for other in sorted(paths):
         theirs = other.rpartition("/")[2].lower()
         if name != "__init__.py" and plain == theirs.replace("_", "").replace(".", "").replace("-", ""):
             return other

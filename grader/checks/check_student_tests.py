@@ -2,9 +2,9 @@
 
 from grader.checks.findings import place, some
 from grader.checks.judge import Judge, NotReached
-from grader.contract.spec import CONVERSIONS_MODULE, NODE_MODULES, NODES
 from grader.evidence import StudentTests, TestModule
 
+NEEDS = ("student tests",)
 _STEADY = (
     "a test must not depend on chance or on the machine's speed: wait for what it is about, and fix what is random"
 )
@@ -14,10 +14,11 @@ def test_both_nodes_have_tests(judge: Judge) -> None:
     """Tests exist for both nodes."""
     modules = _own(judge)
     expect_contract(judge)
-    missing = [node for node in NODES if not any(node in module.subjects and module.asserting for module in modules)]
+    nodes = judge.course.nodes
+    missing = [node for node in nodes if not any(node in module.subjects and module.asserting for module in modules)]
     if missing:
         looked = ", ".join(_describe(module) for module in modules) or _nothing(judge)
-        share = 1 - len(missing) / len(NODES)
+        share = 1 - len(missing) / len(nodes)
         seen = f"no test that asserts something runs code of {' or '.join(missing)}; found {looked}"
         judge.share(share, seen, _try_tests(missing, {module.path.rpartition("/")[2] for module in modules}))
 
@@ -90,7 +91,7 @@ def test_coverage_of_lines_and_branches(judge: Judge) -> None:
     """Line and branch coverage of the package by its own tests: none at 40 %, full at 90 %, linear between."""
     tests = judge.student_tests()
     if not any(m.passed + m.failed for m in _own(judge)):
-        raise NotReached("no test ran, so nothing was covered (T1)")
+        raise NotReached(f"no test ran, so nothing was covered{judge.see('check_student_tests')}")
     expect_contract(judge)
     judge.expect_trusted(tests)
     judge.expect(bool(tests.coverage), "the tests ran no line of the package", "import the package in the tests")
@@ -125,7 +126,7 @@ def _padding(tests: StudentTests) -> str:
 
 def expect_contract(judge: Judge) -> None:
     """Fail the check if the package has none of the contract's modules: tests are asked for of those."""
-    modules = ", ".join((*NODE_MODULES, CONVERSIONS_MODULE))
+    modules = ", ".join(judge.course.modules)
     seen = f"the package has none of the assignment's modules: {modules}"
     judge.expect(judge.student_tests().of_contract, seen, "write the nodes under these names, then test them")
 

@@ -5,6 +5,8 @@ from grader.checks.judge import Judge
 from grader.checks.package_text import weighed, weights
 from grader.evidence import Quality, SourceFile, reading_limits
 
+NEEDS = ("quality", "linters")
+
 
 def test_ament_flake8_finds_nothing(judge: Judge) -> None:
     """ament_flake8 finds nothing: full marks for no finding, none for 1 per 10 lines of code or more."""

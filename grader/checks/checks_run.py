@@ -6,12 +6,16 @@ import ast
 import contextlib
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
+from grader import KIT
+from grader.course import Course
 from grader.errors import GraderError
 from grader.host import shortage
 from grader.scoring.scorecard import CheckResult, Outcome
@@ -21,26 +25,52 @@ _CHECK_CPU_S, _LIMIT_S, _MEMORY_BYTES = 30.0, 1200.0, 4 << 30
 _FOLDER = Path(__file__).parent
 # Loads pytest and the checks, waits for the folder of the evidence, and runs the checks unless there is to be none.
 # Of standard input pytest leaves nothing to the checks, so they get a descriptor of its own.
-_WAITS = "import os, pytest, sys; sys.exit(pytest.main([*sys.argv[1:], '--evidence-from', str(os.dup(0))]))"
+_WAITS = (
+    "import os, sys; sys.path.insert(0, sys.argv.pop(1)); import pytest; "
+    "sys.exit(pytest.main([*sys.argv[1:], '--evidence-from', str(os.dup(0))]))"
+)
+_NEEDS = re.compile(r"^NEEDS = (\(.*\))$", re.MULTILINE)
 
 
-def known() -> list[str]:
-    """Return the ids of all checks there are."""
+def known(course: Course) -> list[str]:
+    """Return the ids of all checks there are: the course's own, and those that every course can use."""
     return [
         f"{path.stem}::{node.name}"
-        for path in sorted(_FOLDER.glob("check_*.py"))
+        for folder in (course.checks, _FOLDER)
+        for path in sorted(folder.glob("check_*.py"))
         for node in ast.parse(path.read_text(encoding="utf-8")).body
         if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")
     ]
 
 
-def run(folder: Path, ids: Sequence[str]) -> list[CheckResult]:
+@cache
+def needs(course: Course, module: str) -> frozenset[str]:
+    """Return the NEEDS of a module of checks: beside trials, the sources of evidence that it reads."""
+    found = [words for _, text in _files(course, module) for words in _NEEDS.findall(text)]
+    return frozenset(name for words in found for name in ast.literal_eval(words))
+
+
+def _files(course: Course, module: str) -> list[tuple[Path, str]]:
+    """Return the files of a module of checks with their texts: the course's own, then that in this folder."""
+    paths = (course.checks / f"{module}.py", _FOLDER / f"{module}.py")
+    return [(path, path.read_text(encoding="utf-8")) for path in paths if path.is_file()]
+
+
+def _place(course: Course, check: str) -> str:
+    """Return where pytest finds a check; the course's own comes first."""
+    module, _, function = check.partition("::")
+    defines = re.compile(rf"^def {function}\(", re.MULTILINE)
+    path = next((path for path, text in _files(course, module) if defines.search(text)), _FOLDER / f"{module}.py")
+    return f"{path}::{function}"
+
+
+def run(course: Course, folder: Path, ids: Sequence[str]) -> list[CheckResult]:
     """Return the results of the checks `ids` ("module::function") over the evidence in `folder`.
 
     Raises:
         GraderError: the checks could not be run at all. A single check that breaks has the outcome error.
     """
-    with Checks(ids) as checks:
+    with Checks(course, ids) as checks:
         checks.begin(folder)
         return checks.results()
 
@@ -48,15 +78,16 @@ def run(folder: Path, ids: Sequence[str]) -> list[CheckResult]:
 class Checks:
     """A process that is ready to run checks. A context manager: it starts while the evidence is still collected."""
 
-    def __init__(self, ids: Sequence[str]) -> None:
+    def __init__(self, course: Course, ids: Sequence[str]) -> None:
         self._scratch = tempfile.TemporaryDirectory()
         self._results = Path(self._scratch.name) / "results.json"
-        # -I: no user site, no PYTHONPATH, nothing from the working folder; pytest loads no plugin but our conftest.
+        # -I: no user site, no PYTHONPATH, nothing from the working folder; pytest loads no plugin but ours.
         command = [
-            sys.executable, "-I", "-c", _WAITS, "-q", "-c", os.devnull, "--rootdir", str(_FOLDER),
-            "-p", "no:cacheprovider", "--results", str(self._results),
+            sys.executable, "-I", "-c", _WAITS, str(KIT), "-q", "-c", os.devnull, "--rootdir", str(_FOLDER),
+            "-p", "no:cacheprovider", "-p", "grader.checks.pytest_plugin", "--course", str(course.folder),
+            "--results", str(self._results),
             "--cpu-seconds", str(_CHECK_CPU_S), "--memory", str(_MEMORY_BYTES),
-            *(str(_FOLDER / f"{check.replace('::', '.py::', 1)}") for check in ids),
+            *(_place(course, check) for check in ids),
         ]  # fmt: skip
         environment = {"PATH": os.environ.get("PATH", ""), "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "LANG": "C.UTF-8"}
         environment["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"  # the checks need no ROS

@@ -28,9 +28,11 @@ WHY = {
     "W29": "spaces at the end of a line are invisible and show up in every diff",
     "W3": "a file that ends without a line break, or with several, shows up in diffs",
     "W6": "Python is about to give this another meaning",
-    "F4": "an unused import makes readers look for its use",
-    "F5": "the format string and its values do not match",
-    "F8": "an undefined name fails only when the line runs, perhaps just before the wall",
+    "F40": "an unused import makes readers look for its use",
+    "F50": "the format string and its values do not match",
+    "F52": "the format string and its values do not match",
+    "F54": "the format string and its values do not match",
+    "F82": "an undefined name fails only when the line runs, perhaps just before the wall",
     "F811": "of two definitions with one name only the last counts: is one left over, or is its name wrong?",
     "F841": "an unused value is either left over or a forgotten step",
     "C9": "each branch adds ways through a function; with more than ten it can hardly be tested in full",
@@ -45,7 +47,7 @@ WHY = {
 }
 
 
-_CRASHES = ("E9", "F821", "F822", "F823", "F7", "F50")
+_CRASHES = ("E9", "F821", "F822", "F823", "F70", "F72", "F50")
 
 
 def why(rule: str) -> str:

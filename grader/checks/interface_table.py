@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
+from grader.course import Node
 from grader.evidence import Evidence, Quality, Table
 
 # Every node has these; a README need not list them.
 _OF_RCLPY = ("parameter_events", "rosout", "clock")
-_TRIALS = {"robot_controller": "idle", "sensor_processor": "idle_processor"}
 
 _DIRECTIONS = {
     "publisher": re.compile(r"\b(pub\w*|out\w*|sends?|writes?)\b", re.IGNORECASE),
@@ -40,9 +40,9 @@ class Agreement:
     from_graph: bool
 
 
-def agreement(tables: Sequence[Table], evidence: Evidence) -> Agreement:
+def agreement(tables: Sequence[Table], evidence: Evidence, contract: Collection[Node]) -> Agreement:
     """Compare the tables of a README with the nodes on the graph, or with the code of nodes that did not run."""
-    seen = list(_running(evidence))
+    seen = list(_running(evidence, contract))
     nodes = {interface.node for interface in seen}
     # A node that did not come up is compared by its code: the README is not to blame.
     written = [item for item in _written(evidence.quality) if item.node not in nodes]
@@ -55,7 +55,7 @@ def agreement(tables: Sequence[Table], evidence: Evidence) -> Agreement:
     # in which no row names an interface of a node is about something else, such as the fields of the messages.
     about_nodes = [table for table in read if any(_is_known(row, wanted) for row in table)]
     stale = [words for table in about_nodes for row in table if (words := _stale(row, wanted))]
-    stale = stale if nodes == set(_TRIALS) else []
+    stale = stale if nodes == {node.name for node in contract} else []
     return Agreement(len(wanted), [*wrong, *stale], bool(seen))
 
 
@@ -116,18 +116,18 @@ def _is_known(row: _Row, wanted: Sequence[Interface]) -> bool:
     return any(interface.name in row.names for interface in wanted)
 
 
-def _running(evidence: Evidence) -> Iterator[Interface]:
-    for node, name in _TRIALS.items():
-        trial = evidence.trials.get(name)
+def _running(evidence: Evidence, contract: Collection[Node]) -> Iterator[Interface]:
+    for node in contract:
+        trial = evidence.trials.get(node.idle_trial)
         graph = trial.graph if trial is not None and trial.ready else None
         if graph is None:
             continue
         for endpoint in graph.endpoints:
             if endpoint.topic not in _OF_RCLPY and "/_action/" not in endpoint.topic:
-                yield Interface(node, endpoint.kind, endpoint.topic, endpoint.type.rpartition("/")[2])
+                yield Interface(node.name, endpoint.kind, endpoint.topic, endpoint.type.rpartition("/")[2])
         for kind, offered in (("service", graph.services), ("action", graph.actions)):
             for what, types in offered.items():
-                yield Interface(node, kind, what, types[0].rpartition("/")[2] if types else "")
+                yield Interface(node.name, kind, what, types[0].rpartition("/")[2] if types else "")
 
 
 def _written(quality: Quality | None) -> Iterator[Interface]:

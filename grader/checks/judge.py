@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import PurePosixPath
 
 from grader import tracebacks
 from grader.checks.findings import place, some
 from grader.checks.first_cause import behind, besides, sentence, shown_by
-from grader.contract.spec import NODES
+from grader.course import Course
 from grader.evidence import Call, Evidence, Fault, Finding, Goal, Graph, Quality, StudentTests, Trial
 
-OFFERED = {
-    "set_speed": "srv/SetSpeed",
-    "get_status": "srv/GetRobotStatus",
-    "navigate_to_position": "action/NavigateToPosition",
-}
-"""The contract's services and action with their types. None of them is a near miss of another."""
 # What a trial is about, by how its name begins: see Fault.stops.
 _ABOUT = {"launch": "launch", "file": "parameters"}
 # What says more comes first: a loop that never ends, a wait for what cannot come, a pause.
@@ -31,7 +25,7 @@ _LAUNCH_ERROR = re.compile(r".*(?:\[ERROR\]|process has died)|(?:\[[\w-]+\] )?[\
 _SMALLEST = 1e-300  # rclpy reads an int as a float far below any speed, such as 5e-324
 _NO_FLOAT = "cmd_vel has an int where a float is needed, and rclpy does not convert: write 1.0, not 1"
 NAMESPACE = "robot7"
-"""Where the trial launch_remapped has put the nodes."""
+"""Where a trial with a launch file of the course's own has put the nodes."""
 DEAF_TO = (
     "{topics}: subscribed reliably, and the sensors here publish best effort, as many drivers do, so nothing arrives. "
     "Subscribe with qos_profile_sensor_data"
@@ -60,14 +54,15 @@ class Judge:
     """The evidence for one check, and the share of its points, with feedback.
 
     Attributes:
+        course: the assignment.
         fraction: the share of the points, 0 to 1.
         seen: what was seen, for the student.
         try_: what to try, for the student.
         trials: the names of the trials that the check has looked at.
     """
 
-    def __init__(self, evidence: Evidence) -> None:
-        self.evidence = evidence
+    def __init__(self, evidence: Evidence, course: Course) -> None:
+        self.evidence, self.course = evidence, course
         self.fraction = 1.0
         self.seen = ""
         self.try_ = ""
@@ -84,7 +79,12 @@ class Judge:
         build = self.evidence.build
         if not build.ok:
             how = "ran out of time" if build.timed_out else f"ended with exit status {build.exit_code}"
-            raise NotReached(f"`colcon build` {how} (I1){besides(self.faults(about))}")
+            raise NotReached(f"`colcon build` {how}{self.see('check_build')}{besides(self.faults(about))}")
+
+    def see(self, module: str) -> str:
+        """Return " (I1)", the requirement that the checks of a module judge; "" if the course has none of them."""
+        requirement = self.course.requirement_of(module)
+        return f" ({requirement})" if requirement else ""
 
     def faults(self, *stops: str) -> list[Fault]:
         """Return what the package's text shows of these kinds, the first cause first; [] if it was not read.
@@ -170,7 +170,7 @@ class Judge:
         """Return in words the sensors of which the node received nothing in the trials so far, "" if there are none."""
         ran = [self.evidence.trials[name] for name in self.trials if name in self.evidence.trials]
         topics = dict.fromkeys(topic for trial in ran for topic in trial.deaf_to)
-        return f"{DEAF_TO.format(topics=', '.join(topics))} (I4)" if topics else ""
+        return f"{DEAF_TO.format(topics=', '.join(topics))}{self.see('check_graph')}" if topics else ""
 
     @property
     def no_floats(self) -> str:
@@ -181,7 +181,10 @@ class Judge:
 
     def _why_not_up(self, trial: Trial) -> str:
         """Return why a trial's node did not come up: first what the package's text shows, if what was seen agrees."""
-        because = launch_words(trial) if trial.launch else trial.ended + last_output(trial) + _its_name(trial)
+        nodes = self.course.nodes
+        because = (
+            launch_words(trial, nodes) if trial.launch else trial.ended + last_output(trial) + _its_name(trial, nodes)
+        )
         faults = self.faults("install", "start", _ABOUT.get(trial.name.partition("_")[0], ""))
         lacked = _LACKED.match(trial.ended)
         output = trial.process.output_tail if trial.process is not None else ""
@@ -199,6 +202,12 @@ class Judge:
             raise Unjudged(f"the trial {name} has no graph")
         return trial.graph
 
+    @property
+    def in_namespace(self) -> Trial | None:
+        """Return the trial whose launch file, the course's own, puts the nodes into NAMESPACE; None if none was run."""
+        launched = (trial for trial in self.evidence.trials.values() if trial.launch)
+        return next((t for t in launched if f"launch/{t.launch}" not in self.course.launch_files), None)
+
     def call(self, trial: Trial, service: str, index: int) -> Call:
         """Return the trial's call number `index` of `service`, which was answered.
 
@@ -213,7 +222,9 @@ class Judge:
         if calls[index].response is None:
             # A service that does not answer is there: nothing else is meant.
             there = calls[index].problem.startswith("no answer")
-            why = self._changed(service) or (self._holding_on(trial) if there else near_miss(trial.graph, service))
+            why = self._changed(service) or (
+                self._holding_on(trial) if there else near_miss(trial.graph, service, self.course.offered)
+            )
             raise NotReached(calls[index].problem + self.why_ended(trial) + why)
         return calls[index]
 
@@ -230,7 +241,8 @@ class Judge:
             raise Unjudged(f"the trial {trial.name} has no goal {index}")
         goal = trial.goals[index]
         if goal.problem:
-            why = self._changed("navigate_to_position") or near_miss(trial.graph, "navigate_to_position")
+            action = next(iter(self.course.nodes[trial.node].actions), "")
+            why = self._changed(action) or near_miss(trial.graph, action, self.course.offered)
             raise NotReached(goal.problem + why)
         if not goal.accepted:
             raise Failed(f"the goal ({goal.x:.2f}, {goal.y:.2f}) was rejected", "accept goals with finite numbers")
@@ -238,9 +250,13 @@ class Judge:
 
     def _changed(self, name: str) -> str:
         """Return that a service or action cannot be used because its definition is not the contract's, "" if it is."""
-        build, kind = self.evidence.build, OFFERED.get(name, "")
+        build, kind = self.evidence.build, self.course.offered.get(name, "")
         same = build.type_hashes.get(kind) in (None, build.contract_hashes.get(kind))
-        return "" if same else f": {kind} differs from the contract, so nobody else can call it (I3)"
+        return (
+            ""
+            if same
+            else f": {kind} differs from the contract, so nobody else can call it{self.see('check_interfaces')}"
+        )
 
     @property
     def installer(self) -> str:
@@ -266,21 +282,28 @@ class Judge:
     @property
     def unread_nodes(self) -> set[str]:
         """Return the nodes whose program cannot be read: whatever modules there are, they need not be what runs."""
-        return set(NODES) & {path.rpartition("/")[2] for path in self.evidence.build.not_handed_in}
+        return self.course.nodes.keys() & {path.rpartition("/")[2] for path in self.evidence.build.not_handed_in}
 
     def expect_readable(self) -> None:
         """Fail the check if what the nodes run cannot be read: the text that is there says little then.
 
-        Each node is half, where just the program of one cannot be read.
+        Each node has the same share, where just the programs of some cannot be read.
         """
         unread = self.evidence.build.not_handed_in
         made = [f"{place(found)} {found.text}" for found in self.habits if found.rule == "unreadable-code"]
         seen = f"code that cannot be read: {some([*unread, *made], 3)}"
-        of_both = [path for path in unread if path.rpartition("/")[2] not in NODES] + made
+        nodes = self.course.nodes
+        of_all = [path for path in unread if path.rpartition("/")[2] not in nodes] + made
         try_ = "hand in the modules that the nodes run as text, and import them"
-        self.expect(not of_both and self.unread_nodes != set(NODES), seen, try_)
+        self.expect(not of_all and self.unread_nodes != nodes.keys(), seen, try_)
         if unread and self._weight == 1:
-            self.weigh(0.5, f"{seen}; each of the two nodes is half of these points")
+            left = 1 - len(self.unread_nodes) / len(nodes)
+            self.weigh(left, f"{seen}; {self.each_node}")
+
+    @property
+    def each_node(self) -> str:
+        """Return in words what a node weighs where only some are there."""
+        return share_of_each(len(self.course.nodes))
 
     def expect_trusted(self, tests: StudentTests) -> None:
         """Fail the check if a test run whose result was known beforehand reported another result."""
@@ -310,6 +333,12 @@ class Judge:
         self.share(1.0, "", "")
 
 
+def share_of_each(nodes: int) -> str:
+    """Return in words that each of so many nodes has the same share."""
+    counted = {2: "each of the two nodes is half", 3: "each of the three nodes is a third"}
+    return f"{counted.get(nodes, f'each of the {nodes} nodes counts the same')} of these points"
+
+
 def holding_on(quality: Quality) -> str:
     """Return as the end of a sentence which lines of a package keep a callback from returning, "" if none does."""
     found = [habit for rule in _HOLDS_ON for habit in quality.habits if habit.rule == rule]
@@ -325,31 +354,34 @@ def absolute(graph: Graph | None, name: str) -> bool:
     return name in names and f"{NAMESPACE}/{name}" not in names
 
 
-def near_miss(graph: Graph | None, wanted: str) -> str:
-    """Return words that name the services and actions found instead of `wanted`, "" if there are none."""
+def near_miss(graph: Graph | None, wanted: str, contract: Collection[str]) -> str:
+    """Return words that name the services and actions found instead of `wanted`, "" if there are none.
+
+    None of those in the `contract` is a near miss of another.
+    """
     if graph is None:
         return ""
     offered = {**graph.services, **graph.actions}
     if wanted in offered:
         return f"; found {wanted} of type {short_types(offered[wanted])}"
-    others = {name: types for name, types in offered.items() if name not in OFFERED}
+    others = {name: types for name, types in offered.items() if name not in contract}
     if not others:
         return ""
     return "; found " + ", ".join(f"{name} ({short_types(types)})" for name, types in sorted(others.items())[:4])
 
 
-def launch_words(trial: Trial) -> str:
+def launch_words(trial: Trial, nodes: Collection[str]) -> str:
     """Return why a launched node did not come up: what the graph has instead, and what `ros2 launch` itself printed."""
     output = trial.process.output_tail if trial.process is not None else ""
     errors = [line.strip() for line in output.splitlines() if _LAUNCH_ERROR.match(line)]
     said = f"; `ros2 launch` said: {' | '.join(errors[-3:])[:600]}" if errors else ""
     ended = trial.ended.replace("the node ended before it came up", f"{trial.launch} ended before a node came up")
-    return ended + _its_name(trial) + said
+    return ended + _its_name(trial, nodes) + said
 
 
-def _its_name(trial: Trial) -> str:
+def _its_name(trial: Trial, nodes: Collection[str]) -> str:
     """Return as the end of a sentence which other nodes came up instead of the trial's, "" if none did."""
-    others = sorted({name.rpartition("/")[2] for name in trial.graph.nodes} - {*NODES}) if trial.graph else []
+    others = sorted({name.rpartition("/")[2] for name in trial.graph.nodes} - {*nodes}) if trial.graph else []
     others = [f"`{name}`" for name in others if not name.startswith("launch_ros")]
     if not others:
         return ""

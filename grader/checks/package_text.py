@@ -9,13 +9,12 @@ from pathlib import PurePosixPath
 
 from grader.checks.findings import MOST_SHOWN, some
 from grader.checks.judge import Failed, Judge
-from grader.contract.layout import JUDGED, role
-from grader.contract.spec import CONVERSIONS_MODULE, NODE_MODULES, NODES
+from grader.course.model import JUDGED, role
 from grader.evidence import Definition, Quality, SourceFile, reading_limits
 
 # A function above complexity 10, a repeated block or a bad habit takes some ten lines.
 _LINES_PER_FINDING = 10
-_CONVERSIONS_ALONE = 0.2
+_FUNCTIONS_ALONE = 0.2
 
 Count = Callable[[Callable[[Definition], bool]], float]
 """Counts the definitions for which something holds; some may weigh less than 1."""
@@ -37,14 +36,15 @@ def readable(judge: Judge) -> Quality:
     files = judge.quality().files
     if not reading_limits.beyond(files) and not any(file.lines for file in files if not file.problem):
         problems = [f"{file.path} {file.problem}" for file in files if file.problem]
-        raise Failed(f"no Python to read: {some(problems)}" if problems else "no Python in it", "see I1")
+        see = f"see {judge.course.requirement_of('check_build') or 'the contract'}"
+        raise Failed(f"no Python to read: {some(problems)}" if problems else "no Python in it", see)
     return within_bounds(judge)
 
 
 def weighed(judge: Judge) -> Quality:
     """Return the facts about a package that can be read, and let the nodes that are there decide what they weigh.
 
-    Each node is half. The conversions alone are a fifth: a beginning, and none of the work that the nodes are.
+    Each node has the same share. The functions alone are a fifth: a beginning, and none of the work that the nodes are.
     """
     quality = readable(judge)
     weigh(judge)
@@ -57,31 +57,38 @@ def weigh(judge: Judge) -> None:
     Raises:
         Failed: none of the contract's modules is there.
     """
-    missing = [node for node in NODES if node not in _require_modules(judge)]
+    nodes, there = judge.course.nodes, _require_modules(judge)
+    missing = [node for node in nodes if node not in there]
     if missing and judge.unread_nodes.issuperset(missing):
         judge.expect_readable()  # which has said so
-    elif len(missing) == 1:
-        judge.weigh(0.5, f"{missing[0]} is not there, and each of the two nodes is half of these points")
+    elif missing and len(missing) < len(nodes):
+        absent = f"{' and '.join(missing)} {'is' if len(missing) == 1 else 'are'} not there"
+        judge.weigh(1 - len(missing) / len(nodes), f"{absent}, and {judge.each_node}")
     elif missing:
-        judge.weigh(_CONVERSIONS_ALONE, "neither node is there; the conversions alone are a fifth of these points")
+        none = {1: "the node is not there", 2: "neither node is there"}.get(len(nodes), "none of the nodes is there")
+        functions = judge.course.functions
+        alone = PurePosixPath(functions.module).stem if functions else "functions"
+        judge.weigh(_FUNCTIONS_ALONE, f"{none}; the {alone} alone are a fifth of these points")
 
 
 def _require_modules(judge: Judge) -> list[str]:
-    """Return the contract's nodes that are there; one may have no code yet if there are the conversions.
+    """Return the contract's nodes that are there; one may have no code yet if there are the functions.
 
     Raises:
         Failed: there are neither.
     """
     quality = judge.quality()
     if quality.reached is None:
-        return [node for node in NODES if node not in judge.unread_nodes]
+        return [node for node in judge.course.nodes if node not in judge.unread_nodes]
     # A node that cannot be read is there; what it costs is another matter.
-    unread = {PurePosixPath(file.path).stem for file in quality.files if file.problem and role(file.path) == "module"}
+    package = judge.course.package
+    hidden = [file.path for file in quality.files if file.problem and role(file.path, package) == "module"]
+    unread = {PurePosixPath(path).stem for path in hidden}
     there = (quality.reached.nodes.keys() | unread) - judge.unread_nodes
-    found = [node for node in NODES if node in there]
+    found = [node for node in judge.course.nodes if node in there]
     judge.expect(
-        bool(found or quality.conversions.defined),
-        f"none of the assignment's modules is there: {', '.join((*NODE_MODULES, CONVERSIONS_MODULE))}",
+        bool(found or quality.functions.defined),
+        f"none of the assignment's modules is there: {', '.join(judge.course.modules)}",
         "these points are for the assignment's nodes: start with one of these modules",
     )
     return found
@@ -144,7 +151,8 @@ def label(definition: Definition) -> str:
 
 def unread_files(judge: Judge) -> list[SourceFile]:
     """Return the files that could not be read and should have been; tests and setup.py need not be."""
-    return [file for file in judge.quality().files if file.problem and role(file.path) in JUDGED]
+    package = judge.course.package
+    return [file for file in judge.quality().files if file.problem and role(file.path, package) in JUDGED]
 
 
 def unread_lines(unread: list[SourceFile]) -> list[str]:
@@ -157,7 +165,8 @@ def unread_lines(unread: list[SourceFile]) -> list[str]:
 
 def unread_share(judge: Judge, unread: list[SourceFile]) -> float:
     """Return the share of the package's lines, tests left out, that are in unread files."""
-    known = [file for file in judge.quality().files if not file.problem and role(file.path) in JUDGED]
+    package = judge.course.package
+    known = [file for file in judge.quality().files if not file.problem and role(file.path, package) in JUDGED]
     hidden = sum(max(1, file.lines) for file in unread)
     return hidden / max(1, hidden + reading_limits.counted_lines(known))
 

@@ -25,6 +25,7 @@ from grader.classroom.one_grading import Ending, Order, Runner
 from grader.classroom.plan import Action, Plan, Wanted
 from grader.classroom.roster import Person
 from grader.classroom.times import HandInTime
+from grader.course import kits_own
 from grader.errors import UsageError
 from grader.host import provenance, shortage
 from grader.host.atomic import write_atomically
@@ -191,7 +192,7 @@ def _prepared(
     """Yield what will be done; the sources are open meanwhile."""
     remembered = (folder.path / CLASS).exists()
     path = options.rubric or (folder.path / RUBRIC if remembered else rubric.RUBRIC)
-    whole = rubric.load(path, checks_run.known())
+    whole = rubric.load(path, checks_run.known(kits_own()))
     given = Given(
         source=str(source) if source else None,
         roster=None if people is None else tuple(people),

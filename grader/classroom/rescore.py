@@ -16,6 +16,7 @@ from grader.checks import checks_run
 from grader.classroom import hand_ins, overrides
 from grader.classroom.class_folder import RUBRIC, ClassFolder, Record, Status
 from grader.classroom.gradebook import rounded
+from grader.course import kits_own
 from grader.errors import GraderError
 from grader.host import provenance
 from grader.host.atomic import not_interrupted, write_atomically
@@ -61,14 +62,14 @@ def rescore(
     with folder.locked():
         facts = folder.facts()
         source = new_rubric or folder.path / RUBRIC
-        whole = rubric.load(source, checks_run.known())
+        whole = rubric.load(source, checks_run.known(kits_own()))
         text = source.read_text(encoding="utf-8")
         if unknown := sorted(set(only) - {requirement.id for requirement in whole.requirements}):
             raise GraderError(f"The rubric has no requirement {', '.join(unknown)}.")
         records = [record for entry in facts.entries if (record := folder.record(entry.id)) is not None]
         graded = [record for record in records if record.status is Status.GRADED]
         wanted = [r.id for r in whole.requirements if r.checks and (not only or r.id in only)]
-        _require_evidence(folder, graded, wanted)
+        _require_evidence(folder, graded, Settings(rubric=whole, cache=folder.path, requirements=tuple(wanted)))
         rubric_hash = hashlib.sha256(text.encode()).hexdigest()
         decided = overrides.of_class(folder, facts, whole)
         known = {
@@ -127,16 +128,16 @@ def _points(read: dict[str, object]) -> dict[str, Decimal]:
     return {each["id"]: rounded(each["points"]) for each in listed if each["max"]} if isinstance(listed, list) else {}
 
 
-def _require_evidence(folder: ClassFolder, graded: Iterable[Record], wanted: Sequence[str]) -> None:
-    """Check that all evidence which the requirements need was collected.
+def _require_evidence(folder: ClassFolder, graded: Iterable[Record], settings: Settings) -> None:
+    """Check that all evidence which the wanted requirements need was collected.
 
     Raises:
         GraderError: it was not; the message says for what, and which command collects it.
     """
-    trials = catalog.serving(frozenset(wanted))
+    trials = catalog.serving(settings.course, settings.checked)
     for record in graded:
         found = evidence.load(folder.submission(record.id) / pipeline.EVIDENCE)
-        needed = sorted(source.name for source in collect.SOURCES if source.serves & set(wanted))
+        needed = sorted(source.name for source in collect.SOURCES if source.serves(settings) & settings.checked)
         collected = found.origin["sources"].split(", ") if "sources" in found.origin else needed
         lacking = [name for name in needed if name not in collected]
         if found.build.ok and (new := sorted(set(trials) - set(found.trials))):

@@ -21,6 +21,7 @@ from grader.classroom import discovery
 from grader.classroom.class_folder import ClassFacts, ClassFolder
 from grader.classroom.entry import Entry
 from grader.classroom.normal_form import normal_form
+from grader.course import kits_own
 from grader.errors import GraderError, SubmissionError
 from grader.host import tempdir
 from grader.host.atomic import write_atomically
@@ -246,9 +247,10 @@ def _python_of(source: Path, into: Path) -> tuple[dict[str, str], list[str]]:
     """Return the texts of a submission's modules and Python programs, by path, and which were not read and why."""
     found: dict[str, str] = {}
     unread = []
-    submission = open_submission(source, into)
+    course = kits_own()
+    submission = open_submission(source, into, course)
     for package in filter(None, (submission.package, submission.interfaces)):
-        for file in source_files.find(package):
+        for file in source_files.find(package, course):
             path = f"{package.name}/{file.path}"
             text = None if file.problem else untrusted.read_python(package / file.path)
             if text is None:

@@ -9,7 +9,7 @@ On disk the evidence of a grading is one folder:
     quality.json        Quality: facts about the package's text, which is read and never run
     trials/NAME.json    Trial: one run of one node in a world
     flags.json          list of Flag: attempts at tampering and other things to look at
-    conversions.json    list of FunctionAnswer: what utils/conversions.py returned
+    functions.json      list of FunctionAnswer: what the package's functions returned
     kept.json           what an earlier grading of the same content collected, and when; absent if nothing
     origin.json         seed, versions and hashes: all that is needed to run the same grading again
 
@@ -19,11 +19,11 @@ Times `t` are simulated seconds since the trial began, unless a name says wall.
 from grader.evidence.model import Build, Evidence, Flag, FunctionAnswer, Intake
 from grader.evidence.quality import (
     CodeInterface,
-    Conversions,
     Copy,
     Definition,
     Fault,
     Finding,
+    FunctionUse,
     Manifest,
     ParameterUse,
     Quality,
@@ -55,7 +55,6 @@ __all__ = [
     "Call",
     "CodeInterface",
     "Command",
-    "Conversions",
     "Copy",
     "Definition",
     "Endpoint",
@@ -66,6 +65,7 @@ __all__ = [
     "Finding",
     "Flag",
     "FunctionAnswer",
+    "FunctionUse",
     "Goal",
     "Graph",
     "Intake",

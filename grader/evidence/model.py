@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from grader.contract.spec import PACKAGE
 from grader.evidence.quality import Quality
 from grader.evidence.tests import Mutation, StudentTests
 from grader.evidence.trial import Trial
@@ -66,16 +65,19 @@ class Build:
     contract_texts: dict[str, str] = field(default_factory=dict)
     stopped: str = ""
     flags: list[Flag] = field(default_factory=list)
-    package: str = PACKAGE
+    package: str = ""
     named_in: list[str] = field(default_factory=list)
-    types_package: str = PACKAGE
+    types_package: str = ""
     misplaced: dict[str, str] = field(default_factory=dict)
     not_handed_in: list[str] = field(default_factory=list)
 
     @classmethod
-    def not_tried(cls) -> Build:
+    def not_tried(cls, package: str) -> Build:
         """Return the facts of a package that was not built because no wanted requirement needs it."""
-        return cls(ok=False, cached=False, wall_seconds=0.0, exit_code=None, timed_out=False, log_tail="")
+        return cls(
+            ok=False, cached=False, wall_seconds=0.0, exit_code=None, timed_out=False, log_tail="",
+            package=package, types_package=package,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ class Evidence:
     tests: StudentTests | None = None
     trials: dict[str, Trial] = field(default_factory=dict)
     flags: list[Flag] = field(default_factory=list)
-    conversions: list[FunctionAnswer] = field(default_factory=list)
+    functions: list[FunctionAnswer] = field(default_factory=list)
     quality: Quality | None = None
     mutation: Mutation | None = None
     origin: dict[str, str] = field(default_factory=dict)

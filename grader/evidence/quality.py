@@ -50,8 +50,8 @@ class Copy:
 
 
 @dataclass(frozen=True)
-class Conversions:
-    """The functions that utils/conversions.py defines, where the nodes call them, and conversions made elsewhere."""
+class FunctionUse:
+    """The functions that the contract's module defines, where the nodes call them, and such work done elsewhere."""
 
     defined: list[str] = field(default_factory=list)
     calls: list[Finding] = field(default_factory=list)
@@ -192,7 +192,7 @@ class Quality:
     complex: list[Finding] = field(default_factory=list)
     copies: list[Copy] = field(default_factory=list)
     habits: list[Finding] = field(default_factory=list)
-    conversions: Conversions = field(default_factory=Conversions)
+    functions: FunctionUse = field(default_factory=FunctionUse)
     parameters: list[ParameterUse] = field(default_factory=list)
     interfaces: list[CodeInterface] = field(default_factory=list)
     readme: Readme | None = None

@@ -99,7 +99,7 @@ def save(evidence: Evidence, folder: Path) -> None:
     (folder / "submission.json").write_text(to_json(evidence.intake))
     (folder / "build.json").write_text(to_json(evidence.build))
     (folder / "flags.json").write_text(to_json(evidence.flags))
-    (folder / "conversions.json").write_text(to_json(evidence.conversions))
+    (folder / "functions.json").write_text(to_json(evidence.functions))
     (folder / "origin.json").write_text(to_json(evidence.origin))
     if evidence.kept:
         (folder / "kept.json").write_text(to_json(evidence.kept))
@@ -139,7 +139,7 @@ def load(folder: Path) -> Evidence:
         quality=_read(quality, Quality) if quality.exists() else None,
         trials={trial.name: trial for trial in trials},
         flags=_read(folder / "flags.json", list[Flag]),
-        conversions=_read(folder / "conversions.json", list[FunctionAnswer]),
+        functions=_read(folder / "functions.json", list[FunctionAnswer]),
         origin=_read(origin, dict[str, str]) if origin.exists() else {},
         kept=_read(kept, dict[str, str]) if kept.exists() else {},
     )

@@ -15,6 +15,7 @@ from grader import KIT
 
 _DISTRIBUTIONS = ("ros2-course-kit", "ros-jazzy-rclpy", "pymunk", "numpy", "pytest", "coverage")
 # The rooms of the grader that only call a grading.
+_COURSES = KIT / "grader" / "courses"
 _ABOVE_GRADING = frozenset({"authoring", "classroom", "notebook", "selftest", "cli.py"})
 
 
@@ -26,13 +27,15 @@ def environment() -> dict[str, str]:
 
 def kit_hash() -> str:
     """Return a hash of the kit's code that decides a grade, 16 hexadecimal digits."""
-    found = (path for folder in (KIT / "grader", KIT / "sim") for path in folder.rglob("*.py"))
+    found = [path for folder in (KIT / "grader", KIT / "sim") for path in folder.rglob("*.py")]
+    found += _COURSES.rglob("*.yaml")
     return _hash(path for path in found if path.relative_to(KIT).parts[1] not in _ABOVE_GRADING)
 
 
 def checks_hash() -> str:
     """Return a hash of the code that judges evidence, 16 hexadecimal digits."""
-    return _hash(path for room in ("checks", "scoring") for path in (KIT / "grader" / room).rglob("*.py"))
+    found = [path for room in ("checks", "scoring") for path in (KIT / "grader" / room).rglob("*.py")]
+    return _hash([*found, *_COURSES.glob("*/checks/*.py"), *_COURSES.glob("*/contract/*.yaml")])
 
 
 def _hash(paths: Iterable[Path]) -> str:

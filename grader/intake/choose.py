@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import PurePosixPath
 from typing import Any
 
-from grader.contract import spec
+from grader.course import Course
 from grader.errors import SubmissionError, UsageError
 from grader.intake import kinds
 from grader.intake.locate import Candidate, Tree
@@ -26,21 +27,23 @@ class Choice:
     others: tuple[tuple[Candidate, str], ...] = ()
 
 
-# In this order; the first in which two candidates differ decides. Of packages under other names, what their code does
-# decides, and not which name is more like the assignment's.
-_CRITERIA: tuple[tuple[Callable[[Candidate], Any], str], ...] = (
-    (lambda c: c.name != spec.PACKAGE, "its name is the one that the assignment asks for"),
-    (lambda c: not c.modules, "it has modules of the assignment"),
-    (lambda c: not c.nodes, "it has nodes in Python"),
-    (lambda c: c.name.lower().replace("-", "_") != spec.PACKAGE, "its name differs in capitals and dashes only"),
-    (lambda c: b"cmd_vel" not in c.topics, "its nodes drive a robot by cmd_vel"),
-    (lambda c: -len(c.topics), "its nodes name the most topics and services of the assignment"),
-    (lambda c: c.xml is None or bool(c.xml.problem), "its package.xml can be read"),
-    (lambda c: c.folder != c.name, "its folder bears its name"),
-    (lambda c: c.depth, "it lies the highest"),
-    (lambda c: -len(c.modules), "it has the most modules of the assignment"),
-    (lambda c: -len(c.interfaces), "it has the most interfaces of the assignment"),
-)
+def _criteria(course: Course) -> tuple[tuple[Callable[[Candidate], Any], str], ...]:
+    package, topic = course.package, next((name for node in course.nodes.values() for name in node.publishes), "")
+    # In this order; the first in which two candidates differ decides. Of packages under other names, what their code
+    # does decides, and not which name is more like the assignment's.
+    return (
+        (lambda c: c.name != package, "its name is the one that the assignment asks for"),
+        (lambda c: not c.modules, "it has modules of the assignment"),
+        (lambda c: not c.nodes, "it has nodes in Python"),
+        (lambda c: c.name.lower().replace("-", "_") != package, "its name differs in capitals and dashes only"),
+        (lambda c: topic.encode() not in c.topics, f"its nodes name {topic}"),
+        (lambda c: -len(c.topics), "its nodes name the most topics and services of the assignment"),
+        (lambda c: c.xml is None or bool(c.xml.problem), "its package.xml can be read"),
+        (lambda c: c.folder != c.name, "its folder bears its name"),
+        (lambda c: c.depth, "it lies the highest"),
+        (lambda c: -len(c.modules), "it has the most modules of the assignment"),
+        (lambda c: -len(c.interfaces), "it has the most interfaces of the assignment"),
+    )
 
 
 def choose(tree: Tree, name: str) -> Choice:
@@ -51,6 +54,7 @@ def choose(tree: Tree, name: str) -> Choice:
     Raises:
         SubmissionError: there is none, and the message says what there is instead; or nothing decides between two.
     """
+    rank = partial(_rank, tree.course)
     found = {candidate.path: kinds.kind(tree, candidate) for candidate in tree.candidates}
     outer = [c for c in tree.candidates if not found[c.path] and not _hidden(c, found)]
     inner = [c for c in tree.candidates if not found[c.path]]
@@ -59,9 +63,9 @@ def choose(tree: Tree, name: str) -> Choice:
     if not pool:
         what, advice = kinds.describe_instead(tree)
         raise SubmissionError(f"{printable(name)} {what}", advice)
-    best = min(pool, key=_rank)
+    best = min(pool, key=rank)
     rivals = [c for c in pool if c is not best]
-    ties = [c for c in rivals if c.name == best.name and _rank(c)[:-1] == _rank(best)[:-1] and not _same(tree, c, best)]
+    ties = [c for c in rivals if c.name == best.name and rank(c)[:-1] == rank(best)[:-1] and not _same(tree, c, best)]
     if ties:
         paths = ", ".join(printable(candidate.path) for candidate in (best, *ties)[:_NAMED])
         raise SubmissionError(
@@ -69,8 +73,8 @@ def choose(tree: Tree, name: str) -> Choice:
             f"nothing tells which is meant: {paths}.",
             "Hand in one of them, or choose with `grader grade --package-path PATH`.",
         )
-    others = tuple((c, _remark(c, found[c.path])) for c in sorted(tree.candidates, key=_rank) if c is not best)
-    return Choice(best, _reason(best, rivals, others=bool(others)), others)
+    others = tuple((c, _remark(c, found[c.path])) for c in sorted(tree.candidates, key=rank) if c is not best)
+    return Choice(best, _reason(tree.course, best, rivals, others=bool(others)), others)
 
 
 def choose_named(tree: Tree, name: str, path: str) -> Choice:
@@ -79,13 +83,14 @@ def choose_named(tree: Tree, name: str, path: str) -> Choice:
     Raises:
         UsageError: there is no package at `path`; the message says where there are some.
     """
+    rank = partial(_rank, tree.course)
     chosen = find_named(tree, path)
     if chosen is None:
-        paths = [printable(candidate.path) for candidate in sorted(tree.candidates, key=_rank)]
+        paths = [printable(candidate.path) for candidate in sorted(tree.candidates, key=rank)]
         more = f" and {len(paths) - _NAMED} more" if len(paths) > _NAMED else ""
         there = f"It has packages at {', '.join(paths[:_NAMED])}{more}." if paths else "It holds no package at all."
         raise UsageError(f"There is no package at {printable(path)} in {printable(name)}.", there)
-    others = tuple((c, _remark(c, kinds.kind(tree, c))) for c in sorted(tree.candidates, key=_rank) if c is not chosen)
+    others = tuple((c, _remark(c, kinds.kind(tree, c))) for c in sorted(tree.candidates, key=rank) if c is not chosen)
     return Choice(chosen, "`--package-path` names it", others)
 
 
@@ -100,19 +105,20 @@ def interfaces_beside(tree: Tree, package: Candidate) -> Candidate | None:
 
     It may have any name if it has interfaces of the contract that the package itself has not, and no nodes.
     """
-    names = (spec.INTERFACES_PACKAGE, f"{package.name}_interfaces")
+    rank = partial(_rank, tree.course)
+    names = (tree.course.interfaces_package, f"{package.name}_interfaces")
     found = [c for c in tree.candidates if c.xml is not None and c != package]
     split = [
         c for c in found if c.name in names or (c.interfaces - package.interfaces and not c.modules and not c.nodes)
     ]
     return min(
-        split, key=lambda c: (c.name not in names, _parent(c.path) != _parent(package.path), _rank(c)), default=None
+        split, key=lambda c: (c.name not in names, _parent(c.path) != _parent(package.path), rank(c)), default=None
     )
 
 
-def _rank(candidate: Candidate) -> tuple[Any, ...]:
+def _rank(course: Course, candidate: Candidate) -> tuple[Any, ...]:
     """Return the sort key of candidates; the smallest is the package."""
-    return (*(criterion(candidate) for criterion, _ in _CRITERIA), candidate.path)
+    return (*(criterion(candidate) for criterion, _ in _criteria(course)), candidate.path)
 
 
 def _hidden(candidate: Candidate, found: dict[str, str]) -> bool:
@@ -133,11 +139,11 @@ def candidate_hash(tree: Tree, candidate: Candidate) -> str:
     )
 
 
-def _reason(best: Candidate, rivals: Sequence[Candidate], *, others: bool) -> str:
+def _reason(course: Course, best: Candidate, rivals: Sequence[Candidate], *, others: bool) -> str:
     if not rivals:
         return "it is the only ROS 2 Python package that colcon finds" if others else "it is the only package"
-    second = min(rivals, key=_rank)
-    deciding = (words for criterion, words in _CRITERIA if criterion(best) != criterion(second))
+    second = min(rivals, key=partial(_rank, course))
+    deciding = (words for criterion, words in _criteria(course) if criterion(best) != criterion(second))
     same = "the other is the same, file by file" if second.name == best.name else "its path comes first"
     return next(deciding, same)
 

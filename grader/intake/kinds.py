@@ -7,12 +7,11 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import PurePosixPath
 
-from grader.contract import spec
+from grader.course import Course
 from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES
 from grader.intake.locate import Candidate, Tree
 from grader.sanitize import printable
 
-_ASKED = "The assignment asks for a ROS 2 Jazzy package with nodes in Python: robot_controller.py, sensor_processor.py."
 _ZIP = "Zip the package folder itself (the one with package.xml and setup.py) and submit again."
 
 _CPP = frozenset({".cpp", ".cc", ".cxx", ".c", ".hpp", ".hh"})
@@ -50,7 +49,7 @@ def kind(tree: Tree, candidate: Candidate) -> str:
         return ""
     suffixes = {PurePosixPath(path).suffix.lower() for path in candidate.files}
     code = any(_is_code(path, candidate.path) for path in candidate.files)
-    named = candidate.name == spec.PACKAGE
+    named = candidate.name == tree.course.package
     if suffixes & _CPP and not (named and code):
         return CPP
     if named or code:
@@ -66,10 +65,11 @@ def kind(tree: Tree, candidate: Candidate) -> str:
 def describe_instead(tree: Tree) -> tuple[str, str]:
     """Return the predicate of a sentence about a submission without a package, and advice."""
     suffixes = Counter(PurePosixPath(path).suffix.lower() for path in tree.files)
+    asked = _asked(tree.course)
     if not tree.files:
         return "is empty.", "Put the package folder in (the one with package.xml and setup.py) and submit again."
     if tree.candidates:
-        return _packages([(candidate.name, kind(tree, candidate)) for candidate in tree.candidates]), _ASKED
+        return _packages([(candidate.name, kind(tree, candidate)) for candidate in tree.candidates]), asked
     if ignored := [p for p in tree.files if p.endswith("package.xml") and p not in tree.searched]:
         return (
             f"contains a package only where colcon does not look ({printable(ignored[0])}: a build tree, or a folder "
@@ -79,13 +79,13 @@ def describe_instead(tree: Tree) -> tuple[str, str]:
     if nodes := [path for path in tree.searched if tree.is_node(path)]:
         return f"contains a node ({printable(nodes[0])}) but no package.xml.", _ZIP
     if _ros1(tree, tree.searched):
-        return "contains code for ROS 1.", _ASKED
+        return "contains code for ROS 1.", asked
     if set(suffixes) & _CPP and not suffixes[".py"]:
-        return "contains only C++.", _ASKED
+        return "contains only C++.", asked
     if suffixes[".ipynb"] and not suffixes[".py"]:
         return (
             "contains only notebooks.",
-            "Submit the package that they write, the folder ros2_robot_controller with package.xml.",
+            f"Submit the package that they write, the folder {tree.course.package} with package.xml.",
         )
     if closed := [path for path in tree.files if PurePosixPath(path).suffix.lower() in _ARCHIVES]:
         return (
@@ -98,6 +98,11 @@ def describe_instead(tree: Tree) -> tuple[str, str]:
             "Submit the package folder, the one with package.xml and setup.py.",
         )
     return "contains no package.xml.", _ZIP
+
+
+def _asked(course: Course) -> str:
+    nodes = ", ".join(f"{node}.py" for node in course.nodes)
+    return f"The assignment asks for a ROS 2 Jazzy package with nodes in Python: {nodes}."
 
 
 def _packages(found: Sequence[tuple[str, str]]) -> str:

@@ -7,17 +7,13 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
-from grader.contract import spec
+from grader.course import Course
 from grader.intake.copy_plan import BUILD_NAMES
 from grader.intake.package_xml import PackageXml, read_package_xml
 
-# File names of the contract, without their folders: a student may have put them elsewhere.
-_MODULES = frozenset(PurePosixPath(path).name for path in (*spec.NODE_MODULES, spec.CONVERSIONS_MODULE))
-_INTERFACES = frozenset(f"{name}.{kind}" for kind, name in (interface.split("/") for interface in spec.INTERFACES))
 _IGNORE_MARKERS = frozenset({"COLCON_IGNORE", "AMENT_IGNORE"})
 
 _NODE = re.compile(rb"^[ \t]*(?:import|from)[ \t]+rclpy\b", re.MULTILINE)
-_TOPIC = re.compile(rf"""["'/]({"|".join(spec.TOPICS)})["']""".encode())
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,99}")
 _MAX_SOURCE_BYTES = 1024**2
 
@@ -68,11 +64,12 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Tree:
-    """An unpacked submission: its files, those of them that are searched, and its candidates by path."""
+    """An unpacked submission: its files, those of them that are searched, and the candidates in it by path."""
 
     root: Path
     files: tuple[str, ...]
     searched: tuple[str, ...]
+    course: Course
     candidates: tuple[Candidate, ...] = field(default=())
 
     def source(self, path: str) -> bytes:
@@ -85,14 +82,14 @@ class Tree:
         return path.endswith(".py") and _NODE.search(self.source(path)) is not None
 
 
-def survey(root: Path) -> Tree:
+def survey(root: Path, course: Course) -> Tree:
     """Return the files below `root` and the candidates among its folders."""
     files = tuple(sorted(_files(root)))
     ignored = {_parent(path) for path in files if PurePosixPath(path).name in _IGNORE_MARKERS}
     ignored |= _build_trees(files)
     searched = tuple(path for path in files if not _ignored(path, ignored) and not _installed(path))
-    tree = Tree(root, files, searched)
-    return Tree(root, files, searched, tuple(sorted(_candidates(tree), key=lambda candidate: candidate.path)))
+    tree = Tree(root, files, searched, course)
+    return Tree(root, files, searched, course, tuple(sorted(_candidates(tree), key=lambda candidate: candidate.path)))
 
 
 def _files(root: Path) -> list[str]:
@@ -148,16 +145,21 @@ def _nearest(path: str, folders: set[str]) -> str:
 
 
 def _candidate(tree: Tree, root: str, files: list[str], packages: set[str]) -> Candidate:
+    # By file names alone, without their folders: a student may have put them elsewhere.
     names = {PurePosixPath(path).name for path in files}
+    course = tree.course
+    modules = {PurePosixPath(path).name for path in course.modules}
+    interfaces = {PurePosixPath(course.interface_file(name)).name for name in course.interfaces}
+    topic = re.compile(rf"""["'/]({"|".join(map(re.escape, course.topics))})["']""".encode())
     xml = (PurePosixPath(root) / "package.xml").as_posix()
     nodes = [path for path in files if tree.is_node(path)]
     return Candidate(
         path=root,
         xml=read_package_xml(tree.root / xml) if xml in files else None,
         files=tuple(files),
-        modules=frozenset(names & _MODULES),
-        interfaces=frozenset(names & _INTERFACES),
+        modules=frozenset(names & modules),
+        interfaces=frozenset(names & interfaces),
         nodes=len(nodes),
         inside=_nearest(root, packages),
-        topics=frozenset(topic for path in nodes for topic in _TOPIC.findall(tree.source(path))),
+        topics=frozenset(name for path in nodes for name in topic.findall(tree.source(path))),
     )

@@ -6,7 +6,6 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import PurePosixPath
 
-from grader.contract import spec
 from grader.errors import SubmissionError
 from grader.intake.choose import candidate_hash
 from grader.intake.containers import ARCHIVE_SUFFIXES, CLOSED_ARCHIVES, Entry, Kind
@@ -25,7 +24,7 @@ _EXPORTED = (
 )
 # Folders in which students keep the package or copies of it.
 _OWN = re.compile(
-    rf"src|{spec.PACKAGE}.*|v?\d+(\.\d+)*"
+    r"src|v?\d+(\.\d+)*"
     r"|(.*[^a-z])?(backup|bak|copy|old|new|archive|draft|version|attempt|final)([^a-z].*)?",
     re.IGNORECASE | re.DOTALL,
 )
@@ -64,7 +63,7 @@ def refuse_several(tree: Tree, name: str, opened: Mapping[str, str], folder: boo
     ours = {
         candidate.path: candidate_hash(tree, candidate)
         for candidate in tree.candidates
-        if (candidate.name == spec.PACKAGE or candidate.modules) and not candidate.inside
+        if (candidate.name == tree.course.package or candidate.modules) and not candidate.inside
     }
     archives: dict[str, str] = {}
     for path, content in ours.items():
@@ -73,11 +72,13 @@ def refuse_several(tree: Tree, name: str, opened: Mapping[str, str], folder: boo
     if len(set(archives.values())) > 1:
         raise _refusal(name, sorted(set(archives.values())))
     exact = [
-        candidate.path for candidate in tree.candidates if candidate.name == spec.PACKAGE and candidate.path in ours
+        candidate.path
+        for candidate in tree.candidates
+        if candidate.name == tree.course.package and candidate.path in ours
     ]
     people: dict[str, str] = {}
     for unit, path in zip(_tops(exact), exact, strict=True):
-        if not _OWN.fullmatch(unit):
+        if not (_OWN.fullmatch(unit) or unit.lower().startswith(tree.course.package.lower())):
             people.setdefault(ours[path], unit)
     if len(set(people.values())) >= (2 if folder else _MANY):
         raise _refusal(name, sorted(set(people.values())))

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from grader.contract.spec import PACKAGE
+from grader.course import Course
 from grader.errors import GraderError, SubmissionError
 from grader.evidence import Flag, Intake
 from grader.intake import course_marker
@@ -39,7 +39,13 @@ class Submission:
 
 
 def open_submission(
-    source: Path, into: Path, limits: SizeLimits = DEFAULT_LIMITS, *, package: str = "", leave_out: Path | None = None
+    source: Path,
+    into: Path,
+    course: Course,
+    limits: SizeLimits = DEFAULT_LIMITS,
+    *,
+    package: str = "",
+    leave_out: Path | None = None,
 ) -> Submission:
     """Copy the submission `source` (a folder, zip or tar) into the new or empty folder `into` and find its package.
 
@@ -55,11 +61,11 @@ def open_submission(
     name = source.resolve().name
     with _emptied_on_failure(into):
         opened = _Opened(unpack(source, into, limits, leave_out=leave_out, check=None if package else refuse_export))
-        tree = survey(into)
+        tree = survey(into, course)
         for _ in range(MAX_NESTED if source.is_dir() else MAX_NESTED - 1):
             if not tree.candidates or (package and not find_named(tree, package)):
                 opened.open_archives(tree)
-                tree = survey(into)
+                tree = survey(into, course)
         try:
             if opened.refused and not tree.candidates:
                 raise opened.refused[0]
@@ -160,8 +166,8 @@ def _notes_on(tree: Tree, package: Candidate, others: list[Candidate]) -> Iterat
         yield f"{package.path} has no package.xml; its modules show that it is the package."
     elif package.xml.problem:
         yield f"{package.path}/package.xml {package.xml.problem}.".removeprefix("./")
-    elif package.xml.name != PACKAGE:
-        yield f"The package is named {printable(package.xml.name) or 'nothing'}, not {PACKAGE}."
+    elif package.xml.name != tree.course.package:
+        yield f"The package is named {printable(package.xml.name) or 'nothing'}, not {tree.course.package}."
     if package.inside:
         yield f"{package.path} lies inside the package {package.inside}, where colcon does not look."
     if note := course_marker.note(tree.root / package.path):

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from grader.course import Course
 from grader.evidence import Mutant, Mutation, short_name
 from grader.host import turns
 from grader.mutation.examination import examinations, judge
@@ -34,6 +35,7 @@ def mutate(
     package: Path,
     install: Path,
     reach: Sequence[ModuleReach],
+    course: Course,
     *,
     seed: int = 0,
     count: int = MUTANTS,
@@ -48,6 +50,7 @@ def mutate(
         package: the package's source folder.
         install: its install tree; modules are changed there and in the source folder alike.
         reach: what each test module's tests reach, from `student_tests.suite_run.run_suite`.
+        course: the assignment, of which names and parameters are changed, too.
         seed: decides equivalent mutants, and the order in a round. Which mutants are tried it does not decide.
         count: how many mutants to try that tests reach.
         seconds: the time to spend, as wall time of a quiet machine with `workers` cores.
@@ -58,9 +61,9 @@ def mutate(
     started = time.monotonic()
     texts = package_modules.texts(package, install)
     sources = {name: source for name, text in texts.items() if text is not None and (source := parse(name, text))}
-    code = code_of(package, install)
+    code = code_of(package, install, course)
     padded = padding(code, [r.lines for r in reach])
-    possible = [c for source in sources.values() for c in mutants(source) if not _is_in(padded.get(c.path), c)]
+    possible = [c for source in sources.values() for c in mutants(source, course) if not _is_in(padded.get(c.path), c)]
     nodes = frozenset[str]().union(*code.homes.values())
     selector = Selector(sources, reach)
     chosen = choose(possible, count, lambda change: bool(selector.tests(change)), nodes)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from functools import partial
 
-from grader.contract import spec
+from grader.course import Course
 from grader.mutation.source_text import Change, SourceText, Spot, shorten
 from grader.python_ast import TOO_COMPLEX, Function, called, is_docstring, last_name
 
@@ -33,14 +34,6 @@ _WAITS = {
     "wait_for_service",
 }  # fmt: skip
 _NAMED = _CREATES - {"create_timer", "QoSProfile"}
-# The contract's names and words, wherever they are in the code.
-_WORDS = {
-    "scan", "odom", "cmd_vel", "set_speed", "get_status", "navigate_to_position", "raw_scan", "imu/data",
-    "battery/state", "sensor_fusion_data", "obstacle_distance", "base_link", "ACTIVE", "OBSTACLE_DETECTED",
-    *spec.NODES,
-}  # fmt: skip
-# A node that ignores a parameter uses its default.
-_DEFAULTS = {name: default for parameters in spec.PARAMETERS.values() for name, default in parameters.items()}
 _EFFECTS = re.compile(r"publish|feedback|^_?stop|brake|halt|^succeed$|^abort$|^canceled$|^cancel$|set_result")
 _CALLBACK = re.compile(r"callback|^_?on_|_cb$|^_?handle_")
 _QOS = {
@@ -48,18 +41,19 @@ _QOS = {
 }  # fmt: skip
 
 
-def mutants(source: SourceText) -> list[Change]:
+def mutants(source: SourceText, course: Course) -> list[Change]:
     """Return every mutant of a source, in its order; [] for a source that is too complex for Python."""
     try:
-        return [change for change in _all_mutants(source) if source.changes(change)]
+        return [change for change in _all_mutants(source, course) if source.changes(change)]
     except TOO_COMPLEX:
         return []
 
 
-def _all_mutants(source: SourceText) -> Iterator[Change]:
+def _all_mutants(source: SourceText, course: Course) -> Iterator[Change]:
     callbacks = _callbacks(source.tree)
+    operators = _operators(course)
     for spot in source.spots():
-        for operator in OPERATORS:
+        for operator in operators:
             yield from operator(source, spot)
         if isinstance(spot.node, Function) and (spot.node.name in callbacks or _CALLBACK.search(spot.node.name)):
             yield from _empty_callback(source, spot)
@@ -154,14 +148,14 @@ def function(source: SourceText, spot: Spot) -> Iterator[Change]:
         yield _reduced(source, spot, "function", node.args[0])
 
 
-def parameter(source: SourceText, spot: Spot) -> Iterator[Change]:
+def parameter(source: SourceText, spot: Spot, defaults: Mapping[str, float]) -> Iterator[Change]:
     """Ignore a parameter: use its default instead of its value."""
     node = spot.node
     if isinstance(spot.parent, ast.Attribute):
         return  # the whole chain get_parameter('x').value is handled at its outermost node
-    name = _parameter_read(node)
-    if name in _DEFAULTS:
-        new = repr(_DEFAULTS[name])
+    name = _parameter_read(node, defaults)
+    if name in defaults:
+        new = repr(defaults[name])
         yield source.change(spot, "parameter", f"the parameter {name} was ignored, its default {new} used", new)
 
 
@@ -179,12 +173,12 @@ def left_out(source: SourceText, spot: Spot) -> Iterator[Change]:
         yield _without(source, spot, "assignment", f"`{source.short_text_of(node)}` was left out")
 
 
-def names(source: SourceText, spot: Spot) -> Iterator[Change]:
+def names(source: SourceText, spot: Spot, words_of_contract: Collection[str]) -> Iterator[Change]:
     """Change the name of a topic, service, action, frame or status, or a quality of service."""
     node = spot.node
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         within = called(spot.parent) in _NAMED or any(called(p) == "__init__" for p in spot.parents[-1:])
-        if node.value.lstrip("/") in _WORDS or (within and re.fullmatch(r"[\w/~]+", node.value)):
+        if node.value.lstrip("/") in words_of_contract or (within and re.fullmatch(r"[\w/~]+", node.value)):
             text = source.text_of(node)
             new = f"{text[:-1]}2{text[-1]}"
             yield source.change(spot, "name", f"the name {text} became {new}", new)
@@ -196,9 +190,15 @@ def names(source: SourceText, spot: Spot) -> Iterator[Change]:
         yield source.change(spot, "qos", f"the quality of service `{node.attr}` became `{new}`", new, where)
 
 
-OPERATORS: Sequence[Operator] = (
-    compare, arithmetic, logic, condition, constant, unit, function, parameter, left_out, names,
-)  # fmt: skip
+def _operators(course: Course) -> Sequence[Operator]:
+    # The contract's names and words are changed wherever they are in the code.
+    words = {*course.topics, *course.words, *course.nodes}
+    # A node that ignores a parameter uses its default.
+    defaults = {name: value for node in course.nodes.values() for name, value in node.defaults.items()}
+    return (
+        compare, arithmetic, logic, condition, constant, unit, function,
+        partial(parameter, defaults=defaults), left_out, partial(names, words_of_contract=words),
+    )  # fmt: skip
 
 
 def _empty_callback(source: SourceText, spot: Spot) -> Iterator[Change]:
@@ -259,16 +259,16 @@ def _without(source: SourceText, spot: Spot, operator: str, words: str) -> Chang
     return source.change(spot, operator, words, new)
 
 
-def _parameter_read(node: ast.AST) -> str:
+def _parameter_read(node: ast.AST, parameters: Collection[str]) -> str:
     """Return the parameter whose value an expression reads, "" if it reads none.
 
     Known forms: x.get_parameter('n').value, x.get_parameter('n').get_parameter_value().double_value, and a call of
     one of the package's own helpers with the name: self._value('n').
     """
     inner = node
-    while isinstance(inner, ast.Attribute | ast.Call) and not _names_parameter(inner):
+    while isinstance(inner, ast.Attribute | ast.Call) and not _names_parameter(inner, parameters):
         inner = inner.value if isinstance(inner, ast.Attribute) else inner.func
-    if not isinstance(inner, ast.Call) or not _names_parameter(inner):
+    if not isinstance(inner, ast.Call) or not _names_parameter(inner, parameters):
         return ""
     argument = inner.args[0]
     assert isinstance(argument, ast.Constant)
@@ -280,12 +280,12 @@ def _parameter_read(node: ast.AST) -> str:
     return str(argument.value) if helper else ""
 
 
-def _names_parameter(node: ast.AST) -> bool:
+def _names_parameter(node: ast.AST, parameters: Collection[str]) -> bool:
     return (
         isinstance(node, ast.Call)
         and len(node.args) == 1
         and isinstance(node.args[0], ast.Constant)
-        and node.args[0].value in _DEFAULTS
+        and node.args[0].value in parameters
     )
 
 

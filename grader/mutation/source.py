@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from grader.evidence import Mutation
 from grader.mutation.mutant_run import mutate
-from grader.source import Collected, Phase, Subject
+from grader.settings import Settings
+from grader.source import Collected, Phase, Subject, served
 from grader.student_tests.source import StudentTestRuns, keep_runs, mutants_key, runs_to_keep
 
 
@@ -14,7 +15,10 @@ class Mutants:
     name = "mutation"
     phase = Phase.RUN
     uses = frozenset({StudentTestRuns.name})
-    serves = frozenset({"T3"})
+
+    def serves(self, settings: Settings) -> frozenset[str]:
+        """Return the requirements whose checks read which mutants were noticed."""
+        return served(settings, self.name)
 
     def collect(self, subject: Subject) -> Collected:
         """Return which mutants were noticed."""
@@ -24,7 +28,7 @@ class Mutants:
         settings.progress("mutating the package to see whether its own tests notice")
         kept_runs = runs_to_keep(subject)
         found = mutate(
-            subject.submission.package, subject.install, ran.reach, seed=settings.seed,
+            subject.submission.package, subject.install, ran.reach, settings.course, seed=settings.seed,
             seconds=settings.mutation_budget_s, kept_runs=kept_runs, progress=settings.progress,
         )  # fmt: skip
         if not ran.flags:

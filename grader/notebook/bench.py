@@ -8,10 +8,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from grader.contract.spec import PACKAGE
 from grader.notebook import interface_types, workspace
 from grader.notebook.tables import MissingError
-from grader.notebook.workspace import NOTEBOOK
+from grader.notebook.workspace import NOTEBOOK, course
 
 _DISCOVERY = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _TICK_S = 0.05
@@ -38,7 +37,7 @@ def mine(module: str) -> Any:
     if _needs_interfaces(module):
         interface_types.load(workspace.find())
     try:
-        return importlib.import_module(f"{PACKAGE}.{module}")
+        return importlib.import_module(f"{course().package}.{module}")
     except Exception as error:  # whatever the student's text raises while it is imported
         why = f"{module} cannot be imported: {error}"
         if isinstance(error, ModuleNotFoundError):

@@ -12,7 +12,7 @@ from typing import Any
 from grader import KIT
 from grader.notebook import before_begin, pieces
 from grader.notebook.file_backups import FORCE, FileBackups, target
-from grader.notebook.workspace import NOTEBOOK, PACKAGE, Workspace, prepare
+from grader.notebook.workspace import NOTEBOOK, Workspace, course, prepare
 
 
 class CellHooks:
@@ -91,7 +91,7 @@ def forget_changed_modules(package: Path) -> None:
     loaded = {
         name: Path(file)
         for name, module in list(sys.modules.items())
-        if name.partition(".")[0] == PACKAGE
+        if name.partition(".")[0] == course().package
         and (file := getattr(module, "__file__", None))
         and Path(file).is_relative_to(package)
     }

@@ -43,7 +43,7 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
         "mutation_budget_s": settings.mutation_budget_s, "best_effort": settings.best_effort,
         "cache": str(settings.cache), "keep": settings.keep, "keep_runs": settings.keep_runs, "fresh": settings.fresh,
     }  # fmt: skip
-    with checks_run.Checks(pipeline.check_ids(settings)) as checks:
+    with checks_run.Checks(settings.course, pipeline.check_ids(settings)) as checks:
         _observe(json.dumps(wanted), settings)
         settings.progress("checking the evidence")
         grading = pipeline.checked(out / pipeline.EVIDENCE, checks, settings)

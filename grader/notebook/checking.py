@@ -14,7 +14,7 @@ from grader.errors import KitError, SubmissionError
 from grader.evidence import Mutant, short_name
 from grader.notebook import check_process, prerequisites, so_far
 from grader.notebook.feedback import Answer, Checked, Note, Progress, Table
-from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace
+from grader.notebook.workspace import FRESH, NOTEBOOK, Workspace, course
 from grader.report.album import Album, Picture
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, Loss, losses, place, points
@@ -89,7 +89,7 @@ def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Pr
         fresh=fresh or FRESH in os.environ, progress=progress.say,
     )  # fmt: skip
     # Text alone is read in a second; a process of its own for it would take as long.
-    grade = check_process.grade if needs_build(settings.checked, [package]) else pipeline.grade
+    grade = check_process.grade if needs_build(settings, [package]) else pipeline.grade
     with _LOCK, tempfile.TemporaryDirectory(prefix="check-") as scratch:
         return pipeline.unchanged(package, settings) or grade(package, Path(scratch) / "out", settings)
 
@@ -181,9 +181,11 @@ def _remarks(grading: Grading) -> tuple[str, ...]:
     tried = _tried(grading)
     if not tried:
         return unchanged
+    requirement = course().requirement_of("check_mutation")
     return (
         *unchanged,
-        f"A sample of T3: {len(tried)} mutants, what fits into {MUTATION_BUDGET_S:g} s of running your tests. "
+        f"A sample of {requirement}: {len(tried)} mutants, "
+        f"what fits into {MUTATION_BUDGET_S:g} s of running your tests. "
         f"The grading has {GRADING_BUDGET_S:g} s, so it tries more.",
     )
 

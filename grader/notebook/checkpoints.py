@@ -10,17 +10,16 @@ import hashlib
 import json
 import shutil
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 
-from grader.contract import spec
 from grader.errors import GraderError
 from grader.intake import course_marker
 from grader.notebook.file_backups import FileBackups
-from grader.notebook.workspace import Workspace, ignored_by_colcon
+from grader.notebook.workspace import Workspace, course, ignored_by_colcon
 
 PACKED = Path(__file__).parent / "checkpoints.bin"
 """The texts as compressed JSON: for each notebook ("05") its files by path."""
@@ -43,51 +42,16 @@ class Checkpoint:
     optional: tuple[str, ...] = ()
 
 
-_P = spec.PACKAGE
-_CONTROLLER, _PROCESSOR = spec.NODE_MODULES
+@cache
+def table() -> Mapping[str, Checkpoint]:
+    """Return the course's notebooks, each with its files."""
+    rows = course().notebook_table["notebooks"]
+    return {name: Checkpoint(**{kind: tuple(paths) for kind, paths in row.items()}) for name, row in rows.items()}
 
-CHECKPOINTS = {
-    "00_first_drive": Checkpoint(),
-    "01_anatomy": Checkpoint(
-        exercises=("package.xml", "CMakeLists.txt", "scripts/robot_controller"),
-        given=(
-            "setup.py", "setup.cfg", f"{_P}/__init__.py", f"{_P}/utils/__init__.py", f"{_P}/utils/running.py",
-            "scripts/sensor_processor", _CONTROLLER, _PROCESSOR,
-        ),
-    ),
-    "02_interfaces": Checkpoint(
-        exercises=(
-            "msg/SensorFusionData.msg", "srv/SetSpeed.srv", "srv/GetRobotStatus.srv",
-            "action/NavigateToPosition.action", "CMakeLists.txt", "package.xml",
-        ),
-    ),
-    "03_numbers_of_motion": Checkpoint(exercises=(spec.CONVERSIONS_MODULE,)),
-    "04_seeing": Checkpoint(exercises=(f"{_P}/utils/scans.py", _PROCESSOR), given=(f"{_P}/utils/settings.py",)),
-    "05_moving_safely": Checkpoint(
-        exercises=(f"{_P}/utils/motion.py", f"{_P}/driver.py", f"{_P}/utils/running.py"), given=(_CONTROLLER,)
-    ),
-    "06_services": Checkpoint(exercises=(f"{_P}/speed_server.py",), given=(_CONTROLLER,)),
-    "07_going_there": Checkpoint(exercises=(f"{_P}/utils/steering.py", f"{_P}/navigator.py"), given=(_CONTROLLER,)),
-    "08_settings_and_launch": Checkpoint(
-        exercises=(
-            f"{_P}/utils/settings.py", _CONTROLLER, "config/robot_params.yaml", "config/sensor_params.yaml",
-            *spec.LAUNCH_FILES,
-        ),
-    ),
-    "09_tests_that_notice": Checkpoint(
-        exercises=("test/test_motion.py", *spec.NODE_TESTS, "test/test_scans.py"),
-        given=("test/conftest.py",),
-        optional=(
-            "test/test_conversions.py", "test/test_layers.py", "test/test_running.py", "test/test_settings.py",
-            "test/test_speed_server.py", "test/test_steering.py",
-        ),
-    ),
-    "10_show_and_hand_in": Checkpoint(
-        exercises=("scripts/demo.py", "README.md"), given=("LICENSE",), made=("test_results.xml",)
-    ),
-}  # fmt: skip
-NOTEBOOKS = tuple(CHECKPOINTS)
-_BY_NUMBER = {name[:2]: checkpoint for name, checkpoint in CHECKPOINTS.items()}
+
+@cache
+def _by_number() -> Mapping[str, Checkpoint]:
+    return {name[:2]: checkpoint for name, checkpoint in table().items()}
 
 
 def number(notebook: str) -> str:
@@ -97,26 +61,26 @@ def number(notebook: str) -> str:
         ValueError: the course has no such notebook.
     """
     found = notebook[:2]
-    if found not in _BY_NUMBER:
-        raise ValueError(f"There is no notebook {notebook!r}; there are {', '.join(NOTEBOOKS)}.")
+    if found not in _by_number():
+        raise ValueError(f"There is no notebook {notebook!r}; there are {', '.join(table())}.")
     return found
 
 
 def checkpoint(notebook: str) -> Checkpoint:
     """Return the files that a notebook ("05") adds or replaces."""
-    return _BY_NUMBER[number(notebook)]
+    return _by_number()[number(notebook)]
 
 
 def written_in(path: str) -> str:
     """Return the first notebook ("05") that writes a file of the package, "" if none does."""
-    found = (key for key, files in _BY_NUMBER.items() if path in (*files.exercises, *files.given, *files.made))
+    found = (key for key, files in _by_number().items() if path in (*files.exercises, *files.given, *files.made))
     return next(found, "")
 
 
 def paths_before(notebook: str) -> list[str]:
     """Return the files that the notebooks before this one write, in the course's order."""
     last = number(notebook)
-    earlier = [files for key, files in _BY_NUMBER.items() if key < last]
+    earlier = [files for key, files in _by_number().items() if key < last]
     return list(dict.fromkeys(path for files in earlier for path in (*files.given, *files.exercises, *files.made)))
 
 
@@ -127,7 +91,7 @@ def files_after(notebook: str) -> dict[str, str]:
         GraderError: this kit holds no solutions.
     """
     last, texts = number(notebook), _texts()
-    return {path: text for key in _BY_NUMBER if key <= last for path, text in texts(key).items()}
+    return {path: text for key in _by_number() if key <= last for path, text in texts(key).items()}
 
 
 def start_at(workspace: Workspace, notebook: str) -> str:
@@ -159,14 +123,16 @@ def start_at(workspace: Workspace, notebook: str) -> str:
 
 
 def _last_written_before(path: str, key: str) -> str:
-    found = [e for e, files in _BY_NUMBER.items() if e < key and path in (*files.exercises, *files.given, *files.made)]
+    found = [
+        e for e, files in _by_number().items() if e < key and path in (*files.exercises, *files.given, *files.made)
+    ]
     return found[-1] if found else ""
 
 
 def _student_work_before(key: str) -> set[str]:
     """Return the files that students write in the notebooks before this one and that the course does not replace."""
     own: set[str] = set()
-    for earlier, files in _BY_NUMBER.items():
+    for earlier, files in _by_number().items():
         if earlier < key:
             own = (own | {*files.exercises, *files.made, *files.optional}) - {*files.given}
     return own

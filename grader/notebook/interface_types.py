@@ -11,10 +11,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from grader import building
-from grader.contract import spec
 from grader.errors import GraderError
 from grader.host import ros_env
-from grader.notebook.workspace import Workspace
+from grader.notebook.workspace import Workspace, course
+
+_KINDS = ("msg", "srv", "action")
 
 
 def load(workspace: Workspace) -> None:
@@ -23,18 +24,19 @@ def load(workspace: Workspace) -> None:
     The dynamic linker reads LD_LIBRARY_PATH only when a process starts, so the libraries are loaded here; the variable
     is set for those that ROS looks up by name later.
     """
-    if f"{spec.PACKAGE}.srv._set_speed" in sys.modules:
+    package = course().package
+    if any(f"{package}.{kind}" in sys.modules for kind in _KINDS):
         return
-    install = building.build_contract(building.cache_folder()).install
+    install = building.build_contract(building.cache_folder(), course()).install
     folder = str(install / "lib")
     present = os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep)
     if folder not in present:
         os.environ["LD_LIBRARY_PATH"] = os.pathsep.join([folder, *present])
     _load_libraries(sorted(Path(folder).glob("lib*.so")))
-    with _importing_from(install / ros_env.SITE_IN_PREFIX, workspace.package / spec.PACKAGE):
-        for kind in ("msg", "srv", "action"):
-            importlib.import_module(f"{spec.PACKAGE}.{kind}")
-        importlib.import_module("grader.trials.interfaces")
+    with _importing_from(install / ros_env.SITE_IN_PREFIX, workspace.package / package):
+        for kind in _KINDS:
+            if any(type_.startswith(kind) for type_ in course().interfaces):
+                importlib.import_module(f"{package}.{kind}")
         _load_type_support()
 
 
@@ -60,8 +62,8 @@ def _importing_from(site: Path, own_modules: Path) -> Iterator[None]:
     A correct `extend_path` in the package's `__init__.py` does the same. The package must stay in sys.modules: rosidl's
     C code looks it up for each message, and ends the process if it is missing.
     """
-    hidden = {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] == spec.PACKAGE}
-    hidden.pop(spec.PACKAGE, None)
+    hidden = {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] == course().package}
+    hidden.pop(course().package, None)
     sys.path.insert(0, str(site))
     importlib.invalidate_caches()
     try:
@@ -69,12 +71,12 @@ def _importing_from(site: Path, own_modules: Path) -> Iterator[None]:
     finally:
         sys.path.remove(str(site))
         sys.modules.update(hidden)
-        sys.modules[spec.PACKAGE].__path__.insert(0, str(own_modules))
+        sys.modules[course().package].__path__.insert(0, str(own_modules))
         importlib.invalidate_caches()
 
 
 def _load_type_support() -> None:
-    from grader.trials import interfaces as found
+    from grader.trials.interfaces import interface
 
-    for kind in (found.SensorFusionData, found.SetSpeed, found.GetRobotStatus, found.NavigateToPosition):
-        kind.__class__.__import_type_support__()
+    for type_ in course().interfaces:
+        interface(type_).__class__.__import_type_support__()

@@ -18,9 +18,9 @@ from textwrap import fill
 from types import FrameType, ModuleType
 from typing import Any
 
-from grader.contract.spec import PACKAGE
 from grader.mutation.operators import mutants
 from grader.mutation.source_text import parse
+from grader.notebook.workspace import course
 
 LONGEST_S = 2.0  # wall time for all tests on one mutant, which may loop for ever; they take milliseconds
 
@@ -75,7 +75,7 @@ def matrix(module: Path, tests: Path, function: str = "") -> Matrix:
     checks = tests.read_text(encoding="utf-8")
     failures = _failures(name, text, checks)
     names = [test for test, why in failures.items() if not why]
-    changes = [change for change in mutants(source) if function in ("", change.function.rpartition(".")[2])]
+    changes = [change for change in mutants(source, course()) if function in ("", change.function.rpartition(".")[2])]
     return Matrix(
         mutants=tuple(f"{change.line}: {change.words.replace('`', '')}" for change in changes),
         tests=tuple(test.removeprefix("test_") for test in names),
@@ -87,7 +87,8 @@ def matrix(module: Path, tests: Path, function: str = "") -> Matrix:
 def _dotted(module: Path) -> str:
     """Return the name by which tests import a module."""
     parts = module.with_suffix("").parts
-    return ".".join(parts[len(parts) - 1 - parts[::-1].index(PACKAGE) :]) if PACKAGE in parts else module.stem
+    package = course().package
+    return ".".join(parts[len(parts) - 1 - parts[::-1].index(package) :]) if package in parts else module.stem
 
 
 def _noticed(name: str, broken: str, checks: str, names: Sequence[str]) -> Iterator[bool]:

@@ -8,11 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from grader import building
-from grader.contract import spec
 from grader.errors import SubmissionError
 from grader.host import ros_env
 from grader.notebook import prerequisites
-from grader.notebook.workspace import NOTEBOOK, Workspace, discovery_range
+from grader.notebook.workspace import NOTEBOOK, Workspace, course, discovery_range
 
 
 def install(workspace: Workspace, node: str) -> Path:
@@ -22,15 +21,15 @@ def install(workspace: Workspace, node: str) -> Path:
         SubmissionError: the package lacks something, does not build, or does not install the node.
         GraderError: this host cannot build.
     """
-    requirement = "F1" if node == "robot_controller" else "F13"
-    gap = prerequisites.first_gap(workspace.package, requirement, os.environ.get(NOTEBOOK, ""))
+    wanted = (*prerequisites.BUILDS, course().nodes[node].module) if node in course().nodes else prerequisites.BUILDS
+    gap = prerequisites.first_missing(workspace.package, wanted, os.environ.get(NOTEBOOK, ""))
     if gap is not None:
         raise SubmissionError(f"{gap.seen}; {gap.try_}")
-    built = building.build([workspace.package], building.cache_folder())
+    built = building.build([workspace.package], building.cache_folder(), course())
     if not built.facts.ok:
         raise SubmissionError(f"the package does not build: {prerequisites.first_error(built.facts)}")
     if node not in built.facts.executables:
-        raise SubmissionError(f"the package installs no executable {node} in lib/{spec.PACKAGE}")
+        raise SubmissionError(f"the package installs no executable {node} in lib/{course().package}")
     return built.install
 
 
@@ -39,7 +38,9 @@ def command(
 ) -> list[str]:
     """Return the command line of a node, as `ros2 run` would start it, or of a Python file that makes such a node."""
     start = (
-        [sys.executable, str(Path(program).resolve())] if program else [str(installed / "lib" / spec.PACKAGE / node)]
+        [sys.executable, str(Path(program).resolve())]
+        if program
+        else [str(installed / "lib" / course().package / node)]
     )
     words = [*start, "--ros-args", "-p", "use_sim_time:=true"]
     for name, value in parameters.items():

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from grader import building, pipeline
-from grader.contract import spec
 from grader.errors import SubmissionError
 from grader.evidence import Flag
 from grader.intake import course_marker
@@ -23,7 +22,6 @@ from grader.scoring.grading import Grading, points
 from grader.scoring.rubric import RUBRIC
 from grader.scoring.scorecard import Outcome
 
-NEEDED = ("package.xml", "CMakeLists.txt", *spec.NODE_MODULES)
 _CACHES = {"__pycache__", "htmlcov", "node_modules"}
 _KEPT_DOTS = {course_marker.MARKER, ".flake8", ".coveragerc", ".gitignore"}
 _LISTED = 40
@@ -103,15 +101,15 @@ def submit(
             f"There is nothing to hand in: {package.name} holds no package.xml. "
             "Write one in notebook 01, or name another folder with `--package`."
         )
-    target = (out or _beside(package) / f"{spec.PACKAGE}.zip").resolve()
+    target = (out or _beside(package) / f"{workspace.course().package}.zip").resolve()
     sizes = _pack(package, target)
     with tempfile.TemporaryDirectory(prefix="submit-") as scratch:
-        taken = open_submission(target, Path(scratch) / "submission")
+        taken = open_submission(target, Path(scratch) / "submission", workspace.course())
         found = PackedSubmission(
             target,
             sizes,
             laid_out=tuple(name for name in course_marker.unchanged(package) if name in sizes),
-            missing=tuple(name for name in NEEDED if name not in sizes),
+            missing=tuple(name for name in needed() if name not in sizes),
             notes=tuple(taken.intake.notes),
             flags=taken.flags,
         )
@@ -120,6 +118,13 @@ def submit(
         settings = pipeline.Settings(rubric.load(RUBRIC), building.cache_folder(), progress=progress)
         graded = pipeline.grade(target, Path(scratch) / "out", settings)
     return replace(found, grading=graded)
+
+
+def needed() -> tuple[str, ...]:
+    """Return the paths of the files without which no package can be graded."""
+    found = workspace.course()
+    builds = ("package.xml", "CMakeLists.txt") if "CMakeLists.txt" in found.layout else ("package.xml", "setup.py")
+    return (*builds, *(node.module for node in found.nodes.values()))
 
 
 def _workspace_package() -> Path:
@@ -136,14 +141,15 @@ def _beside(package: Path) -> Path:
 def _pack(package: Path, target: Path) -> dict[str, int]:
     """Write the package's own files into the zip, below one folder, and return their sizes in bytes."""
     files = {path.relative_to(package).as_posix(): path for path in sorted(_own_files(package))}
-    interfaces = package.with_name(spec.INTERFACES_PACKAGE)
+    interfaces = package.with_name(workspace.course().interfaces_package)
     if (interfaces / "package.xml").is_file():  # interfaces in a package of their own, which the grader accepts
         files |= {f"../{path.relative_to(package.parent).as_posix()}": path for path in sorted(_own_files(interfaces))}
     _refuse_large(files)
+    top = workspace.course().package
     write_zip(
         target,
         {
-            posixpath.normpath(f"{spec.PACKAGE}/{name}"): Entry(path.read_bytes(), os.access(path, os.X_OK))
+            posixpath.normpath(f"{top}/{name}"): Entry(path.read_bytes(), os.access(path, os.X_OK))
             for name, path in files.items()
         },
     )

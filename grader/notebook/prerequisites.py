@@ -5,46 +5,20 @@ from __future__ import annotations
 import ast
 import re
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from grader import python_ast
 from grader.checks import build_log
 from grader.checks.judge import HOLDS_ON
-from grader.contract import spec
-from grader.contract.spec import PACKAGE
 from grader.evidence import Build
 from grader.notebook import checkpoints, so_far
+from grader.notebook.workspace import course
 from grader.trials.request import DEAF
 
-_BUILDS = ("package.xml", "CMakeLists.txt")
-_CONTROLLER, _PROCESSOR = spec.NODE_MODULES
-_CONTROLLER_RUNS = (*_BUILDS, _CONTROLLER)
-_PROCESSOR_RUNS = (*_BUILDS, _PROCESSOR)
-_BOTH_RUN = (*_BUILDS, _CONTROLLER, _PROCESSOR)
-_TESTED = (*_BUILDS, *spec.NODE_TESTS)
-_READ = ("package.xml",)
-
-FILES: dict[str, tuple[str, ...]] = {
-    "F1": _CONTROLLER_RUNS, "F2": _CONTROLLER_RUNS, "F3": _CONTROLLER_RUNS, "F4": _CONTROLLER_RUNS,
-    "F5": _CONTROLLER_RUNS, "F6": _CONTROLLER_RUNS, "F7": _CONTROLLER_RUNS, "F8": _CONTROLLER_RUNS,
-    "F9": _CONTROLLER_RUNS, "F10": _CONTROLLER_RUNS, "F11": _CONTROLLER_RUNS,
-    "F12": _PROCESSOR_RUNS, "F13": _PROCESSOR_RUNS,
-    "F14": (*_BUILDS, spec.CONVERSIONS_MODULE),
-    "I1": _BUILDS,
-    "I2": _READ,
-    "I3": (*_BUILDS, "msg/SensorFusionData.msg"),
-    "I4": _BOTH_RUN,
-    "I5": (*_BUILDS, *spec.LAUNCH_FILES),
-    "I6": _BOTH_RUN, "I7": _BOTH_RUN, "I8": _BOTH_RUN,
-    "T1": _TESTED, "T2": _TESTED, "T3": _TESTED,
-    "Q1": _READ, "Q2": _READ, "Q3": _READ, "Q4": _READ,
-    "Q5": (*_BUILDS, "README.md"),
-    "Q6": (*_BUILDS, "scripts/demo.py"),
-}  # fmt: skip
-"""Files of the contract's layout without which a requirement cannot be met, by its id."""
-
+BUILDS = ("package.xml", "CMakeLists.txt")
+"""Files without which no package builds."""
 _RUN_IT = "look at what the node does and prints: `run_node()`, then `run.output`"
 _PLACE = re.compile(r"\.py:\d+|\bline \d+")  # a file or a line, without which last words say little
 
@@ -63,17 +37,26 @@ def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None
 
     `notebook` is the current one ("05"); the advice depends on it.
     """
-    own = notebook and requirement == "Q3"
-    wanted = tuple(so_far.layout(notebook)) if own else FILES.get(requirement, _BUILDS)
+    own = bool(notebook) and requirement == course().requirement_of("check_structure")
+    needs: Mapping[str, Sequence[str]] = course().notebook_table["needs"]
+    wanted = so_far.layout(notebook) if own else needs.get(requirement, BUILDS)
+    return first_missing(package, wanted, notebook, finished=own and notebook < "10")
+
+
+def first_missing(package: Path, wanted: Sequence[str], notebook: str = "", *, finished: bool = False) -> Gap | None:
+    """Return the first of the `wanted` files that the package lacks, or the first module that is not valid Python.
+
+    Where they have to be `finished`, a stub counts as a gap.
+    """
     if not package.is_dir() or not any(_is_student_file(path) for path in package.iterdir()):
         return Gap("your package is empty", _expected("package.xml"), _how_to_get("package.xml", notebook))
     for name in wanted:
         if not (package / name).is_file():
             return Gap(f"there is no {name}", _expected(name), _how_to_get(name, notebook))
-    if own and notebook < "10" and (stub := next((name for name in wanted if _is_stub(package / name)), "")):
+    if finished and (stub := next((name for name in wanted if _is_stub(package / name)), "")):
         try_ = "do the exercise that writes it, replace the `TODO`, and run its cell"
         return Gap(f"{stub} is still a stub: it has a `TODO`", "the files of the layout so far, each finished", try_)
-    modules = [name for name in wanted if name.startswith(f"{PACKAGE}/")]
+    modules = [name for name in wanted if name.startswith(f"{course().package}/")]
     return _broken_module(package, modules, notebook)
 
 
@@ -98,18 +81,19 @@ def first_error(found: Build) -> str:
 
 def advice(because: str) -> str:
     """Return what to do about the reason why a check could not be judged."""
-    if named := re.search(r"\(([FITQ]\d+)\)", because):
+    built = course().requirement_of("check_build")
+    if named := re.search(r"\(([A-Z]+\d+)\)", because):
         return f'fix {named[1]} first: `check("{named[1]}")` says more'
     if "not tried yet" in because:
         return "make the robot drive first, then check again"
     if "`ros2 launch`" in because:
-        return "start the file yourself, with the YAML files beside it: `!ros2 launch ros2_robot_controller ...`"
+        return f"start the file yourself, with the YAML files beside it: `!ros2 launch {course().package} ...`"
     if because.endswith("is not in the package"):
         return "write it, in that folder of the package"
     if "there is no launch/" in because or "there is no config/" in because:
-        return 'install it with install(DIRECTORY launch config ...) in CMakeLists.txt; `check("I1")` says more'
+        return f'install it with install(DIRECTORY launch config ...) in CMakeLists.txt; `check("{built}")` says more'
     if "there is no executable" in because:
-        return 'install it with install(PROGRAMS ...) in CMakeLists.txt; `check("I1")` says more'
+        return f'install it with install(PROGRAMS ...) in CMakeLists.txt; `check("{built}")` says more'
     if "there is no service" in because or "there is no action" in because:
         return "complete the exercise that provides it, and run its cell"
     if HOLDS_ON in because or DEAF in because:
@@ -173,15 +157,16 @@ def _parsed(package: Path, name: str) -> ast.Module | Gap:
 
 def _own_imports(tree: ast.Module) -> Iterator[str]:
     """Yield the package's modules that a module imports at its top level, without the generated interfaces."""
+    package = course().package
     for node in tree.body:
         found: list[str] = []
         if isinstance(node, ast.Import):
             found = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
             # `from package.utils import motion` imports a module, `from package.driver import Driver` a name.
-            folder = node.module in (PACKAGE, f"{PACKAGE}.utils")
+            folder = node.module in (package, f"{package}.utils")
             found = [f"{node.module}.{alias.name}" for alias in node.names] if folder else [node.module]
         for module in found:
             parts = module.split(".")
-            if parts[0] == PACKAGE and len(parts) > 1 and parts[1] not in ("msg", "srv", "action"):
+            if parts[0] == package and len(parts) > 1 and parts[1] not in ("msg", "srv", "action"):
                 yield module

@@ -22,7 +22,7 @@ from grader.errors import KitError
 from grader.notebook import interface_types, node_build
 from grader.notebook.feedback import Progress
 from grader.notebook.node_process import NodeProcess
-from grader.notebook.workspace import Workspace, prepare
+from grader.notebook.workspace import Workspace, course, prepare
 from grader.tracebacks import last_words
 from grader.trials.request import DEAF
 from sim import PROFILES, Pose, Recorder, Recording, Simulator, World, load_world
@@ -32,9 +32,7 @@ if TYPE_CHECKING:
     from sim.live import Live
 
 TICK_S = 0.05  # 20 Hz, as in sim.bridge, which cannot be imported without ROS
-_RECORDED = ("cmd_vel", "sensor_fusion_data", "obstacle_distance")
 _FIRST_TIME = "; the first time takes about a minute, where it has interfaces"
-_NO_ACTION = "no node offers the action navigate_to_position"
 
 
 @dataclass(frozen=True, repr=False)
@@ -155,7 +153,7 @@ class Run:
         with self._lock:
             stage = self._active_stage()
             if stage is None or not stage.takes_goals:
-                print(f"not yet: {_NO_ACTION}")
+                print(f"not yet: {_no_action()}")
                 return GoalResult("no server", False, _pose())
             goal = stage.navigate(x, y, tolerance)
         begin, canceled = self.t, False
@@ -184,13 +182,13 @@ class Run:
         return bool(answer.accepted), answer.reason
 
     def messages(self, topic: str) -> list[tuple[float, Any]]:
-        """Return (t, message) for each message on cmd_vel, sensor_fusion_data or obstacle_distance.
+        """Return (t, message) for each message on a topic that the contract's nodes publish.
 
         Raises:
             KeyError: the topic is not recorded.
         """
-        if topic not in _RECORDED:
-            raise KeyError(f"messages on {topic!r} are not recorded; those on {', '.join(_RECORDED)} are")
+        if topic not in (published := _published()):
+            raise KeyError(f"messages on {topic!r} are not recorded; those on {', '.join(published)} are")
         return list(self._recorded.get(topic, ()))
 
     # ------------------------------------------------------------- the end
@@ -239,12 +237,12 @@ class Run:
     def _begin(self) -> None:
         """Build and start the node, and wait until it is on the graph; without one the robot stands still."""
         self._recorder = Recorder(self.simulator)
-        self._recorded = {topic: [] for topic in _RECORDED}
+        self._recorded = {topic: [] for topic in _published()}
         with Progress() as progress:
             self._start_node(progress)
 
     def _start_node(self, progress: Progress) -> None:
-        contract_is_built = building.contract_is_built(building.cache_folder())
+        contract_is_built = building.contract_is_built(building.cache_folder(), course())
         try:
             progress.say(f"building your package{'' if contract_is_built else _FIRST_TIME}")
             install = node_build.install(self._workspace, self.node)
@@ -260,8 +258,9 @@ class Run:
         command = node_build.command(install, self.node, self._program, self._parameters, self._remappings)
         self._process = process = NodeProcess(command, node_build.environment(install, self._workspace))
         self._stage = WatchedStage(
-            self.node, self.simulator, process, domain_id=self._workspace.domain_id, remappings=self._remappings,
-            recorder=self._recorder, messages=self._recorded, package=self._workspace.package,
+            course(), self.node, self.simulator, process,
+            domain_id=self._workspace.domain_id, remappings=self._remappings, recorder=self._recorder,
+            messages=self._recorded, package=self._workspace.package,
         )  # fmt: skip
         # For a run without references to it; when the kernel ends, the processes end by themselves.
         self._finish = weakref.finalize(self, _finish, process, self._stage)
@@ -302,7 +301,7 @@ class Run:
         with self._lock:
             stage = self._active_stage()
             if stage is None or not stage.takes_goals:
-                return _NO_ACTION
+                return _no_action()
             place = self.simulator.odom_origin.inverse().compose(Pose(x, y, 0.0))
             goal = stage.navigate(place.x, place.y, 0.1)
         if goal.accepted:
@@ -327,7 +326,7 @@ class Run:
             return f"{ended}{_last_line(self._process)}"
         from grader.quality.analyse import analyse_package
 
-        return ended + holding_on(analyse_package(self._workspace.package, lint=False))
+        return ended + holding_on(analyse_package(self._workspace.package, course(), lint=False))
 
     def _end(self) -> None:
         process, self._process, self._stage = self._process, None, None
@@ -352,6 +351,16 @@ def _last_line(process: NodeProcess | None) -> str:
     if process is None or process.exit_code() is None or not (said := last_words(process.output)):
         return ""
     return f"; its last output: {said}"
+
+
+def _published() -> list[str]:
+    """Return the topics that the contract's nodes publish."""
+    return [topic for node in course().nodes.values() for topic in node.publishes]
+
+
+def _no_action() -> str:
+    names = [name for node in course().nodes.values() for name in node.actions]
+    return f"no node offers the action {' or '.join(names)}"
 
 
 def _pose() -> Any:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 
-from grader.contract.layout import LAYOUT
 from grader.notebook import checkpoints
+from grader.notebook.workspace import course
 
 
 @dataclass(frozen=True)
@@ -26,46 +28,30 @@ class StandIn:
     words: str
 
 
-LATER = {
-    "check_build::test_launch_and_config_are_installed": Later("08", "launch and config files"),
-    "check_graph::test_controller_shows_the_contracts_interfaces": Later(
-        "07", "the controller's topics, services and action"
-    ),
-    "check_habits::test_contract_numbers_are_parameters": Later("07", "the use of `fusion_rate`"),
-    "check_interfaces::test_nodes_use_the_contracts_types": Later("07", "nodes that use the types"),
-    "check_structure::test_layout_matches_the_contract": Later("10", "the last file of the contract's layout"),
-    "check_structure::test_conversions_are_in_utils_and_used": Later(
-        "04", "the conversions, and a node that uses them"
-    ),
-}
-"""Checks that the course's package cannot pass before a notebook, by their ids in the rubric."""
+@cache
+def waiting() -> Mapping[str, Later]:
+    """Return the checks that the course's package cannot pass before a notebook, by their ids in the rubric."""
+    return {check: Later(**row) for check, row in course().notebook_table["later"].items()}
 
-STAND_INS = {
-    "F6": StandIn(
-        "05", "F12", "check_fusion::test_fuses_the_closest_valid_reading",
-        "your sensor processor took only valid readings; its points come in notebook 05, for the robot that drives",
-    ),
-    "I7": StandIn(
-        "05", "F13", "check_fusion::test_publishes_nothing_before_the_first_scan",
-        "the stamps of your sensor processor follow /clock; its point comes in notebook 05, with the timer of the "
-        "controller",
-    ),
-}  # fmt: skip
-"""Requirements that need a node of a later notebook, by their ids."""
+
+@cache
+def stand_ins() -> Mapping[str, StandIn]:
+    """Return what is asked in place of requirements that need a node of a later notebook, by their ids."""
+    return {name: StandIn(**row) for name, row in course().notebook_table["stand_ins"].items()}
 
 
 def later(check: str, notebook: str) -> Later | None:
     """Return what a check waits for in a notebook ("05"), None if it can be judged there, or outside a notebook."""
-    found = LATER.get(check)
+    found = waiting().get(check)
     return found if found is not None and "" < notebook < found.notebook else None
 
 
 def stand_in(requirement: str, notebook: str) -> StandIn | None:
     """Return what is asked in a notebook ("05") in place of a requirement's own checks, None if nothing is."""
-    found = STAND_INS.get(requirement)
+    found = stand_ins().get(requirement)
     return found if found is not None and "" < notebook < found.notebook else None
 
 
 def layout(notebook: str) -> list[str]:
     """Return the part of the contract's layout that is there after a notebook ("05")."""
-    return [path for path in LAYOUT if checkpoints.written_in(path) <= notebook]
+    return [path for path in course().layout if checkpoints.written_in(path) <= notebook]

@@ -48,7 +48,7 @@ def tries(table: Mapping[str, object], of: str = "") -> None:
     print(f"{right} of {len(table)} right")
 
 
-_INTERFACES = re.compile(rf"^from {workspace.PACKAGE}\.(msg|srv|action) import", re.MULTILINE)
+_INTERFACES = re.compile(rf"^from {workspace.course().package}\.(msg|srv|action) import", re.MULTILINE)
 
 
 def _read_in(file: Path, names: dict[str, object]) -> str:
@@ -60,7 +60,7 @@ def _read_in(file: Path, names: dict[str, object]) -> str:
         text = file.read_text(encoding="utf-8")
         if _INTERFACES.search(text):
             with Progress() as progress:
-                if not building.contract_is_built(building.cache_folder()):
+                if not building.contract_is_built(building.cache_folder(), workspace.course()):
                     progress.say("building the contract's interfaces: once on this machine, about a minute")
                 interface_types.load(workspace.find())
         for statement in ast.parse(text).body:

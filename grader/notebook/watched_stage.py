@@ -10,10 +10,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from std_msgs.msg import Float32
-
 from grader.checks.judge import DEAF_TO
-from grader.trials.interfaces import SERVICES, SensorFusionData
+from grader.course import Course
+from grader.trials.interfaces import interface
 from grader.trials.messages import fill
 from grader.trials.observation import Program, TrialOver, has_one_thread
 from grader.trials.plan import TrialPlan
@@ -29,6 +28,7 @@ class WatchedStage(Stage):
 
     def __init__(
         self,
+        course: Course,
         node: str,
         simulator: Simulator,
         process: Program,
@@ -42,15 +42,15 @@ class WatchedStage(Stage):
         plan = TrialPlan(
             "notebook", "", lambda _stage: None, node, simulator.world.name, (), remappings=dict(remappings)
         )
-        super().__init__(plan, simulator.seed, simulator, process, domain_id, reliable=False)
+        super().__init__(course, plan, simulator.seed, simulator, process, domain_id, reliable=False)
         self._work_limit_s = math.inf
         self.has_one_thread = has_one_thread(package)
         self._recorder = recorder
         self._readings: list[Reading] = []
         self._recorded = messages
-        if node == "sensor_processor":
-            for kind, topic in ((SensorFusionData, "sensor_fusion_data"), (Float32, "obstacle_distance")):
-                self._record(kind, topic)
+        for topic, type_ in self.contract.publishes.items():
+            if topic != self.bridge.topics.command:
+                self._record(interface(type_), topic)
 
     def tick(self) -> None:
         """Let one tick of simulated time pass.
@@ -65,7 +65,7 @@ class WatchedStage(Stage):
         client = self._clients.get(service)
         if client is None or not self._found(service, client.service_is_ready):
             return None, f"no node offers {service}"
-        future = client.call_async(fill(SERVICES[service].Request(), dict(fields)))
+        future = client.call_async(fill(self._service_types[service].Request(), dict(fields)))
         self._await(future.done)
         if not future.done():
             client.remove_pending_request(future)
@@ -91,7 +91,7 @@ class WatchedStage(Stage):
 
     def _take_command(self, t: float, message: Any) -> None:
         super()._take_command(t, message)
-        self._recorded["cmd_vel"].append((t, message))
+        self._recorded[self.bridge.topics.command].append((t, message))
 
     def _take_published(self, reading: Reading) -> None:
         super()._take_published(reading)

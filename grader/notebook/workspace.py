@@ -10,17 +10,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from grader import building
-from grader.contract import spec
+from grader.course import Course, kits_own, load
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook import domain
 
-PACKAGE = spec.PACKAGE
 VARIABLE = "ROS2_COURSE_WS"
+COURSE = "ROS2_COURSE"
+"""The environment variable with the folder of the course that the kernel is for, if it is not the kit's own."""
 NOTEBOOK = "ROS2_COURSE_NOTEBOOK"
 """The environment variable in which `begin` notes the current notebook ("05")."""
 FRESH = "ROS2_COURSE_FRESH"
 """If set, checks run everything anew, so that a stored notebook says the same whatever was run before."""
+
+
+def course() -> Course:
+    """Return the course that this kernel is for."""
+    return load(Path(os.environ[COURSE])) if COURSE in os.environ else kits_own()
 
 
 @dataclass(frozen=True)
@@ -32,12 +38,12 @@ class Workspace:
     @property
     def package(self) -> Path:
         """Return the folder of the student's package."""
-        return self.root / "src" / PACKAGE
+        return self.root / "src" / course().package
 
     @property
     def install(self) -> Path:
         """Return the package's install tree, where a plain `colcon build` puts it."""
-        return self.root / "install" / PACKAGE
+        return self.root / "install" / course().package
 
     @property
     def domain_id(self) -> int:

@@ -15,6 +15,7 @@ from pathlib import Path
 import ament_flake8
 
 from grader import evidence
+from grader.course import Course
 from grader.errors import GraderError
 from grader.evidence import Definition, Finding, Manifest, Quality, Reached, SourceFile, reading_limits
 from grader.quality import source_files
@@ -38,7 +39,7 @@ _Violations = dict[tuple[str, int], list[Finding]]
 
 
 def analyse_package(
-    package: Path, interfaces: Path | None = None, install: Path | None = None, *, lint: bool = True
+    package: Path, course: Course, interfaces: Path | None = None, install: Path | None = None, *, lint: bool = True
 ) -> Quality:
     """Return the facts of the text of `package`, with the reason for each file that cannot be read. Nothing is run.
 
@@ -50,10 +51,10 @@ def analyse_package(
     """
     with tempfile.TemporaryDirectory(prefix="quality-") as name:
         scratch = Path(name)
-        sources = source_files.find_in_both(package, interfaces)
-        every = source_files.copy(with_installed(sources, install) if install else sources, scratch)
+        sources = source_files.find_in_both(package, interfaces, course)
+        every = source_files.copy(with_installed(sources, install, course.nodes) if install else sources, scratch)
         good = [source for source in every if not source.problem]
-        found, unreadable = _facts(package, interfaces, good, scratch)
+        found, unreadable = _facts(package, interfaces, good, scratch, course)
         # Linters see only what can be parsed: anything else would merely probe their weak spots.
         readable = {file.path for file in found.files if not file.problem} - {source.path for source in unreadable}
         good = [source for source in good if source.path in readable and not source.starts] if lint else []
@@ -62,11 +63,11 @@ def analyse_package(
             docstrings = pool.submit(run_without_culprits, lambda items: _pep257(items, scratch), good)
             (linted, too_hard), (violations, too_hard_too) = style.result(), docstrings.result()
         too_much = {source.path for source in (*unreadable, *too_hard, *too_hard_too)}
-        return _combine(found, every, too_much, linted or [], violations or {})
+        return _combine(found, every, too_much, linted or [], violations or {}, course)
 
 
 def _facts(
-    package: Path, interfaces: Path | None, good: Sequence[PythonFile], scratch: Path
+    package: Path, interfaces: Path | None, good: Sequence[PythonFile], scratch: Path, course: Course
 ) -> tuple[Quality, list[PythonFile]]:
     """Return what the worker finds, and the files that it cannot read."""
     beside = str(interfaces.resolve()) if interfaces else ""
@@ -75,7 +76,8 @@ def _facts(
         listing = scratch / f"sources-{len(items)}-{items[0].copy[:4] if items else ''}.json"
         both = [[[item.path, item.copy] for item in items if item.starts is starts] for starts in (False, True)]
         listing.write_text(json.dumps(both))
-        done = run_python(["-m", "grader.quality.worker", str(package.resolve()), beside, str(listing)], scratch)
+        command = ["-m", "grader.quality.worker", str(course.folder), str(package.resolve()), beside, str(listing)]
+        done = run_python(command, scratch)
         if done is None or done.returncode:
             _raise_if_broken("grader.quality.worker", done)
             return None
@@ -139,7 +141,12 @@ def _raise_if_broken(tool: str, done: subprocess.CompletedProcess[str] | None) -
 
 
 def _combine(
-    found: Quality, every: Sequence[PythonFile], too_much: set[str], linted: Sequence[Finding], broken: _Violations
+    found: Quality,
+    every: Sequence[PythonFile],
+    too_much: set[str],
+    linted: Sequence[Finding],
+    broken: _Violations,
+    course: Course,
 ) -> Quality:
     files = _files(found, every, too_much)
     readable = {file.path for file in files if not file.problem}
@@ -152,7 +159,7 @@ def _combine(
         item
         for source in every
         if source.path not in readable
-        for item in definitions_of_unreadable(printable(source.path), source.data)
+        for item in definitions_of_unreadable(printable(source.path), source.data, course.package)
     ]
     suppressions = [
         Finding(printable(source.path), line, "suppression", printable(words))

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import PurePosixPath
 
-from grader.contract.layout import JUDGED, role
+from grader.course.model import JUDGED, role
 from grader.evidence import Definition
 from grader.python_ast import Function, last_name
 from grader.quality.parsed_module import Module
@@ -20,7 +20,7 @@ _DEFINITION = re.compile(rb"[ \t]*(?:async[ \t]+)?(def|class)[ \t]+([A-Za-z]\w*)
 
 def public_definitions(module: Module) -> Iterator[Definition]:
     """Yield what is public in a module of the package, a launch file or a script: no leading _ on the way to it."""
-    if not _is_judged(module.path):
+    if not _is_judged(module.path, module.role):
         return
     if module.tree.body or module.stem != "__init__":
         words = _words(module.tree)
@@ -28,9 +28,9 @@ def public_definitions(module: Module) -> Iterator[Definition]:
     yield from _inside(module.path, module.tree.body, "")
 
 
-def definitions_of_unreadable(path: str, data: bytes) -> Iterator[Definition]:
+def definitions_of_unreadable(path: str, data: bytes, package: str) -> Iterator[Definition]:
     """Yield the module and the public definitions that its lines begin with, as undocumented and unannotated."""
-    if not _is_judged(path):
+    if not _is_judged(path, role(path, package)):
         return
     yield Definition(path, 1, "module", path, documented=False)
     for number, line in enumerate(data.splitlines(), 1):
@@ -43,10 +43,10 @@ def definitions_of_unreadable(path: str, data: bytes) -> Iterator[Definition]:
                 yield Definition(path, number, "function", name, documented=False, unannotated=missing)
 
 
-def _is_judged(path: str) -> bool:
+def _is_judged(path: str, its_role: str) -> bool:
     """Return whether this file can hold public names: it is not a test, and no part of its path begins with _."""
     parts = PurePosixPath(path).with_suffix("").parts
-    return role(path) in JUDGED and not any(part.startswith("_") and part != "__init__" for part in parts)
+    return its_role in JUDGED and not any(part.startswith("_") and part != "__init__" for part in parts)
 
 
 def _inside(path: str, body: Sequence[ast.stmt], owner: str) -> Iterator[Definition]:

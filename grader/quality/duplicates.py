@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from grader.contract.layout import JUDGED
+from grader.course.model import JUDGED
 from grader.evidence import Copy
 from grader.python_ast import BODIES, Function, inner, is_docstring, last_name
 from grader.quality.parsed_module import Module

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from grader.course import Course
 from grader.evidence import Fault, SourceFile
 from grader.quality.faults_of_build import build_faults, interface_build_faults
 from grader.quality.faults_of_files import file_faults, interface_faults
@@ -26,25 +27,29 @@ _MAX_WORDS = 300
 
 
 def find_faults(
-    package: Path, interfaces: Path | None, modules: Sequence[Module], unreadable: Sequence[SourceFile]
+    package: Path,
+    interfaces: Path | None,
+    modules: Sequence[Module],
+    unreadable: Sequence[SourceFile],
+    course: Course,
 ) -> list[Fault]:
     """Return the faults of the package in the folder `package`, the first cause first.
 
     `interfaces` is its package of interfaces, if it has one; `unreadable` are its Python files that cannot be parsed.
     """
-    sources = read_sources(package, interfaces)
+    sources = read_sources(package, interfaces, course)
     every = itertools.chain(
-        _beside(interfaces), start_faults(sources, modules, unreadable), program_faults(sources, modules),
+        _beside(interfaces, course), start_faults(sources, modules, unreadable), program_faults(sources, modules),
         build_faults(sources), file_faults(sources, modules), interface_faults(sources),
     )  # fmt: skip
     found = itertools.islice(every, 2 * _MAX_FAULTS)  # looking for what was meant takes time
     return [_printable(fault) for fault in sorted(found, key=lambda fault: _ORDER.index(fault.stops))[:_MAX_FAULTS]]
 
 
-def _beside(interfaces: Path | None) -> Iterator[Fault]:
+def _beside(interfaces: Path | None, course: Course) -> Iterator[Fault]:
     """Yield the faults of the package of interfaces, if there is one, with its folder in their paths."""
     if interfaces is not None:
-        sources = read_sources(interfaces, None)
+        sources = read_sources(interfaces, None, course)
         for fault in (*interface_build_faults(sources), *interface_faults(sources)):
             yield replace(fault, path=f"{interfaces.name}/{fault.path}")
 

@@ -7,17 +7,14 @@ from collections.abc import Iterator
 from pathlib import PurePosixPath
 
 from grader import python_ast
-from grader.contract import definition
-from grader.contract.foreign_packages import absent
-from grader.contract.layout import LAYOUT
-from grader.contract.spec import NODES
+from grader.course import definition
+from grader.course.foreign_packages import absent
 from grader.evidence import Fault
 from grader.quality.cmake_text import CMakeText, Command
 from grader.quality.faults_of_programs import installed_files, is_unclear, value
 from grader.quality.package_sources import PackageSources, similar
 
 _CMAKE, _XML, _SETUP = "CMakeLists.txt", "package.xml", "setup.py"
-_SHARED = tuple(path for path in LAYOUT if path.startswith(("launch/", "config/")))
 _INSTALL_SHARED = "install(DIRECTORY launch config DESTINATION share/${PROJECT_NAME})"
 _FIELD = re.compile(r"^[ \t]*([a-z]\w*)/(?:msg/)?[A-Z]\w*", re.MULTILINE)
 _CMAKE_OWN = ("ament", "rosidl", "python", "Python", "Threads", "PkgConfig")
@@ -36,7 +33,8 @@ def build_faults(sources: PackageSources) -> Iterator[Fault]:
         text = "it says `ament_python`, so colcon ignores CMakeLists.txt and all that it makes and installs"
         stops = "install" if _SETUP in sources.paths else "build"
         cure = "<build_type>ament_cmake</build_type>: that of a package with a CMakeLists.txt"
-        lost = [*NODES, *(path for path in _SHARED if path in sources.paths), *sources.interfaces]
+        course = sources.course
+        lost = [*course.nodes, *(path for path in course.shared if path in sources.paths), *sources.interfaces]
         yield Fault(_XML, line, stops, text, cure, shown_as=["can't open file 'setup.py'"], lacks=lost)
 
 
@@ -144,7 +142,7 @@ def _generated(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
         yield from _dependencies(sources, command)
     named = {name for command in commands for name in command.arguments}
     for path in sources.interfaces:
-        if path in LAYOUT and path not in named:
+        if path in sources.course.layout and path not in named:
             cure = f'add "{path}" to rosidl_generate_interfaces'
             yield Fault(_CMAKE, commands[0].line, "interfaces", f"it does not name `{path}`", cure, lacks=[path])
 
@@ -187,7 +185,8 @@ def _installed_paths(sources: PackageSources, cmake: CMakeText) -> Iterator[Faul
 def _uninstalled(sources: PackageSources, cmake: CMakeText) -> Iterator[Fault]:
     """Yield the contract's launch and config files that nothing installs where `ros2 launch` looks."""
     shared = {PurePosixPath(path).name for command in cmake.named("install") for path in _shared(sources, command)}
-    lost = [path for path in _SHARED if path in sources.paths and PurePosixPath(path).name not in shared]
+    wanted = (path for path in sources.course.shared if path in sources.paths)
+    lost = [path for path in wanted if PurePosixPath(path).name not in shared]
     if lost and not is_unclear(sources):
         text = f"nothing installs {', '.join(f'`{path}`' for path in lost)} in share/{sources.name}"
         yield Fault(_CMAKE, 0, "install", text, _INSTALL_SHARED, lacks=lost)
@@ -224,7 +223,8 @@ def _in_setup(sources: PackageSources) -> Iterator[Fault]:
         has = any(path.startswith(f"{folder}/") for path in sources.paths)
         if has and folder not in (setup.data_files or ""):
             cure = f"data_files: (os.path.join('share', '{sources.name}', '{folder}'), glob('{folder}/*'))"
-            lost = [path for path in _SHARED if path.startswith(f"{folder}/") and path in sources.paths]
+            shared = sources.course.shared
+            lost = [path for path in shared if path.startswith(f"{folder}/") and path in sources.paths]
             text = f"its data_files do not install `{folder}/`"
             yield Fault(_SETUP, setup.line, "install", text, cure, lacks=lost)
 

@@ -10,15 +10,13 @@ from typing import Any
 
 import yaml
 
-from grader.contract import definition
-from grader.contract.spec import CONTRACT, INTERFACES, NODES, PARAMETERS
+from grader.course import Node, definition
 from grader.evidence import Fault
 from grader.python_ast import argument, called, literal_string
 from grader.quality.faults_of_programs import programs
 from grader.quality.package_sources import PackageSources, similar
 from grader.quality.parsed_module import Module
 
-_FILES = {"config/robot_params.yaml": NODES[0], "config/sensor_params.yaml": NODES[1]}
 _KEY = "ros__parameters"
 
 
@@ -27,9 +25,9 @@ def file_faults(sources: PackageSources, modules: Sequence[Module]) -> Iterator[
     for module in modules:
         if module.role == "launch":
             yield from _in_launch(sources, module)
-    for path, node in _FILES.items():
-        if path in sources.paths:
-            yield from (replace(fault, shown_as=[path]) for fault in _in_parameters(sources, path, node))
+    for node in sources.course.nodes.values():
+        if node.config in sources.paths:
+            yield from (replace(fault, shown_as=[node.config]) for fault in _in_parameters(sources, node.config, node))
 
 
 def _in_launch(sources: PackageSources, module: Module) -> Iterator[Fault]:
@@ -48,7 +46,7 @@ def _in_launch(sources: PackageSources, module: Module) -> Iterator[Fault]:
             for part in (argument(call, 99, "package"), argument(call, 99, "executable", "node_executable"))
         )
         if package and package not in sources.built | sources.known | sources.names:
-            mine = executable in (*NODES, *(own or ()))
+            mine = executable in (*sources.course.nodes, *(own or ()))
             cure = f"package='{sources.name}'" if mine else "start only nodes that are handed in, or part of this ROS"
             text = f"it starts a node of `{package}`, which is not here"
             yield Fault(module.path, call.lineno, "launch", text, cure, shown_as=[f"'{package}'"])
@@ -75,7 +73,7 @@ def _relative_files(
             yield Fault(module.path, part.lineno, "parameters", text, cure, shown_as=[path])
 
 
-def _in_parameters(sources: PackageSources, path: str, node: str) -> Iterator[Fault]:
+def _in_parameters(sources: PackageSources, path: str, node: Node) -> Iterator[Fault]:
     """Yield why a parameter file does not reach its node."""
     text = sources.read(path)
     try:
@@ -92,23 +90,25 @@ def _in_parameters(sources: PackageSources, path: str, node: str) -> Iterator[Fa
     except (ValueError, RecursionError, yaml.YAMLError):
         return
     if not isinstance(tree, yaml.MappingNode):
-        yield Fault(path, 0, "parameters", "it sets nothing", f"{node}: / {_KEY}: / name: value, each further indented")
+        yield Fault(
+            path, 0, "parameters", "it sets nothing", f"{node.name}: / {_KEY}: / name: value, each further indented"
+        )
         return
     yield from _in_blocks(path, node, tree)
 
 
-def _in_blocks(path: str, node: str, tree: yaml.MappingNode) -> Iterator[Fault]:
+def _in_blocks(path: str, node: Node, tree: yaml.MappingNode) -> Iterator[Fault]:
     blocks = list(_blocks(tree, ()))
     if not blocks:
         line = tree.start_mark.line + 1
         yield Fault(path, line, "parameters", f"it has no `{_KEY}:`, so no node reads it",
-                    f"{node}:, below it {_KEY}:, below that the parameters")  # fmt: skip
+                    f"{node.name}:, below it {_KEY}:, below that the parameters")  # fmt: skip
         return
     reached = False
     for keys, _, values in blocks:
         name = keys[-1] if keys else ""
-        reached = reached or name in (node, "*", "**") or not name
-        wanted = {*PARAMETERS[node], "robot_name", "use_sim_time"}
+        reached = reached or name in (node.name, "*", "**") or not name
+        wanted = {*node.parameters, "use_sim_time"}
         absent = wanted - {key.value for key, _ in values.value}
         for key, _ in values.value:
             if key.value not in wanted and (meant := similar(str(key.value), absent)):
@@ -116,8 +116,8 @@ def _in_blocks(path: str, node: str, tree: yaml.MappingNode) -> Iterator[Fault]:
                 yield Fault(path, key.start_mark.line + 1, "parameters", text, f"{meant}:")
     if not reached:
         keys, line, _ = blocks[0]
-        yield Fault(path, line, "parameters", f"its key is `{'/'.join(keys)}`, and the node is called `{node}`",
-                    f"{node}: or /**: as the key above {_KEY}")  # fmt: skip
+        yield Fault(path, line, "parameters", f"its key is `{'/'.join(keys)}`, and the node is called `{node.name}`",
+                    f"{node.name}: or /**: as the key above {_KEY}")  # fmt: skip
 
 
 def _blocks(tree: yaml.MappingNode, above: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], int, Any]]:
@@ -135,14 +135,14 @@ def interface_faults(sources: PackageSources) -> Iterator[Fault]:
     """Yield how the interface files of a package, if it has any, differ from the contract's."""
     if not sources.interfaces:
         return
-    for interface in INTERFACES:
-        kind = interface.partition("/")[0]
-        path = f"{interface}.{kind}"
+    course = sources.course
+    for interface in course.interfaces:
+        kind, path = interface.partition("/")[0], course.interface_file(interface)
         if path not in sources.paths:
             meant = similar(path, sources.interfaces)
             cure = f"{meant} should be {path}" if meant else "write it as the contract says"
             yield Fault(path, 0, "interfaces", "it is not there", cure)
             continue
-        wanted = (CONTRACT / path).read_text()
+        wanted = (course.contract / path).read_text()
         for line, words in definition.differences(kind, sources.read(path), wanted):
             yield Fault(path, line, "interfaces", words, "compare it with the contract: types, names, order")

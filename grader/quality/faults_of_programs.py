@@ -8,8 +8,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import PurePosixPath
 
-from grader.contract.layout import role
-from grader.contract.spec import NODES, PACKAGE
+from grader.course import role
 from grader.evidence import Fault
 from grader.quality.cmake_text import Command
 from grader.quality.package_sources import PackageSources, similar
@@ -26,10 +25,10 @@ _ENDS_INSTALL = {
 
 def program_faults(sources: PackageSources, modules: Sequence[Module]) -> Iterator[Fault]:
     """Yield why the contract's executables are not there or cannot start, that of a package that has neither first."""
-    made = programs(sources)
-    files = {node: _file(sources, modules, node) for node in NODES}
+    made, nodes = programs(sources), sources.course.nodes
+    files = {node: _file(sources, modules, node) for node in nodes}
     texts = "\n".join(map(sources.read, (_CMAKE, _SETUP, "setup.cfg", "pyproject.toml")))
-    missing = [node for node in NODES if (node not in made if made is not None else not _names(texts, node))]
+    missing = [node for node in nodes if (node not in made if made is not None else not _names(texts, node))]
     yield from _without(sources, modules, [node for node in missing if not files[node]])
     if sources.cmake is not None and not sources.by_cmake:
         return  # package.xml comes first
@@ -66,7 +65,7 @@ def _file(sources: PackageSources, modules: Sequence[Module], node: str) -> str:
     """Return the path of the program or the module of a node, "" if there is neither; CMake installs the program."""
     paths = {module.path for module in modules} | {path for path in sources.paths if path.endswith(".py")}
     named = [path for path in paths if PurePosixPath(path).name in (node, f"{node}.py")]
-    found = [path for path in named if role(path) in ("module", "script")]
+    found = [path for path in named if role(path, sources.course.package) in ("module", "script")]
     return min(found, key=lambda path: (path.endswith(".py") == sources.by_cmake, path), default="")
 
 
@@ -74,13 +73,13 @@ def _without(sources: PackageSources, modules: Sequence[Module], missing: list[s
     """Yield that the package lacks modules of the assignment: which package it is, and which nodes it has instead."""
     if not missing:
         return
-    folders = {path.partition("/")[0] for path in sources.paths}
-    folder = sources.name if sources.name in folders else PACKAGE
+    course, folders = sources.course, {path.partition("/")[0] for path in sources.paths}
+    folder = sources.name if sources.name in folders else course.package
     wanted = " and ".join(f"{folder}/{node}.py" for node in missing)
-    which = f"this is the package `{sources.name}`, and it" if sources.name != PACKAGE else "the package"
+    which = f"this is the package `{sources.name}`, and it" if sources.name != course.package else "the package"
     text = f"{which} has no {' and no '.join(f'{node}.py' for node in missing)}"
     cure = f"write {wanted}, or hand in the package that has them"
-    if nodes := [module.path for module in modules if module.stem not in NODES and _is_node(module)]:
+    if nodes := [module.path for module in modules if module.stem not in course.nodes and _is_node(module)]:
         text += f"; its nodes are in {', '.join(nodes[:3])}"
         cure = f"the assignment's nodes belong in {wanted}"
     yield Fault("package.xml", sources.line_of("package.xml", "<name>"), "install", text, cure, lacks=missing)
@@ -140,7 +139,7 @@ def _without_the_bit(sources: PackageSources) -> Iterator[Fault]:
     for command in _installs(sources):
         if command.is_plain and command.arguments[0] == "FILES" and "PERMISSIONS" not in command.arguments:
             made = {program(sources, command, name) for name in installed_files(command)}
-            for node in (node for node in NODES if node in made):
+            for node in (node for node in sources.course.nodes if node in made):
                 text = f"install(FILES ...) makes `{node}` no program: it lacks the executable bit"
                 cure = "install(PROGRAMS ...) instead of install(FILES ...)"
                 yield Fault(_CMAKE, command.line, "install", text, cure, lacks=[node])
@@ -167,7 +166,7 @@ def _dead_entry_points(sources: PackageSources, modules: Sequence[Module]) -> It
     names = {module.name: defined(module.tree) for module in modules}
     paths = {_dotted(path) for path in sources.paths if path.endswith(".py")} | set(names)
     others = sources.known | (sources.built - sources.names)
-    entries = sorted(sources.setup.entry_points, key=lambda entry: entry.name not in NODES)
+    entries = sorted(sources.setup.entry_points, key=lambda entry: entry.name not in sources.course.nodes)
     for entry in (entry for entry in entries if not entry.name):
         cure = f"'name = {sources.name}.module:function'"
         yield Fault(_SETUP, entry.line, "start", f"`{entry.text}` is not an entry point", cure)

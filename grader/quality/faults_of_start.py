@@ -9,9 +9,8 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import PurePosixPath
 
-from grader.contract.foreign_packages import NOT_BUILT, ONE_ZIP, ROS_1
-from grader.contract.layout import role
-from grader.contract.spec import CONVERSIONS_MODULE, NODE_MODULES, PACKAGE
+from grader.course import role
+from grader.course.foreign_packages import NOT_BUILT, ONE_ZIP, ROS_1
 from grader.evidence import Fault, SourceFile
 from grader.quality.faults_of_programs import defined, program_files
 from grader.quality.manifest import optional_imports
@@ -20,8 +19,7 @@ from grader.quality.parsed_module import Module
 
 _RUNS = ("module", "script")
 _GENERATED = ("msg", "srv", "action")
-_OF_CONTRACT = (*NODE_MODULES, CONVERSIONS_MODULE)
-# Of these the kit has its own, and I5 needs them.
+# Of these the kit has its own, and launch files need them.
 _LAUNCH = {"launch", "launch_ros"}
 _MAX_IMPORTS = 2000
 
@@ -31,7 +29,7 @@ def start_faults(
 ) -> Iterator[Fault]:
     """Yield what keeps the nodes from starting."""
     for file in unreadable:
-        if role(file.path) in _RUNS:
+        if role(file.path, sources.course.package) in _RUNS:
             line = re.search(r": line (\d+): ", file.problem)
             cure = "look at that line, and at the end of the line before it"
             text = f"it {re.sub(': line [0-9]+: ', ': ', file.problem)}"
@@ -50,7 +48,7 @@ def _shadows(sources: PackageSources) -> Iterator[Fault]:
     A node finds the modules beside its executable first. Modules inside the Python package hide nothing, but they
     share it with the generated msg, srv and action.
     """
-    own = {PurePosixPath(path).parts[0] for path in _OF_CONTRACT} | sources.names
+    own = {PurePosixPath(path).parts[0] for path in sources.course.modules} | sources.names
     for path in sources.paths:
         parts = PurePosixPath(path).parts
         if not path.endswith(".py") or not 2 <= len(parts) <= 3 or parts[0] not in own or not sources.interfaces:
@@ -65,7 +63,7 @@ def _shadows(sources: PackageSources) -> Iterator[Fault]:
     beside = set(_beside_programs(sources))
     for name in sorted(beside):
         module = name.removesuffix(".py").partition("/")[0]
-        if module not in own and name in (f"{module}.py", f"{module}/__init__.py") and _is_known(module):
+        if module not in own and name in (f"{module}.py", f"{module}/__init__.py") and _is_known(module, sources):
             text = f"it is installed beside the executables, where it hides the module `{module}` of Python or ROS"
             yield Fault(_place(sources, name), 0, "start", text, "give it another name, or install it elsewhere")
 
@@ -89,14 +87,14 @@ def _beside_programs(sources: PackageSources) -> Iterator[str]:
                     yield rest if argument.endswith("/") else f"{name}/{rest}"
 
 
-def _is_known(name: str) -> bool:
+def _is_known(name: str, sources: PackageSources) -> bool:
     """Return whether Python finds a module of this name here, which is not the package's. Nothing is imported.
 
     The assignment's package does not count: this process may have the one that the kit builds for itself.
     """
     try:
         known = name in sys.stdlib_module_names or importlib.util.find_spec(name) is not None
-        return known and name != PACKAGE
+        return known and name != sources.course.package
     except (ImportError, ValueError):
         return False
 
@@ -184,14 +182,14 @@ class _Names:
     def _elsewhere(self, top: str) -> tuple[str, str] | None:
         """Return what to say of a package that is not built with this one, and not installed here either."""
         sources = self._sources
-        if top in sources.built | sources.known | _LAUNCH or _is_known(top) or top in self._folders:
+        if top in sources.built | sources.known | _LAUNCH or _is_known(top, sources) or top in self._folders:
             return None
         if f"{top}.py" in {PurePosixPath(path).name for path in sources.paths}:
             text = f"it imports `{top}`, which Python finds only where it lies beside the program that runs"
             return text, f"from {sources.name} import {top}"
         if top in ROS_1:
             return f"it imports `{top}`, which is part of ROS 1", ROS_1[top]
-        if top == PACKAGE:
+        if top == sources.course.package:
             return f"it imports `{top}`, and this package is called `{sources.name}`", f"from {sources.name} import ..."
         if top.endswith(("_interfaces", "_msgs")):
             return f"it imports `{top}`, {NOT_BUILT}", self._beside("srv")

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
-from grader.contract.spec import NODES
 from grader.evidence import CodeInterface
 from grader.python_ast import argument, called, last_name, literal_string
 from grader.quality.call_graph import CallGraph
@@ -13,10 +12,10 @@ from grader.quality.call_graph import CallGraph
 _CREATE = {"create_publisher": "publisher", "create_subscription": "subscription", "create_service": "service"}
 
 
-def created_interfaces(graph: CallGraph) -> Iterator[CodeInterface]:
+def created_interfaces(graph: CallGraph, nodes: Collection[str]) -> Iterator[CodeInterface]:
     """Yield what the nodes' modules create, and what the classes do that theirs inherit from elsewhere."""
     for module in graph.modules:
-        if module.stem in NODES:
+        if module.stem in nodes:
             yield from _created(module.stem, module.tree)
             own = [name for name, (home, _) in graph.classes.items() if home is module]
             for name in sorted(set().union(*map(graph.bases_of, own))):

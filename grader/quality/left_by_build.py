@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Container, Sequence
+from collections.abc import Collection, Container, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 from grader.building import installed_code
-from grader.contract.spec import NODES
 from grader.evidence import reading_limits
 from grader.host import ros_env
 from grader.python_ast import parse
@@ -26,26 +25,27 @@ _MAKES_CODE = re.compile(
 )
 
 
-def with_installed(handed_in: Sequence[PythonFile], install: Path) -> list[PythonFile]:
+def with_installed(handed_in: Sequence[PythonFile], install: Path, nodes: Collection[str]) -> list[PythonFile]:
     """Return the files of a package with those that the build has left, each under the path that it has there.
 
     One takes the place of a file that was handed in under its path, or with its text.
     """
-    left = left_by_build(handed_in, install)
+    left = left_by_build(handed_in, install, nodes)
     paths = {source.path for source in left}
     texts = {_text(source.data) for source in left if not source.starts}
     others = [source for source in handed_in if source.path not in paths and _text(source.data) not in texts]
     return sorted([*left, *others], key=lambda source: source.path)
 
 
-def left_by_build(handed_in: Sequence[PythonFile], install: Path) -> list[PythonFile]:
+def left_by_build(handed_in: Sequence[PythonFile], install: Path, nodes: Collection[str]) -> list[PythonFile]:
     """Return the Python in an install tree that is none of the texts handed in, or not where it was handed in.
 
     Names for constants, such as a module with the package's version, and empty files do not count. The program of a
     node that was handed in under another name does.
     """
     length = reading_limits.MAX_BYTES + 1
-    installed = [(_path_in_package(path), data[:length]) for path, data in installed_code.python_texts(install)]
+    found = installed_code.python_texts(install, nodes)
+    installed = [(_path_in_package(path), data[:length]) for path, data in found]
     texts: dict[str, set[bytes]] = {}
     for path, data in installed:
         texts.setdefault(path, set()).add(data)
@@ -55,7 +55,7 @@ def left_by_build(handed_in: Sequence[PythonFile], install: Path) -> list[Python
         path: data
         for path, data in installed
         if path in replaced
-        or (PurePosixPath(path).name in NODES and stems.get(_text(data)) not in NODES)
+        or (PurePosixPath(path).name in nodes and stems.get(_text(data)) not in nodes)
         or (_text(data) not in stems and _has(_RUNS, data))
     }
     return [
@@ -64,7 +64,7 @@ def left_by_build(handed_in: Sequence[PythonFile], install: Path) -> list[Python
     ]
 
 
-def may_leave_code(packages: Sequence[Path]) -> bool:
+def may_leave_code(packages: Sequence[Path], nodes: Collection[str]) -> bool:
     """Return whether a build may install other code than the text handed in: only then it has to be seen what it does.
 
     So it is where what decides the build mentions anything that makes code or gives it another name, or where there is
@@ -73,19 +73,19 @@ def may_leave_code(packages: Sequence[Path]) -> bool:
     for package in packages:
         names = ("CMakeLists.txt",) if (package / "CMakeLists.txt").is_file() else ("setup.py",)
         texts = [untrusted.read_text(package / name, errors="replace") or "" for name in names]
-        if any(map(_MAKES_CODE.search, texts)) or any(map(_is_other_code, package.rglob("*"))):
+        if any(map(_MAKES_CODE.search, texts)) or any(_is_other_code(path, nodes) for path in package.rglob("*")):
             return True
     return False
 
 
-def _is_other_code(path: Path) -> bool:
+def _is_other_code(path: Path, nodes: Collection[str]) -> bool:
     """Return whether a file is a script of CMake, a link, nothing that can be read, or a node in another language."""
     if path.is_symlink() or path.suffix == ".cmake":
         return True
     if not path.is_file() or path.parent.name == "__pycache__":
         return False
     data = untrusted.read_bytes(path)
-    return data is None or b"\0" in data or (path.name in NODES and not installed_code.PYTHON.match(data))
+    return data is None or b"\0" in data or (path.name in nodes and not installed_code.PYTHON.match(data))
 
 
 def _only_starts(data: bytes, handed_in: Container[bytes]) -> bool:

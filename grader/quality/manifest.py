@@ -12,9 +12,8 @@ from pathlib import Path, PurePosixPath
 from catkin_pkg.package import InvalidPackage, parse_package_string
 from packaging.licenses import InvalidLicenseExpression, canonicalize_license_expression
 
-from grader.contract.foreign_packages import ROS_1
-from grader.contract.layout import LAYOUT
-from grader.contract.spec import PACKAGE
+from grader.course import Course
+from grader.course.foreign_packages import ROS_1
 from grader.evidence import Manifest
 from grader.intake.package_xml import MAX_BYTES, PackageXml, read_package_xml
 from grader.python_ast import argument, called, is_docstring, last_name, literal_string
@@ -48,7 +47,7 @@ _MAX_PLACES = 3
 _MAX_NAMES = 200
 
 
-def read_manifest(package: Path, files: Sequence[str], modules: Sequence[Module]) -> Manifest:
+def read_manifest(package: Path, files: Sequence[str], modules: Sequence[Module], course: Course) -> Manifest:
     """Return what package.xml says, and what the package has and uses. `files` are the package's own files."""
     cmake = _read(package / "CMakeLists.txt") if "CMakeLists.txt" in files else ""
     path = package / "package.xml"
@@ -69,7 +68,7 @@ def read_manifest(package: Path, files: Sequence[str], modules: Sequence[Module]
         generates_interfaces="rosidl_generate_interfaces" in cmake,
         declared=sorted({printable(name) for name in xml.texts(*_DEPENDS)})[:_MAX_NAMES],
         declared_to_run=sorted({printable(name) for name in xml.texts(*_DEPENDS[:-2])})[:_MAX_NAMES],
-        used=dict(sorted(_uses(package, files, modules, xml.name).items())[:_MAX_NAMES]),
+        used=dict(sorted(_uses(package, files, modules, xml.name, course).items())[:_MAX_NAMES]),
     )
 
 
@@ -103,18 +102,20 @@ def _is_spdx(licence: str) -> bool:
     return True
 
 
-def _uses(package: Path, files: Sequence[str], modules: Sequence[Module], package_name: str) -> dict[str, list[str]]:
+def _uses(
+    package: Path, files: Sequence[str], modules: Sequence[Module], package_name: str, course: Course
+) -> dict[str, list[str]]:
     """Return the packages that code, launch files, CMake and interfaces use, each with places; not the package itself.
 
     That goes for a package under another name, too: package.xml cannot ask for itself.
     """
     found: dict[str, list[str]] = defaultdict(list)
     python = [PurePosixPath(path).with_suffix("") for path in files if path.endswith(".py")]
-    itself = {PACKAGE, package_name}
+    itself = {course.package, package_name}
     own = {*itself, *(path.parent.name if path.stem == "__init__" else path.stem for path in python)}
     own |= {folder for module in modules if module.role == "module" for folder in module.path.split("/")[:-1]}
     built = _build_words(package, modules)
-    used = [module for module in modules if _belongs(module, files, itself, built)]
+    used = [module for module in modules if _belongs(module, files, itself, built, course)]
     named = [*_in_python(used, own), *_in_cmake(package, files), *_in_interfaces(package, files)]
     for name, place in named:
         if name not in itself and place not in found[name] and len(found[name]) < _MAX_PLACES:
@@ -131,7 +132,7 @@ def _build_words(package: Path, modules: Sequence[Module]) -> set[str]:
     return {word for text in texts for word in re.split(r"\W+", text)}
 
 
-def _belongs(module: Module, files: Sequence[str], names: set[str], built: set[str]) -> bool:
+def _belongs(module: Module, files: Sequence[str], names: set[str], built: set[str], course: Course) -> bool:
     """Return whether a file is part of what package.xml speaks for. `built` are the words of the files that build it.
 
     A package inside the package has a package.xml of its own, and a script that nothing installs runs on no robot.
@@ -139,7 +140,7 @@ def _belongs(module: Module, files: Sequence[str], names: set[str], built: set[s
     parents = [parent.as_posix() for parent in PurePosixPath(module.path).parents][:-1]
     if any(f"{parent}/package.xml" in files for parent in parents):
         return False
-    if module.path in LAYOUT or module.role in ("launch", "test") or (parents and parents[-1] in names):
+    if module.path in course.layout or module.role in ("launch", "test") or (parents and parents[-1] in names):
         return True
     if parents and f"{parents[0]}/__init__.py" in files:
         return True

@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import Path, PurePosixPath
 
 from grader import python_ast
-from grader.contract.spec import PACKAGE
+from grader.course import Course
 from grader.host import ros_env
 from grader.intake.package_xml import PackageXml, read_package_xml
 from grader.python_ast import called, literal_string
@@ -61,6 +61,7 @@ class SetupPy:
 class PackageSources:
     """A package's text. `built` are the names of the packages that are built together, its own among them."""
 
+    course: Course
     folder: Path
     paths: tuple[str, ...]
     xml: PackageXml
@@ -73,7 +74,7 @@ class PackageSources:
     @property
     def name(self) -> str:
         """Return the package's name by package.xml, or else the contract's."""
-        return self.xml.name or PACKAGE
+        return self.xml.name or self.course.package
 
     @property
     def names(self) -> frozenset[str]:
@@ -109,18 +110,18 @@ class PackageSources:
         return before.count("\n") + 1 if found else 0
 
 
-def read_sources(folder: Path, interfaces: Path | None) -> PackageSources:
+def read_sources(folder: Path, interfaces: Path | None, course: Course) -> PackageSources:
     """Return the text of the package in `folder`; `interfaces` is its package of interfaces, if it has one."""
-    paths = tuple(package_files(folder))
+    paths = tuple(package_files(folder, course))
     has_xml = "package.xml" in paths
     xml = read_package_xml(folder / "package.xml") if has_xml else PackageXml(problem="is not there")
-    sources = PackageSources(folder, paths, xml, None, None, frozenset(), frozenset())
+    sources = PackageSources(course, folder, paths, xml, None, None, frozenset(), frozenset())
     built = {sources.name}
     if interfaces is not None:
         built.add(read_package_xml(interfaces / "package.xml").name or interfaces.name)
     share = ros_env.PREFIX / "share"
     return PackageSources(
-        folder, paths, xml,
+        course, folder, paths, xml,
         cmake=cmake_text.read(sources.read("CMakeLists.txt")) if "CMakeLists.txt" in paths else None,
         setup=_setup_py(sources.read("setup.py")) if "setup.py" in paths else None,
         built=frozenset(built),

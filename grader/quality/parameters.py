@@ -5,10 +5,10 @@ from __future__ import annotations
 import ast
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TypeGuard
 
-from grader.contract.spec import PARAMETERS
+from grader.course import Node
 from grader.evidence import Finding, ParameterUse
 from grader.python_ast import argument, called, last_name, literal_string
 from grader.quality.parsed_module import Module
@@ -23,8 +23,10 @@ _MIN_FIXED = 5  # letters of a formatted name that are written in the code
 _MAX_PARTS = 5
 
 
-def parameter_use(modules: Sequence[Module], reached: Sequence[Module] | None = None) -> list[ParameterUse]:
-    """Return, for each parameter of the contract, whether the package's modules declare it and read it.
+def parameter_use(
+    modules: Sequence[Module], nodes: Iterable[Node], reached: Sequence[Module] | None = None
+) -> list[ParameterUse]:
+    """Return for each numeric parameter of the contract's `nodes` whether the package's modules declare and read it.
 
     `reached` are the modules without what nothing reaches: a parameter that is declared there only is not declared.
 
@@ -37,14 +39,14 @@ def parameter_use(modules: Sequence[Module], reached: Sequence[Module] | None = 
     names = _Names([module for module in (modules if reached is None else reached) if module.role == "module"])
     return [
         ParameterUse(
-            node=node,
+            node=node.name,
             name=name,
             declared=names.declares(name),
             read=names.reads(name),
             literals=[] if names.reads(name) else list(_literals(modules, name, default))[:_MAX_LITERALS],
         )
-        for node, defaults in PARAMETERS.items()
-        for name, default in defaults.items()
+        for node in nodes
+        for name, default in node.defaults.items()
     ]
 
 

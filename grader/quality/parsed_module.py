@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import PurePosixPath
 
-from grader.contract.layout import role
+from grader.course import role
 from grader.python_ast import Function, is_docstring
 
 _MAX_DEPTH = 150  # what people write stays below 30; linters walk trees recursively and break on a thousand
@@ -60,8 +60,8 @@ class Module:
         return PurePosixPath(self.path).stem
 
 
-def parse(path: str, data: bytes) -> Module:
-    """Return the parsed file.
+def parse(path: str, data: bytes, package: str) -> Module:
+    """Return the parsed file. `package` is the name of the contract's package.
 
     Raises:
         ValueError: it is not valid Python; the message says where and why.
@@ -73,7 +73,7 @@ def parse(path: str, data: bytes) -> Module:
         _refuse_depth(tree)
         lines = _code_lines(data, tree)
         constants = lines & set(_constant_lines(tree.body))
-        return Module(path, tree, len(lines), role(path), len(constants), frozenset(lines - constants))
+        return Module(path, tree, len(lines), role(path, package), len(constants), frozenset(lines - constants))
     except SyntaxError as error:
         raise ValueError(f"line {error.lineno or 1}: {error.msg}") from error
     except (RecursionError, MemoryError) as error:

@@ -17,8 +17,7 @@ from pathlib import Path, PurePosixPath
 from types import MappingProxyType
 from typing import TypeGuard
 
-from grader.contract.layout import role
-from grader.contract.spec import CONVERSIONS, CONVERSIONS_MODULE, NODES
+from grader.course import Course, role
 from grader.intake.package_xml import read_package_xml
 from grader.python_ast import Function, called, first_line, is_docstring, last_name, parse
 from grader.quality import source_files
@@ -61,11 +60,15 @@ class Reachability:
     bodies: Mapping[str, frozenset[int]] = field(default_factory=dict)
     """The lines inside functions, which importing does not run."""
     of_contract: bool = False
-    """Whether there is a module of the contract: a node's or the conversions."""
+    """Whether there is a module of the contract: a node's or that of the functions."""
 
 
 def reachability(
-    package: Path, texts: Mapping[str, str], started: Mapping[str, str | bytes] = MappingProxyType({})
+    package: Path,
+    texts: Mapping[str, str],
+    started: Mapping[str, str | bytes] = MappingProxyType({}),
+    *,
+    course: Course,
 ) -> Reachability:
     """Return what the nodes of `package` can come to in its modules, given by path with their texts.
 
@@ -73,16 +76,16 @@ def reachability(
     parsed counts as reached.
     """
     made = [Module(path, tree, 0, "script") for path, text in started.items() if (tree := parse(text))]
-    programs = [*made, *_programs(package)]
+    programs = [*made, *_programs(package, course)]
     parsed = [Module(path, tree, 0, "module") for path, text in texts.items() if (tree := parse(text))]
     named = installed_as([*parsed, *programs], read_package_xml(package / "package.xml").name)
     modules = {module.path: module for module in named[: len(parsed)]}
     graph = _Names(modules)
-    own = {node: path for node in NODES if (path := _own_module(node, modules, programs, _settings(package)))}
-    conversions = [path for path in modules if _inside(path) == _inside(CONVERSIONS_MODULE)]
-    for path in (*own.values(), *conversions):
+    own = {node: path for node in course.nodes if (path := _own_module(node, modules, programs, _settings(package)))}
+    functions = [path for path in modules if course.functions and _inside(path) == _inside(course.functions.module)]
+    for path in (*own.values(), *functions):
         graph.reach_module(path)
-    graph.mention({"main", *CONVERSIONS})
+    graph.mention({"main", *course.function_names})
     for path in own.values():
         graph.mention(class_.name for class_ in graph.classes_in(path) if graph.is_node(class_.name))
     for program in programs:
@@ -92,17 +95,18 @@ def reachability(
         homes=_homes(own, graph),
         unreached=graph.unreached(),
         bodies={path: frozenset(_bodies(module.tree)) for path, module in modules.items()},
-        of_contract=bool(own or conversions),
+        of_contract=bool(own or functions),
     )
 
 
-def _programs(package: Path) -> Iterator[Module]:
+def _programs(package: Path, course: Course) -> Iterator[Module]:
     """Yield the Python files that are started rather than imported: scripts, launch files, setup.py."""
-    for source in source_files.find(package):
-        if role(source.path) in ("script", "launch", "setup") and not source.problem:
+    for source in source_files.find(package, course):
+        what = role(source.path, course.package)
+        if what in ("script", "launch", "setup") and not source.problem:
             tree = parse(source.data)
             if tree is not None:
-                yield Module(source.path, tree, 0, role(source.path))
+                yield Module(source.path, tree, 0, what)
 
 
 def _settings(package: Path) -> str:

@@ -8,14 +8,11 @@ from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 
-from grader.contract.spec import NODES
+from grader.course import Course
 from grader.evidence import Reached, SourceFile
 from grader.python_ast import Function, first_line
 from grader.quality.parsed_module import Module
 from grader.quality.reachability import makes_a_node, reachability
-
-# The contract's programs. Others may run beside them, and are not what is measured.
-_PROGRAMS = {*NODES, "demo"}
 
 
 def reached_code(
@@ -24,6 +21,7 @@ def reached_code(
     starters: Sequence[Module],
     texts: Mapping[str, str],
     files: list[SourceFile],
+    course: Course,
 ) -> Reached:
     """Return what the nodes reach in the package's modules, which have these texts and counted lines.
 
@@ -33,13 +31,16 @@ def reached_code(
         package,
         {module.path: texts[module.path] for module in modules if module.role == "module"},
         {module.path: texts[module.path] for module in [*starters, *modules] if module.role == "script"},
+        course=course,
     )
+    # Other programs may run beside the contract's, and are not what is measured.
+    programs = {*course.nodes, "demo"}
     known = {module.path: module for module in modules}
     counted = {file.path: file.lines for file in files if not file.problem}
     inside, gaps = [], {}
     for module in modules:
         unreached = found.unreached.get(module.path, frozenset())
-        if _is_program(module) or (module.role == "module" and (not unreached or module.code - unreached)):
+        if _is_program(module, programs) or (module.role == "module" and (not unreached or module.code - unreached)):
             inside.append(module)
             gaps[module.path] = unreached
     return Reached(
@@ -61,8 +62,8 @@ def kept(modules: Sequence[Module], reached: Reached) -> list[Module]:
     return [_without_gaps(module, reached) for module in modules if module.path in reached.lines]
 
 
-def _is_program(module: Module) -> bool:
-    return module.role == "launch" or (module.role == "script" and module.stem in _PROGRAMS)
+def _is_program(module: Module, programs: set[str]) -> bool:
+    return module.role == "launch" or (module.role == "script" and module.stem in programs)
 
 
 def _is_there(homes: Iterable[str], modules: Mapping[str, Module]) -> bool:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 
 from grader import building
-from grader.contract.layout import role
+from grader.course import role
 from grader.evidence import Flag, Quality
 from grader.quality.analyse import analyse_package
 from grader.quality.unreadable_code import UNREADABLE
-from grader.source import Collected, Phase, Subject
+from grader.settings import Settings
+from grader.source import Collected, Phase, Subject, served
 
 _WHOLE_FILE = re.compile(r"flake8[:=]\s*noqa|skip-file|ruff:\s*noqa|mypy:\s*ignore-errors", re.IGNORECASE)
 _MANY = 10
@@ -22,35 +23,40 @@ class PackageText:
     name = "quality"
     phase = Phase.TEXT
     uses: frozenset[str] = frozenset()
-    _without_linters = frozenset({"I2"})
-    serves = frozenset({"Q1", "Q2", "Q3", "Q4", "Q5", "Q6"}) | _without_linters
+
+    def serves(self, settings: Settings) -> frozenset[str]:
+        """Return the requirements whose checks read the package's text."""
+        return served(settings, self.name)
 
     def collect(self, subject: Subject) -> Collected:
         """Return the facts of the package's text."""
         # The linters take most of the time, and package.xml needs none.
-        lint = bool(subject.settings.checked & (self.serves - self._without_linters))
+        settings = subject.settings
+        lint = bool(settings.checked & served(settings, "linters"))
         install = subject.install if subject.built is not None else None
         decided_by = ("text", str(lint), subject.text, building.checksum(install) if install else "")
         if kept := subject.kept.find(Quality, *decided_by):
-            return Collected({"quality": kept[0]}, tuple(text_flags(kept[0])), kept={"text": kept[1]})
-        found = analyse_package(subject.submission.package, subject.submission.interfaces, install, lint=lint)
+            flags = text_flags(kept[0], settings.course.package)
+            return Collected({"quality": kept[0]}, tuple(flags), kept={"text": kept[1]})
+        submission = subject.submission
+        found = analyse_package(submission.package, settings.course, submission.interfaces, install, lint=lint)
         subject.kept.keep(found, *decided_by)
-        return Collected({"quality": found}, tuple(text_flags(found)))
+        return Collected({"quality": found}, tuple(text_flags(found, settings.course.package)))
 
 
-def text_flags(quality: Quality) -> list[Flag]:
+def text_flags(quality: Quality, package: str) -> list[Flag]:
     """Return a flag for what an instructor should look at in the package's text."""
     made = [f"{found.path}:{found.line}" for found in quality.habits if found.rule == UNREADABLE]
-    words = "code that is made at run time, or run in another form than as a module (Q1 to Q4, T1 to T3)"
+    words = "code that is made at run time, or run in another form than as a module"
     unreadable = [Flag("unreadable code", words, where=", ".join(made[:5]))] if made else []
-    return [*suppression_flags(quality), *_padding_flags(quality), *unreadable]
+    return [*suppression_flags(quality), *_padding_flags(quality, package), *unreadable]
 
 
-def _padding_flags(quality: Quality) -> list[Flag]:
+def _padding_flags(quality: Quality, package: str) -> list[Flag]:
     """Return a flag where most of the code is used by nothing but tests. It was left out of every average."""
     reached = quality.reached
     idle = reached.idle if reached and reached.nodes else {}
-    used = sum(reached.lines[path] for path in reached.lines if role(path) == "module") if reached else 0
+    used = sum(reached.lines[path] for path in reached.lines if role(path, package) == "module") if reached else 0
     if sum(idle.values()) < max(_MUCH, used / 2):
         return []
     words = f"{sum(idle.values())} lines of code that no node uses, beside {used} that one does: they earned nothing"

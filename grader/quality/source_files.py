@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 
-from grader.contract.layout import LAYOUT
-from grader.contract.spec import PACKAGE
+from grader.course import Course
 from grader.evidence import reading_limits
 from grader.intake.names import tool_folder
 
@@ -19,7 +18,7 @@ from grader.intake.names import tool_folder
 _NOT_BUILT = {"__pycache__", "build", "install", "log"}
 # Made by tools, beside the student's own folders. They are read only if the build installs something from them.
 _OF_TOOLS = {".github", ".gitlab", ".circleci", ".history", ".devcontainer", ".direnv", ".cache", ".local"}
-_FOLDERS = (PACKAGE, "launch", "scripts", "test", "tests")
+_FOLDERS = ("launch", "scripts", "test", "tests")
 _SHEBANG = re.compile(rb"#!.*python")
 _MAX_SHEBANG = 200
 _MAX_COMMENT = 2000  # bytes searched for a suppression
@@ -70,10 +69,11 @@ class PythonFile:
         return found
 
 
-def find(package: Path) -> list[PythonFile]:
+def find(package: Path, course: Course) -> list[PythonFile]:
     """Return the package's Python files, ordered by path, up to the reading limits."""
     length = reading_limits.MAX_BYTES + 1
-    found = within_limits((path, _start(package / path, length)) for path in sorted(_python(package), key=_rank))
+    paths = sorted(_python(package, course), key=lambda path: _rank(path, course))
+    found = within_limits((path, _start(package / path, length)) for path in paths)
     return sorted(found, key=lambda source: source.path)
 
 
@@ -91,21 +91,21 @@ def within_limits(files: Iterable[tuple[str, bytes]]) -> list[PythonFile]:
     return found
 
 
-def find_in_both(package: Path, interfaces: Path | None) -> list[PythonFile]:
+def find_in_both(package: Path, interfaces: Path | None, course: Course) -> list[PythonFile]:
     """Return the Python files of a package and of its package of interfaces, which may have modules of its own."""
-    found = {source.path: source for source in find(package)}
+    found = {source.path: source for source in find(package, course)}
     if interfaces is not None:
-        for source in find(interfaces):
+        for source in find(interfaces, course):
             path = source.path if source.path not in found else f"{interfaces.name}/{source.path}"
             found[path] = replace(source, path=path)
     return [found[path] for path in sorted(found)]
 
 
-def _python(package: Path) -> list[str]:
+def _python(package: Path, course: Course) -> list[str]:
     """Return the paths of the modules, and of the programs without `.py` whose first line asks for Python."""
     installed = _installs(package)
     found = []
-    for path in package_files(package):
+    for path in package_files(package, course):
         name = PurePosixPath(path).name
         # `node.bak` beside a program is an editor's copy of it, unless something installs it.
         if name.endswith(".in"):
@@ -116,11 +116,11 @@ def _python(package: Path) -> list[str]:
     return found
 
 
-def _rank(path: str) -> tuple[int, str]:
+def _rank(path: str, course: Course) -> tuple[int, str]:
     """Return the place in the order of reading: first the contract's files, then the rest of its folders."""
-    if path in LAYOUT:
+    if path in course.layout:
         return 0, path
-    return (1 if path.split("/")[0] in _FOLDERS else 2), path
+    return (1 if path.split("/")[0] in (course.package, *_FOLDERS) else 2), path
 
 
 def _start(path: Path, length: int) -> bytes:
@@ -139,7 +139,7 @@ def _installs(package: Path) -> str:
     return "\n".join(found)
 
 
-def package_files(package: Path) -> list[str]:
+def package_files(package: Path, course: Course) -> list[str]:
     """Return the paths of the package's own files, "/" between folders, without caches, build trees and tools' folders.
 
     Other folders with a leading dot belong to the package: the dot hides them from people, not from the build.
@@ -149,7 +149,7 @@ def package_files(package: Path) -> list[str]:
     for here, folders, names in os.walk(package):
         folders[:] = sorted(name for name in folders if name not in _NOT_BUILT and not tool_folder(name))
         if Path(here) == package:
-            folders[:] = [name for name in folders if name in installed or not _is_of_tools(package / name)]
+            folders[:] = [name for name in folders if name in installed or not _is_of_tools(package / name, course)]
         for name in names:
             path = Path(here, name)
             if path.is_file() and not path.is_symlink():
@@ -157,9 +157,9 @@ def package_files(package: Path) -> list[str]:
     return sorted(found)
 
 
-def _is_of_tools(folder: Path) -> bool:
+def _is_of_tools(folder: Path, course: Course) -> bool:
     """Return whether a folder at the top of the package is made by a tool, as virtual environments are."""
-    if folder.name in _FOLDERS:
+    if folder.name in (course.package, *_FOLDERS):
         return False
     return folder.name in _OF_TOOLS or (folder / "pyvenv.cfg").is_file()
 

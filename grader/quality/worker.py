@@ -1,7 +1,7 @@
 """Read a package's text into facts and print them as JSON, in a process of its own that hostile text may crash.
 
-python -I -m grader.quality.worker PACKAGE INTERFACES SOURCES; SOURCES is a JSON list of [path, copy] of Python
-files, and one of those that only start others.
+python -I -m grader.quality.worker COURSE PACKAGE INTERFACES SOURCES; COURSE is a course's folder, SOURCES a JSON list
+of [path, copy] of Python files, and one of those that only start others.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from grader import evidence
-from grader.contract.spec import NODES, PACKAGE
+from grader.course import Course, load
 from grader.evidence import reading_limits
 from grader.intake.package_xml import read_package_xml
 from grader.quality.call_graph import CallGraph
-from grader.quality.conversions import conversion_use
 from grader.quality.definitions import public_definitions
 from grader.quality.duplicates import duplicated_blocks
 from grader.quality.faults import find_faults
+from grader.quality.functions import function_use
 from grader.quality.habits import bad_habits
 from grader.quality.interfaces import created_interfaces
 from grader.quality.junit_report import names_of_tests, read_report
@@ -42,8 +42,10 @@ Sources = Sequence[tuple[str, str]]
 
 def main() -> int:
     """Print the facts."""
-    package, interfaces = Path(sys.argv[1]), Path(sys.argv[2]) if sys.argv[2] else None
-    found = package_facts(package, interfaces, *json.loads(Path(sys.argv[3]).read_text()))
+    course, package, interfaces, listing = sys.argv[1:]
+    sources, starting = json.loads(Path(listing).read_text())
+    beside = Path(interfaces) if interfaces else None
+    found = package_facts(Path(package), beside, sources, starting, course=load(Path(course)))
     print(json.dumps(_cut(json.loads(evidence.to_json(found)))))
     return 0
 
@@ -57,55 +59,59 @@ def _cut(value: Any) -> Any:
     return {_cut(key): _cut(item) for key, item in value.items()} if isinstance(value, dict) else value
 
 
-def package_facts(package: Path, interfaces: Path | None, sources: Sources, starting: Sources = ()) -> evidence.Quality:
+def package_facts(
+    package: Path, interfaces: Path | None, sources: Sources, starting: Sources = (), *, course: Course
+) -> evidence.Quality:
     """Return the facts of the text of `package`; `interfaces` is its package of interfaces, if it has one.
 
     Each source is a path with that of its copy; those that are `starting` others are not measured (`PythonFile`).
     """
     name = read_package_xml(package / "package.xml").name
-    modules, files = _parse(sources)
-    starters, _ = _parse(starting)
+    modules, files = _parse(sources, course)
+    starters, _ = _parse(starting, course)
     modules = installed_as(modules, name)
-    paths = package_files(package)
+    paths = package_files(package, course)
     graph = CallGraph(modules)
     texts = {path: Path(copy).read_text("utf-8", "replace") for path, copy in [*sources, *starting]}
-    reached = reached_code(package, modules, starters, texts, files)
+    reached = reached_code(package, modules, starters, texts, files, course)
     # What nothing reaches declares no parameter and uses no conversion.
     used = kept(modules, reached)
     public = [item for module in modules for item in public_definitions(module)]
     if len(public) > reading_limits.MAX_DEFINITIONS:
         files.append(evidence.SourceFile(public[reading_limits.MAX_DEFINITIONS].path, 0, reading_limits.TOO_PUBLIC))
-    created = list(created_interfaces(graph))[:_MAX_INTERFACES]
+    created = list(created_interfaces(graph, course.nodes))[:_MAX_INTERFACES]
     found = evidence.Quality(
-        manifest=read_manifest(package, paths, modules),
+        manifest=read_manifest(package, paths, modules, course),
         paths=[printable(path) for path in paths][:_MAX_ENTRIES],
         files=files,
         definitions=public[: reading_limits.MAX_DEFINITIONS],
         copies=duplicated_blocks(modules),
         habits=[*unreadable_code([*modules, *starters]), *bad_habits(modules, graph)][:_MAX_ENTRIES],
-        conversions=replace(conversion_use(graph), calls=conversion_use(CallGraph(used)).calls),
-        parameters=parameter_use(modules, used),
+        functions=replace(
+            function_use(graph, course.functions), calls=function_use(CallGraph(used), course.functions).calls
+        ),
+        parameters=parameter_use(modules, course.nodes.values(), used),
         interfaces=created,
-        readme=read_readme(package, paths, {PACKAGE, name}, {*NODES, *(item.name for item in created)}),
+        readme=read_readme(package, paths, {course.package, name}, {*course.nodes, *(item.name for item in created)}),
         report=read_report(package, paths),
         tests=sorted(set(names_of_tests(modules)))[:_MAX_ENTRIES],
         reached=reached,
-        faults=find_faults(package, interfaces, modules, [file for file in files if file.problem]),
+        faults=find_faults(package, interfaces, modules, [file for file in files if file.problem], course),
     )
     if interfaces is not None:
         # The contract's interface files, and what builds them, count wherever they are in the submission.
         moved = ("CMakeLists.txt", "msg", "srv", "action")
-        inside = [path for path in package_files(interfaces) if path.split("/")[0] in moved]
+        inside = [path for path in package_files(interfaces, course) if path.split("/")[0] in moved]
         found = replace(found, paths=sorted({*found.paths, *map(printable, inside)}))
     return found
 
 
-def _parse(sources: Sources) -> tuple[list[Module], list[evidence.SourceFile]]:
+def _parse(sources: Sources, course: Course) -> tuple[list[Module], list[evidence.SourceFile]]:
     modules, files = [], []
     left = reading_limits.MAX_CONSTANT_LINES
     for path, copy in sources:
         try:
-            module = parse(path, Path(copy).read_bytes())
+            module = parse(path, Path(copy).read_bytes(), course.package)
         except ValueError as error:
             files.append(evidence.SourceFile(path, 0, problem=f"is not valid Python: {printable(str(error))}"))
         else:

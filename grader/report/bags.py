@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from grader.contract.spec import HULL_RADIUS_M
 from grader.evidence import Trial
 from grader.report.replay import presences
 from sim.bag import BagMessage, write_bag
@@ -57,7 +56,7 @@ def recording(trial: Trial) -> Recording:
     return Recording(
         world=world,
         profile=COURSE.name,
-        radius=HULL_RADIUS_M,
+        radius=COURSE.radius,
         seed=0,  # the seed is the instructor's
         samples=columns,
         scan_t=np.zeros(0),

@@ -17,15 +17,15 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from grader.contract.spec import HULL_RADIUS_M, PARAMETERS
 from grader.evidence import Trial
 from sim.geometry import Pose
-from sim.views import COLORS, draw_obstacles, draw_robot
+from sim.robot import COURSE
+from sim.views import COLORS, THRESHOLDS, draw_obstacles, draw_robot
 from sim.world import World, WorldError
 
 T = TypeVar("T")
 
-THRESHOLD_M = PARAMETERS["robot_controller"]["obstacle_detection_threshold"]
+THRESHOLD_M = max(THRESHOLDS.values())
 MARGIN_M = 0.9  # around the path driven, so that walls near it are visible
 STILL_M = 0.02  # a shorter path counts as standing still
 FAR_M = 30.0  # a goal farther away is meant to be refused; drawn, it would shrink the path to a dot
@@ -106,7 +106,7 @@ def _draw_map(axes: Axes, trial: Trial) -> None:
     axes.plot([s.x for s in samples], [s.y for s in samples], color=COLORS["path"], linewidth=1.8, label="path driven")
     first, last = samples[0], samples[-1]
     axes.plot(first.x, first.y, "o", color=INK, markersize=5, label="start")
-    draw_robot(axes, Pose(last.x, last.y, last.yaw), HULL_RADIUS_M)
+    draw_robot(axes, Pose(last.x, last.y, last.yaw), COURSE.radius)
     goals = [goal for goal in trial.goals if math.hypot(goal.x, goal.y) < FAR_M]  # false for NaN
     for goal in goals:
         axes.plot(goal.x, goal.y, "*", color=COLORS["goal"], markersize=9, label="goal", zorder=7)

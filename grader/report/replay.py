@@ -12,10 +12,10 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, TypeVar
 
-from grader.contract.spec import HULL_RADIUS_M
 from grader.evidence import Command, Sample, ScanSummary, Trial
 from sim.inventory import Presence
 from sim.obstacles import CirclePart, Obstacle, PolygonPart, SegmentPart
+from sim.robot import COURSE
 from sim.scene import Scene
 from sim.world import World, WorldError
 
@@ -49,7 +49,7 @@ def data(trial: Trial, seen: str) -> str:
     there = presences(trial)
     made = {
         "box": _box([(s.x, s.y) for s in samples] + [(goal.x, goal.y) for goal in goals]),
-        "radius": HULL_RADIUS_M,
+        "radius": COURSE.radius,
         "at": at,
         "t": [_rounded(s.t, 2) for s in samples],
         "x": [_rounded(s.x) for s in samples],
@@ -90,7 +90,7 @@ def _times(obstacle: Obstacle, samples: Sequence[Sample]) -> tuple[float, float]
             break
         nearest = scene.nearest(sample.x, sample.y)
         since = sample.t if absent else since
-        absent = nearest is not None and sample.clearance > nearest.distance - HULL_RADIUS_M + _EXACT_M
+        absent = nearest is not None and sample.clearance > nearest.distance - COURSE.radius + _EXACT_M
     return since, until
 
 

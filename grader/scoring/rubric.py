@@ -20,11 +20,16 @@ RUBRIC = KIT / "rubric.yaml"
 
 @dataclass(frozen=True)
 class Check:
-    """One check and its points. `id` is "module::function" in grader/checks."""
+    """One check and its points. `id` is "module::function", of the course's checks or of those in grader/checks."""
 
     id: str
     points: float
     level: str
+
+    @property
+    def module(self) -> str:
+        """Return the name of the module that it is in."""
+        return self.id.partition("::")[0]
 
 
 @dataclass(frozen=True)
@@ -91,6 +96,11 @@ class Rubric:
     def checks(self) -> tuple[Check, ...]:
         """Return every check, in the rubric's order."""
         return tuple(check for requirement in self.requirements for check in requirement.checks)
+
+    @property
+    def check_modules(self) -> frozenset[str]:
+        """Return the names of the modules of its checks."""
+        return frozenset(check.module for check in self.checks)
 
     def requirement(self, name: str) -> Requirement:
         """Return the requirement `name`, such as "F4".

@@ -6,7 +6,9 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-from grader.contract.spec import PACKAGE
+from grader.course import kits_own
+
+PACKAGE = kits_own().package
 
 Change = Callable[[Path], None]
 """An edit of a package's folder."""

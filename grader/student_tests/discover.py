@@ -5,10 +5,9 @@ from __future__ import annotations
 import ast
 import builtins
 import re
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Collection, Container, Iterable, Iterator
 from pathlib import Path
 
-from grader.contract.spec import NODES
 from grader.evidence import TestModule
 from grader.python_ast import TOO_COMPLEX, Function, called, is_test, parse
 
@@ -19,10 +18,10 @@ _READ_CAP = 1_000_000  # bytes
 _BUILTINS = frozenset(dir(builtins))
 
 
-def discover_tests(package: Path) -> list[TestModule]:
+def discover_tests(package: Path, nodes: Collection[str]) -> list[TestModule]:
     """Return the test modules below test/ and tests/ with what their text says, ordered by path. Nothing is run.
 
-    Which nodes they test, a run shows.
+    Which of the `nodes` they test, a run shows.
     """
     files = sorted(path for folder in FOLDERS for path in (package / folder).rglob("*.py") if path.is_file())
     trees = {path: tree for path in files if (tree := _read(path)) is not None}
@@ -33,7 +32,7 @@ def discover_tests(package: Path) -> list[TestModule]:
             continue
         name = str(path.relative_to(package))
         try:
-            found.append(_describe(name, trees[path], helpers))
+            found.append(_describe(name, trees[path], helpers, nodes))
         except (KeyError, *TOO_COMPLEX):  # it has no tree, or one that cannot be written out
             why = [f"{name} cannot be read as Python"]
             found.append(TestModule(name, stub=False, tests=0, asserting=0, subjects=[], failures=why, reaches=False))
@@ -45,13 +44,13 @@ def is_run(module: TestModule) -> bool:
     return bool(module.tests) and not module.stub
 
 
-def _describe(name: str, tree: ast.Module, helpers: set[str]) -> TestModule:
+def _describe(name: str, tree: ast.Module, helpers: set[str], nodes: Collection[str]) -> TestModule:
     tests = list(_tests(tree))
     silent = [test.name for test in tests if not _asserts(test, helpers)]
     code = ast.unparse(tree)
     return TestModule(
         path=name,
-        stub=bool(_LINTERS.search(code)) and not any(re.search(rf"\b{node}\b", code) for node in NODES),
+        stub=bool(_LINTERS.search(code)) and not any(re.search(rf"\b{node}\b", code) for node in nodes),
         tests=len(tests),
         asserting=len(tests) - len(silent),
         silent=silent[:50],

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from grader.evidence import Flag, TestModule
 from grader.quality.reachability import Reachability
-from grader.student_tests.worker_report import ModuleRun, TestResult
+from grader.student_tests.worker_report import ModuleRun, TestResult, started_nodes
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def with_results(module: TestModule, code: Reachability, runs: Sequence[ModuleRu
     messages = [f"{_short(test.id)}: {' '.join(test.message.split())[:200]}" for test in failures(ran, loose)]
     missing, reasons = _missing(module, ran)
     silent = {test.id for test in ran.tests if idle or _short(test.id).partition("[")[0] in module.silent}
-    started = frozenset[str]().union(*(run.started for run in runs))
+    started = {node for run in runs for line in run.started for node in started_nodes(line, code.homes)}
     called = _called(code, runs, but=frozenset())
     tested = _called(code, runs, but=silent | loose) if {test.id for test in ran.tests} - silent - loose else set()
     if idle:
@@ -73,7 +73,7 @@ def with_results(module: TestModule, code: Reachability, runs: Sequence[ModuleRu
         skipped=counts["skipped"], timed_out=bool(ran.timed_out), failures=[*messages, *reasons][:20],
         unsteady=sorted(map(_short, loose))[:20], output_tail=ran.output_tail,
         subjects=[node for node, homes in code.homes.items() if homes & tested or node in started],
-        reaches=bool(called or started & code.homes.keys()),
+        reaches=bool(called or started),
     )  # fmt: skip
 
 

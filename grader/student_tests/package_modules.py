@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 from grader import building
-from grader.contract import spec
 from grader.host import ros_env
 from grader.sandbox import untrusted
 
@@ -27,7 +26,8 @@ def texts(package: Path, install: Path) -> dict[str, str | None]:
     site = install / ros_env.SITE_IN_PREFIX
     paths = [path for path in site.rglob("*.py") if _is_own(path.relative_to(site))]
     if not paths:
-        site, paths = package, list((package / spec.PACKAGE).rglob("*.py"))
+        folders = [path.parent for path in package.glob("*/__init__.py") if path.parent.name not in _TESTS]
+        site, paths = package, [path for folder in folders for path in folder.rglob("*.py")]
     regular = (path for path in sorted(paths) if path.is_file() and not path.is_symlink())
     return {str(path.relative_to(site)): untrusted.read_python(path) for path in regular}
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from grader.building import installed_code
+from grader.course import Course
 from grader.evidence import Flag
 from grader.host import ros_env
 from grader.quality.reachability import Reachability, reachability
@@ -19,15 +20,17 @@ Reach = Mapping[str, Mapping[int, frozenset[str]]]
 """The tests that reached each line of each module."""
 
 
-def code_of(package: Path, install: Path) -> Reachability:
+def code_of(package: Path, install: Path, course: Course) -> Reachability:
     """Return what the nodes can come to in the package's modules as they are installed.
 
     Where there is no node yet, nothing is called unreached.
     """
     texts = package_modules.texts(package, install)
     site = str(ros_env.SITE_IN_PREFIX)
-    started = {path: text for path, text in installed_code.python_texts(install) if not path.startswith(site)}
-    found = reachability(package, {path: text for path, text in texts.items() if text is not None}, started)
+    programs = installed_code.python_texts(install, course.nodes)
+    started = {path: text for path, text in programs if not path.startswith(site)}
+    modules = {path: text for path, text in texts.items() if text is not None}
+    found = reachability(package, modules, started, course=course)
     return found if found.homes else replace(found, unreached={})
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from grader.evidence import StudentTests, TestModule
-from grader.source import Collected, Phase, Subject
+from grader.settings import Settings
+from grader.source import Collected, Phase, Subject, served
 from grader.student_tests.discover import discover_tests
 from grader.student_tests.kept_runs import KeptRuns
 from grader.student_tests.suite_run import run_suite
@@ -15,20 +16,24 @@ class StudentTestRuns:
     name = "student tests"
     phase = Phase.RUN
     uses: frozenset[str] = frozenset()
-    serves = frozenset({"T1", "T2", "T3"})
+
+    def serves(self, settings: Settings) -> frozenset[str]:
+        """Return the requirements whose checks read the test runs."""
+        return served(settings, self.name)
 
     def collect(self, subject: Subject) -> Collected:
         """Return the tests' results and what they cover."""
         package, settings = subject.submission.package, subject.settings
         decided_by = ("tests", subject.text, subject.program, str(settings.test_seconds))
         # Mutants need more of a run than is kept.
-        if ("T3" not in settings.checked or subject.kept.holds(*mutants_key(subject))) and (
+        if (not served(settings, "mutation") & settings.checked or subject.kept.holds(*mutants_key(subject))) and (
             kept := subject.kept.find(StudentTests, *decided_by)
         ):
             return Collected({"tests": kept[0]}, kept={"the package's own tests": kept[1]})
         kept_runs = runs_to_keep(subject)
         ran = run_suite(
-            package, subject.install, discover_tests(package), seconds=settings.test_seconds, seed=settings.seed,
+            package, subject.install, discover_tests(package, settings.course.nodes), settings.course,
+            seconds=settings.test_seconds, seed=settings.seed,
             kept_runs=kept_runs, progress=lambda path: settings.progress(f"own tests: {path}"),
         )  # fmt: skip
         flagged = bool(ran.flags or ran.tests.doubts)

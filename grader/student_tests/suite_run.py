@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from grader.course import Course
 from grader.evidence import Flag, StudentTests, TestModule
 from grader.host import turns
 from grader.sandbox import untrusted
@@ -45,6 +46,7 @@ def run_suite(
     package: Path,
     install: Path,
     modules: Sequence[TestModule],
+    course: Course,
     *,
     seconds: float = MODULE_TIMEOUT_S,
     seed: int = 0,
@@ -57,6 +59,7 @@ def run_suite(
         package: the package's source folder; a copy of it is the tests' working folder.
         install: the package's install tree.
         modules: what `discover_tests` found; stubs are not run.
+        course: the assignment; its nodes and functions decide what the tests can reach.
         seconds: wall time for each module.
         seed: decides the canaries.
         kept_runs: runs that need not be done again.
@@ -64,9 +67,10 @@ def run_suite(
     """
     wanted = [m for m in modules if is_run(m)][:_MODULES_AT_MOST]
     if not wanted:
-        return SuiteRun(StudentTests(modules=list(modules), of_contract=code_of(package, install).of_contract))
+        contract = code_of(package, install, course).of_contract
+        return SuiteRun(StudentTests(modules=list(modules), of_contract=contract))
     sources = package_modules.replaceable(package, install)
-    code = code_of(package, install)
+    code = code_of(package, install, course)
     with contextlib.ExitStack() as stack:
         # Each module may be run again without the tests that hang, and three times more to check the reports.
         life = 60.0 + (_EXCLUDED_AT_MOST + 7) * seconds * len(wanted)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from grader.contract.spec import NODES
 from grader.sandbox import untrusted
 from grader.student_tests import package_modules
 from grader.student_tests.source_users import users_of
@@ -62,7 +61,7 @@ class ModuleRun:
     source_readers: frozenset[str] = frozenset()
     """The tests that read the package's source as a text."""
     started: frozenset[str] = frozenset()
-    """The nodes that the tests have started as programs."""
+    """The command lines of the programs that the tests have started."""
     opened: frozenset[str] | None = frozenset()
     """The names, without suffix, of the test modules that were opened; None where programs have run, which may open
     any."""
@@ -112,7 +111,7 @@ def read_run(out: Path, number: int, seconds: float, module: Path) -> ModuleRun:
         reach=_reach(reached),
         imported=_imported(reached),
         source_readers=_source_readers(entries, collected, module),
-        started=frozenset(node for e in entries if "starts" in e for node in _started(_text(e["starts"], 1000))),
+        started=frozenset(_text(entry["starts"], 1000) for entry in entries if "starts" in entry),
         opened=None
         if any("starts" in entry for entry in entries)
         else frozenset(_text(entry["opens"]) for entry in entries if "opens" in entry),
@@ -158,11 +157,11 @@ def _source_readers(entries: Sequence[dict[str, Any]], collected: Sequence[str],
     return frozenset(found)
 
 
-def _started(command: str) -> Iterator[str]:
-    """Yield the nodes that a command line starts: by `ros2 run` or `launch`, Python, or themselves."""
+def started_nodes(command: str, nodes: Iterable[str]) -> Iterator[str]:
+    """Yield which of the nodes a command line starts: by `ros2 run` or `launch`, Python, or themselves."""
     words = [PurePosixPath(word).name for word in re.findall(r"[\w./-]+", command)]
     first = words[0] if words else ""
-    for node in NODES:
+    for node in nodes:
         known = {node, f"{node}.py", f"{node}_launch.py"}
         named = any(word in known or word.endswith(f".{node}") for word in words)
         if first == node or (named and _STARTS.fullmatch(first)):

@@ -1,13 +1,15 @@
-"""The list of trials: every function in grader/trials/scripts that is decorated with `@trial`."""
+"""The list of a course's trials: every function in its folder trials that is decorated with `@trial`."""
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from grader.trials import scripts
+from grader.course import Course
+from grader.course.reader import modules
+from grader.errors import GraderError
 from grader.trials.plan import TrialPlan
 
 if TYPE_CHECKING:
@@ -15,36 +17,45 @@ if TYPE_CHECKING:
 
 Script = Callable[["Stage"], None]
 
-_PLANS: dict[str, TrialPlan] = {}
+_PLAN = "trial_plan"
 
 
 def trial(*, serves: Iterable[str], **options: Any) -> Callable[[Script], Script]:
-    """Add the decorated script to the list of trials, under its own name; its docstring is the trial's sentence.
+    """Make the decorated script a trial, under its own name; its docstring is the trial's sentence.
 
     Args:
         serves: the requirements that the trial is evidence for.
-        options: other fields of TrialPlan.
+        options: other fields of TrialPlan. Without `node` it is about the contract's first node.
     """
 
     def add(script: Script) -> Script:
-        name = script.__name__
-        if name in _PLANS:
-            raise ValueError(f"two trials are called {name}")
         sentence = (script.__doc__ or "").strip().partition("\n")[0]
-        _PLANS[name] = TrialPlan(name, sentence, script, serves=tuple(serves), **options)
+        setattr(script, _PLAN, TrialPlan(script.__name__, sentence, script, serves=tuple(serves), **options))
         return script
 
     return add
 
 
-def trials() -> dict[str, TrialPlan]:
-    """Return every trial by its name, after importing each module of grader/trials/scripts."""
-    for module in pkgutil.iter_modules(scripts.__path__, f"{scripts.__name__}."):
-        importlib.import_module(module.name)
-    return dict(_PLANS)
+@cache
+def trials(course: Course) -> dict[str, TrialPlan]:
+    """Return every trial of a course by its name, after importing its modules.
+
+    Raises:
+        GraderError: two have the same name, or one is about a node that is not in the contract.
+    """
+    found: dict[str, TrialPlan] = {}
+    for module in modules(course.folder / "trials"):
+        own = (item for item in vars(module).values() if getattr(item, "__module__", "") == module.__name__)
+        for plan in (getattr(item, _PLAN) for item in own if hasattr(item, _PLAN)):
+            node = plan.node or next(iter(course.nodes))
+            if plan.name in found or node not in course.nodes:
+                wrong = "another trial has this name" if plan.name in found else f"the contract has no node {node}"
+                raise GraderError(f"{module.__file__}: the trial {plan.name}: {wrong}. Rename it.")
+            found[plan.name] = replace(plan, node=node)
+    return found
 
 
-def serving(requirements: Iterable[str]) -> dict[str, TrialPlan]:
-    """Return the trials that serve at least one of the requirements."""
+def serving(course: Course, requirements: Iterable[str]) -> dict[str, TrialPlan]:
+    """Return the trials of a course that serve at least one of the requirements."""
     wanted = set(requirements)
-    return {name: plan for name, plan in trials().items() if wanted & set(plan.serves)}
+    return {name: plan for name, plan in trials(course).items() if wanted & set(plan.serves)}

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 from action_msgs.msg import GoalStatus
 
 from grader import evidence
-from grader.trials.interfaces import NavigateToPosition
+from grader.trials.messages import fill
 from sim.bridge import Bridge
 from sim.simulator import Simulator
 
@@ -25,6 +25,7 @@ class Observer(Protocol):
     """What a goal needs of the observation that it belongs to."""
 
     action: Any
+    action_type: Any
     bridge: Bridge
     simulator: Simulator
 
@@ -47,10 +48,8 @@ class SentGoal:
         self._handle: Any = None
         self._result: Any = None
         self.problem = ""
-        goal = NavigateToPosition.Goal()
-        goal.target_pose.position.x, goal.target_pose.position.y = float(x), float(y)
-        goal.target_pose.orientation.w = 1.0
-        goal.tolerance = float(tolerance)
+        pose = {"position": {"x": float(x), "y": float(y)}, "orientation": {"w": 1.0}}
+        goal = fill(observer.action_type.Goal(), {"target_pose": pose, "tolerance": float(tolerance)})
         sending = observer.action.send_goal_async(goal, feedback_callback=self._take_feedback)
         sending.add_done_callback(self._take_answer)
 

@@ -20,19 +20,19 @@ from rclpy.action.client import ActionClient
 from rclpy.parameter_client import AsyncParameterClient
 
 from grader import evidence, tracebacks
+from grader.course import Course, Node
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.cpu_affinity import AffinityTuner
 from grader.trials.goal import SentGoal
-from grader.trials.interfaces import SERVICES, NavigateToPosition, SensorFusionData
+from grader.trials.interfaces import interface
 from grader.trials.plan import TrialPlan
 from grader.trials.request import DEAF, DEAF_S, NO_NODE, PATIENCE_S, not_started
 from grader.trials.service_proxy import ServiceProxy
-from sim.bridge import CONTROLLER, PROCESSOR, Bridge, Topics
+from sim.bridge import Bridge, Topics
 from sim.sensors import BatteryReading, ImuReading, Reading, ScanReading
 from sim.simulator import Simulator
 
-ACTION = "navigate_to_position"
 # Rounds of the node's executor after the timer that ends a goal: its task goes on, its future sends it. And one more: a
 # round that the clock reaches while it looks for what is ready may miss it, and yet serve the call that came after it.
 _GOAL_ROUNDS = 3
@@ -46,6 +46,14 @@ _DISCOVERY_S = 2.0  # for something that the node offers and that is not seen ye
 _DUMP_S = 2.0  # for a node to write down where it hangs
 # Words without which a package has one thread that serves its callbacks.
 _THREADS = re.compile(r"(?<!Single)Thread|CallbackGroup|multiprocessing|concurrent|asyncio|EventsExecutor")
+
+
+_ROLES = {
+    "sensor_msgs/msg/LaserScan": "scan", "nav_msgs/msg/Odometry": "odom",
+    "sensor_msgs/msg/Imu": "imu", "sensor_msgs/msg/BatteryState": "battery",
+}  # fmt: skip
+"""What the robot publishes on a topic of this type."""
+_COMMAND = "geometry_msgs/msg/Twist"
 
 
 class TrialOver(Exception):
@@ -100,6 +108,7 @@ class Observation:
 
     def __init__(
         self,
+        course: Course,
         plan: TrialPlan,
         seed: int,
         simulator: Simulator,
@@ -108,7 +117,9 @@ class Observation:
         *,
         reliable: bool = True,
     ) -> None:
+        self.course = course
         self.plan = plan
+        self.contract = course.nodes[plan.node]
         self._reliable = reliable
         self.patience_s = PATIENCE_S
         self.simulator = simulator
@@ -117,7 +128,7 @@ class Observation:
         self.random = random.Random(f"{seed}:{plan.name}")
         self.bridge = Bridge(
             simulator,
-            _topics(plan),
+            _topics(course, plan),
             plan.node,
             domain_id=domain_id,
             alive=lambda: process.exit_code() is None,
@@ -154,14 +165,19 @@ class Observation:
         node = self.bridge.node
         self._clients: dict[str, Any] = {}
         self.action: Any = None
+        self.action_type: Any = None
+        self.action_name = next(iter(self.contract.actions), "")
         self._parameter_clients = {name: AsyncParameterClient(node, name) for name in {plan.node, *plan.awaits}}
-        if plan.node == "robot_controller":
-            space = f"{plan.namespace}/" if plan.namespace else ""
-            names = {name: space + plan.remappings.get(name, name) for name in SERVICES}
-            self._clients = {name: node.create_client(SERVICES[name], names[name]) for name in SERVICES}
-            self.action = ActionClient(node, NavigateToPosition, space + ACTION)
-        else:
-            self.bridge.watch_answers(SensorFusionData)
+        space = f"{plan.namespace}/" if plan.namespace else ""
+        self._service_types = {name: interface(type_) for name, type_ in self.contract.services.items()}
+        for name, type_ in self._service_types.items():
+            self._clients[name] = node.create_client(type_, space + plan.remappings.get(name, name))
+        if self.action_name:
+            self.action_type = interface(self.contract.actions[self.action_name])
+            self.action = ActionClient(node, self.action_type, space + self.action_name)
+        answer = self.bridge.topics.answer
+        if answer and answer != self.bridge.topics.command:
+            self.bridge.watch_answers(interface(self.contract.publishes[answer]))
 
     @property
     def t(self) -> float:
@@ -331,15 +347,15 @@ class Observation:
     def _take_published(self, reading: Reading) -> None:
         if isinstance(reading, ScanReading):
             self.recorded.scans.append(_summary(reading))
-        elif isinstance(reading, ImuReading) and self.plan.node == "sensor_processor":
+        elif isinstance(reading, ImuReading) and _topics_of(self.contract).imu:
             data = {
                 "linear_acceleration": [float(value) for value in reading.linear_acceleration],
                 "angular_velocity": [float(value) for value in reading.angular_velocity],
             }
-            self.recorded.published.append(evidence.Message(reading.stamp, "imu/data", data))
+            self.recorded.published.append(evidence.Message(reading.stamp, self.bridge.topics.imu, data))
         elif isinstance(reading, BatteryReading):
             percent = {"percentage": float(reading.percentage)}
-            self.recorded.published.append(evidence.Message(reading.stamp, "battery/state", percent))
+            self.recorded.published.append(evidence.Message(reading.stamp, self.bridge.topics.battery, percent))
 
     def _scene(self) -> dict[str, Any]:
         world = self.simulator.world
@@ -374,15 +390,24 @@ def _summary(scan: ScanReading) -> evidence.ScanSummary:
     return evidence.ScanSummary(scan.stamp, closest(ahead), closest(behind), closest(np.ones_like(valid)))
 
 
-def _topics(plan: TrialPlan) -> Topics:
+def _topics(course: Course, plan: TrialPlan) -> Topics:
     """Return the robot's topics: those for the node, and for a node beside it; none for nodes that have other names.
 
     To wait until the node has found topics that it will never look for took three seconds.
     """
     if plan.namespace:
         return Topics()
-    own, other = (CONTROLLER, PROCESSOR) if plan.node == "robot_controller" else (PROCESSOR, CONTROLLER)
-    return replace(own, imu=own.imu or other.imu, battery=own.battery or other.battery) if plan.beside else own
+    topics = _topics_of(course.nodes[plan.node])
+    for other in map(_topics_of, (course.nodes[name] for name in plan.beside)):
+        topics = replace(topics, imu=topics.imu or other.imu, battery=topics.battery or other.battery)
+    return topics
+
+
+def _topics_of(node: Node) -> Topics:
+    """Return the topics of the robot that a node has by its contract: one of each type."""
+    names = {_ROLES[type_]: name for name, type_ in node.subscribes.items() if type_ in _ROLES}
+    command = next((name for name, type_ in node.publishes.items() if type_ == _COMMAND), "")
+    return Topics(**names, command=command, answer=node.answers_on, answer_s=node.answers_every_s)
 
 
 def _end(process: Program, by: str = "itself") -> evidence.ProcessEnd:

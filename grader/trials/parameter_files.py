@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-# Sensible values that differ from every default. Those that a file sets are changed in its copy.
-TELLTALES = {
-    "max_linear_speed": 0.375,
-    "obstacle_detection_threshold": 0.625,
-    "safety_margin": 0.375,
-    "fusion_frequency": 10.0,
-    "battery_low_threshold": 30.0,
-}
 _MAX_BYTES = 100_000
 
 
-def write_changed(share: Path, out: Path, names: str = "*.yaml") -> tuple[dict[Path, str], dict[str, float]]:
-    """Write changed copies of the parameter files in a share folder that match `names` to `out`.
+def write_changed(
+    share: Path, out: Path, telltales: Mapping[str, float], names: str = "*.yaml"
+) -> tuple[dict[Path, str], dict[str, float]]:
+    """Write copies of the parameter files in a share folder that match `names` to `out`, with the `telltales` they set.
 
     Returns:
         the copies with the paths of the original files in `share`, and the values set in them by parameter name.
@@ -31,7 +25,7 @@ def write_changed(share: Path, out: Path, names: str = "*.yaml") -> tuple[dict[P
         document = _load(path)
         set_here: dict[str, float] = {}
         for parameters in _parameter_blocks(document):
-            for name, value in TELLTALES.items():
+            for name, value in telltales.items():
                 if name in parameters and (typed := _typed_like(parameters[name], value)) is not None:
                     parameters[name] = set_here[name] = typed
         text = _dump(document)

@@ -6,11 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-OWN_LAUNCH = "remapping_launch.py"
-"""The grader's own launch file, in grader/trials/launch."""
-
 NAMESPACE = "robot7"
-"""Where it puts the nodes."""
+"""Where a launch file of the course's own, in its folder trials/launch, puts the nodes."""
 
 
 @dataclass(frozen=True)
@@ -29,10 +26,10 @@ class TrialPlan:
         real_time: keep simulated time in step with wall time, for a script of the package's own.
         mostly_waits: it needs little of a core, so it runs beside the others (`scheduler`). It changes no verdict.
         takes_long: it begins before the others, so that they do not wait for it in the end. It changes no verdict.
-        launch: the launch file (the package's, or OWN_LAUNCH) to run instead of the node alone, with changed parameter
-            files (parameter_files.py).
+        launch: the launch file to run instead of the node alone, with changed parameter files (parameter_files.py):
+            the package's or, in a trial with a `namespace`, the course's own.
         awaits: the nodes that must be up before a trial with `launch` begins.
-        namespace: of the nodes, in which OWN_LAUNCH starts them.
+        namespace: of the nodes, in which the course's own launch file starts them.
         use_sim_time: the launch file's argument of that name; None to give it no argument.
         shows_source: the sandbox shows the package's source folder, for a script of it. What is not installed is
             nothing that a node should run.
@@ -41,7 +38,7 @@ class TrialPlan:
     name: str
     sentence: str
     script: Callable[[Any], None]
-    node: str = "robot_controller"
+    node: str = ""
     world: str = "lone_post"
     serves: tuple[str, ...] = ()
     parameters: Mapping[str, object] = field(default_factory=dict)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from grader import building, evidence, sandbox
-from grader.contract.spec import PACKAGE
 from grader.host import ros_env
 from grader.trials.plan import TrialPlan
 
@@ -49,7 +48,7 @@ class TrialRequest:
     out: str
     package: str = ""
     """The package's source folder, for a trial that runs a script of it."""
-    ros_name: str = PACKAGE
+    ros_name: str = ""
     """The package's name, by which `ros2 run` finds it."""
     best_effort: bool = False
     """Whether the simulated sensors publish best effort."""

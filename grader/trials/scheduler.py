@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from grader import evidence, sandbox
-from grader.contract.spec import PACKAGE
+from grader.course import Course
 from grader.errors import GraderError
 from grader.host import namespaces, ros_env, shortage, turns
 from grader.settings import FORK_FROM
@@ -52,6 +52,7 @@ Queue = queue.SimpleQueue[TrialPlan]
 
 def run(
     plans: Iterable[TrialPlan],
+    course: Course,
     *,
     install: Path,
     contract: Path,
@@ -59,7 +60,7 @@ def run(
     seed: int,
     workers: int | None = None,
     package: Path | None = None,
-    ros_name: str = PACKAGE,
+    ros_name: str = "",
     best_effort: bool = False,
     fork_from: int = FORK_FROM,
     observers: Workers | None = None,
@@ -69,6 +70,7 @@ def run(
 
     Args:
         plans: the trials.
+        course: the assignment that they belong to.
         install: the submission's install tree.
         contract: the install tree of the contract's interfaces.
         folder: where workers write the evidence, one file for each trial.
@@ -76,7 +78,7 @@ def run(
         workers: how many trials run at once; by default at most two for each core, because each waits at times, and at
             most four. Trials that mostly wait run beside them.
         package: the package's source folder.
-        ros_name: the package's name.
+        ros_name: the name under which the package was installed, by default the course's.
         best_effort: whether the simulated sensors publish best effort.
         fork_from: from how many trials on nodes are forked from a process that has imported rclpy.
         observers: what `start_observers` has yielded, if that was called before.
@@ -93,8 +95,10 @@ def run(
     waiters = min(_WAITERS, waiting.qsize())
     with contextlib.ExitStack() as stack:
         if observers is None:
-            observers = stack.enter_context(start_observers(contract, folder, len(plans), fork_from))
-        trials = _Trials(observers.start, install, folder, seed, package, progress, ros_name, best_effort)
+            observers = stack.enter_context(start_observers(course, contract, folder, len(plans), fork_from))
+        trials = _Trials(
+            observers.start, install, folder, seed, package, progress, ros_name or course.package, best_effort
+        )
         threads = [_Worker((computing, waiting), trials, turns.beside) for _ in range(count)]
         threads += [_Worker((waiting,), trials, contextlib.nullcontext) for _ in range(waiters)]
         for thread in threads:
@@ -108,7 +112,9 @@ def run(
 
 
 @contextlib.contextmanager
-def start_observers(contract: Path, folder: Path, trials: int, fork_from: int = FORK_FROM) -> Iterator[Workers]:
+def start_observers(
+    course: Course, contract: Path, folder: Path, trials: int, fork_from: int = FORK_FROM
+) -> Iterator[Workers]:
     """Start what observers, and from `fork_from` trials on nodes, are forked from: half a second and more of a core.
 
     That needs nothing of a submission, so it may go on beside its build. `contract` and `folder` are as in `run`.
@@ -117,7 +123,8 @@ def start_observers(contract: Path, folder: Path, trials: int, fork_from: int = 
         channels = []
         if trials >= fork_from:
             channels.append(stack.enter_context(sandbox.WarmPython(NODE_ENVIRONMENT)).channel)
-        yield stack.enter_context(contextlib.closing(Workers(_environment(contract, folder), folder, channels)))
+        workers = Workers(course.folder, _environment(contract, folder), folder, channels)
+        yield stack.enter_context(contextlib.closing(workers))
 
 
 def _mixed(plans: Sequence[TrialPlan]) -> list[TrialPlan]:
@@ -159,8 +166,8 @@ class _Trials:
     seed: int
     package: Path | None
     progress: Callable[[str], None]
-    ros_name: str = PACKAGE
-    best_effort: bool = False
+    ros_name: str
+    best_effort: bool
     cores: Cores = field(default_factory=Cores)
     found: dict[str, evidence.Trial] = field(default_factory=dict)
 

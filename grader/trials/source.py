@@ -6,7 +6,6 @@ import os
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 
 from grader.building import Built
@@ -25,27 +24,27 @@ class Trials:
     phase = Phase.RUN
     uses: frozenset[str] = frozenset()
 
-    @cached_property
-    def serves(self) -> frozenset[str]:
+    def serves(self, settings: Settings) -> frozenset[str]:
         """Return the requirements that any trial serves."""
-        return frozenset(requirement for plan in catalog.trials().values() for requirement in plan.serves)
+        plans = catalog.trials(settings.course).values()
+        return frozenset(requirement for plan in plans for requirement in plan.serves)
 
     def start_observers(self, settings: Settings, contract: Built, folder: Path) -> AbstractContextManager[Workers]:
         """Start what needs nothing of a submission, in an empty folder: `observers` of a Subject."""
-        trials = len(catalog.serving(settings.checked))
-        return scheduler.start_observers(contract.install, folder, trials, settings.fork_from)
+        trials = len(catalog.serving(settings.course, settings.checked))
+        return scheduler.start_observers(settings.course, contract.install, folder, trials, settings.fork_from)
 
     def collect(self, subject: Subject) -> Collected:
         """Return the trials' facts, by name."""
         assert subject.contract is not None
         settings = subject.settings
-        plans = catalog.serving(settings.checked)
+        plans = catalog.serving(settings.course, settings.checked)
         # LATE_VARIABLE makes trials differ from what they would be without it.
         kept = subject.kept if LATE_VARIABLE not in os.environ else replace(subject.kept, folder=None)
         program = (subject.program, "best effort" if settings.best_effort else "reliable")
         found = {name: each for name in plans if (each := kept.find(Trial, "trial", name, *program))}
         ran = scheduler.run(
-            [plan for name, plan in plans.items() if name not in found],
+            [plan for name, plan in plans.items() if name not in found], settings.course,
             install=subject.install, contract=subject.contract.install, folder=subject.folder,
             package=subject.submission.package, ros_name=subject.ros_name, seed=settings.seed,
             best_effort=settings.best_effort, fork_from=settings.fork_from, observers=subject.observers,

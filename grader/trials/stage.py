@@ -16,15 +16,15 @@ from rcl_interfaces.msg import Log
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile, qos_profile_action_status_default
-from std_msgs.msg import Float32
 
 from grader import evidence, sandbox
+from grader.course import Course
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.goal import SentGoal
-from grader.trials.interfaces import SERVICES, SensorFusionData
+from grader.trials.interfaces import interface
 from grader.trials.messages import LOG_QOS, fill, plain
-from grader.trials.observation import ACTION, Observation, Program
+from grader.trials.observation import Observation, Program
 from grader.trials.service_proxy import ServiceProxy
 from grader.trials.wire_layout import Reader
 from sim import Circle
@@ -36,17 +36,14 @@ _SHOW_ARGS_WALL_S = 30.0  # a launch file that takes longer leaves the check unj
 _LAST_WORD_S = 1.0  # for the last command of a node that has ended, while that is not zero
 _EXIT_CODE_WALL_S = 30.0  # for the processes through which a sandbox tells it, even on a very busy machine
 _ANSWER_WALL_S = 3.0  # how long the clock stands still for an answer before time goes on
-TOPICS: dict[str, tuple[Any, QoSProfile]] = {
-    "sensor_fusion_data": (SensorFusionData, QoSProfile(depth=10)),
-    "obstacle_distance": (Float32, QoSProfile(depth=10)),
-    "rosout": (Log, LOG_QOS),
-}
-"""The topics that a script can listen to."""
-
-SOURCE = Path("/ws/src/ros2_robot_controller")
-"""The package's source folder in the sandbox."""
+LOG_TOPIC = "rosout"
 
 ChangeRanges = Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]
+
+
+def source_folder(course: Course) -> Path:
+    """Return the package's source folder in the sandbox."""
+    return Path("/ws/src", course.package)
 
 
 @dataclass(frozen=True)
@@ -135,7 +132,7 @@ class Stage(Observation):
             return self._note_call(
                 asked, service, fields, None, f"there is no service {service} of the contract's type"
             )
-        future = client.call_async(fill(SERVICES[service].Request(), dict(fields)))
+        future = client.call_async(fill(self._service_types[service].Request(), dict(fields)))
         self._await(future.done)
         if not future.done():
             client.remove_pending_request(future)
@@ -149,7 +146,7 @@ class Stage(Observation):
 
         Lets time pass until the node's own services have been found, or as long as an answer may take.
         """
-        targets = {service: (SERVICES[service], self.plan.remappings[service]) for service in services}
+        targets = {service: (self._service_types[service], self.plan.remappings[service]) for service in services}
 
         def note(service: str, request: Any, answer: Any) -> None:
             self._note_call(self.t, service, plain(request), plain(answer), "")
@@ -159,11 +156,11 @@ class Stage(Observation):
 
     def navigate(self, x: float, y: float, tolerance: float = 0.1) -> SentGoal:
         """Send a goal and wait until it is accepted or rejected. Position in the odom frame, in metres."""
-        found = self._found(ACTION, self.action.server_is_ready)
+        found = self._found(self.action_name, self.action.server_is_ready)
         goal = SentGoal(self, x, y, tolerance)
         self.goals.append(goal)
         if not found:
-            goal.problem = f"there is no action {ACTION} of the contract's type"
+            goal.problem = f"there is no action {self.action_name} of the contract's type"
             return goal
         self._await(lambda: goal.answered)
         if not goal.answered:
@@ -191,11 +188,14 @@ class Stage(Observation):
     # -- what is recorded -----------------------------------------------------------------------------------------
 
     def listen(self, topic: str) -> None:
-        """Record every message of a topic (one of TOPICS) that is published after the return of this.
+        """Record every message of a topic of the contract, or of the log, that is published after the return of this.
 
-        A trial at twelve times real time can be over before a subscription is matched: F12 once read "0 warnings".
+        A trial at twelve times real time can be over before a subscription is matched.
         """
-        message_type, qos = TOPICS[topic]
+        if topic == LOG_TOPIC:
+            message_type, qos = Log, LOG_QOS
+        else:
+            message_type, qos = interface(self.contract.publishes[topic]), QoSProfile(depth=10)
         read = self.readers.get(topic)
 
         def take(message: Any) -> None:
@@ -211,7 +211,7 @@ class Stage(Observation):
 
     def watch_goals(self) -> None:
         """Record from the action's status topic how all goals go, whoever sent them."""
-        topic = f"{ACTION}/_action/status"
+        topic = f"{self.action_name}/_action/status"
 
         def take(message: Any) -> None:
             for status in message.status_list[:20]:
@@ -236,7 +236,7 @@ class Stage(Observation):
         for service, client in self._clients.items():
             self._found(service, client.service_is_ready)
         if self.action is not None:
-            self._found(ACTION, self.action.server_is_ready)
+            self._found(self.action_name, self.action.server_is_ready)
         self._await_topics(self.plan.node, topics)
         if self.bridge.alive():
             self.graph = graph.snapshot(self.bridge.node, self.plan.node)
@@ -284,7 +284,9 @@ class Stage(Observation):
 
     def run_script(self, script: str) -> Program:
         """Start a Python script of the package, given by its path in the source folder."""
-        process = self.others[PurePosixPath(script).name] = self.start(["python3", str(SOURCE / script)])
+        process = self.others[PurePosixPath(script).name] = self.start(
+            ["python3", str(source_folder(self.course) / script)]
+        )
         return process
 
     def interrupt(self, limit: float = 5.0) -> None:

@@ -24,57 +24,61 @@ from typing import Any, TextIO
 from rclpy.type_support import check_for_type_support
 
 from grader import building, evidence, sandbox
+from grader.course import Course, load
 from grader.errors import GraderError
 from grader.host import namespaces, shortage
 from grader.sandbox import warm_imports, warm_python
 from grader.trials import catalog, cpu_affinity, parameter_files, wire_layout
-from grader.trials.interfaces import SERVICES, TYPES_PACKAGE, NavigateToPosition, SensorFusionData
+from grader.trials.interfaces import interface, own_package
 from grader.trials.observation import TrialOver, has_one_thread
-from grader.trials.plan import OWN_LAUNCH, TrialPlan
+from grader.trials.plan import TrialPlan
 from grader.trials.request import CANNOT, LATE_VARIABLE, NODE_ENVIRONMENT, READY, SERVE, TrialRequest, not_started
-from grader.trials.stage import SOURCE, Stage
+from grader.trials.stage import Stage, source_folder
 from grader.trials.worker_start import serve_forks
 from sim import Simulator, World, load_world
 
-# The `ros2` command and our own launch files; each is mounted alone, so that nothing else of the kit is visible.
+# The `ros2` command, which is mounted alone, so that nothing else of the kit is visible.
 _ROS2 = Path(__file__).parents[1] / "ros2"
-_LAUNCH = Path(__file__).parent / "launch"
 
 # Two nodes and a launch file take 0.3 GB.
 _LIMITS = sandbox.Limits(wall_seconds=300.0, resident_bytes=1536 * sandbox.MIB)
 
 
 def main() -> int:
-    """Run the trials that stdin asks for, or fork workers that do; a second argument is the channel of a WarmPython."""
-    plans = catalog.trials()
-    if sys.argv[1] == SERVE:
-        prepare()
+    """Run the trials that stdin asks for, or fork workers that do.
+
+    The arguments are the course's folder, SERVE or ALONE, and maybe the channel of a WarmPython.
+    """
+    course = load(Path(sys.argv[1]))
+    catalog.trials(course)
+    if sys.argv[2] == SERVE:
+        prepare(course)
         serve_forks()
         namespaces.enter_private_network()
         warm_python.restart_lttng()  # not before: only a process with one thread may enter namespaces
-    return work(plans, sandbox.WarmPython(NODE_ENVIRONMENT, int(sys.argv[2])) if sys.argv[2:] else None)
+    return work(course, sandbox.WarmPython(NODE_ENVIRONMENT, int(sys.argv[3])) if sys.argv[3:] else None)
 
 
-def prepare() -> None:
+def prepare(course: Course) -> None:
     """Import and load what each trial needs."""
     warm_imports.import_modules()
-    for type_ in (NavigateToPosition, SensorFusionData, *SERVICES.values()):
-        check_for_type_support(type_)
+    for type_ in course.interfaces:
+        check_for_type_support(interface(type_))
     gc.collect()
     gc.freeze()  # a fork that never touches these pages never copies them
 
 
-def work(plans: Mapping[str, TrialPlan], warm: sandbox.WarmPython | None) -> int:
+def work(course: Course, warm: sandbox.WarmPython | None) -> int:
     """Run the trials that stdin asks for, with nodes forked from `warm`; return the exit status."""
     answers = _answers()
     all_cores = os.sched_getaffinity(0)
     print(READY, file=answers, flush=True)
     for line in sys.stdin:
         request = TrialRequest(**json.loads(line))
-        plan = plans[request.trial]
+        plan = catalog.trials(course)[request.trial]
         os.sched_setaffinity(0, all_cores if request.core is None else {request.core})
         try:
-            run_trial(plan, request, warm)
+            run_trial(course, plan, request, warm)
         except Exception as error:  # an error of ours must not take the other trials along
             if Path(request.out).is_file():
                 # The trial was over. A process that cannot leave the graph starts no other.
@@ -111,7 +115,7 @@ def _save(request: TrialRequest, facts: evidence.Trial) -> None:
     part.replace(request.out)
 
 
-def run_trial(plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython | None = None) -> None:
+def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython | None = None) -> None:
     """Start the node in a sandbox, run the trial's script, save what was observed, and leave the graph.
 
     Nodes are forked from `warm` where that makes no difference to them.
@@ -122,7 +126,7 @@ def run_trial(plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython |
         _save(request, not_started(plan, request.seed, "", ended=missing))
         return
     simulator = Simulator(_transformed_world(plan, request.seed), seed=request.seed)
-    box, telltales = _sandbox(plan, request)
+    box, telltales = _sandbox(course, plan, request)
     one_thread = _has_one_thread(request.package)
     cpu_affinity.take_turns(one_thread)
     with (
@@ -130,12 +134,13 @@ def run_trial(plan: TrialPlan, request: TrialRequest, warm: sandbox.WarmPython |
         sandbox.Process(_command(plan, install, request.ros_name), box, _LIMITS, warm) as process,
     ):
         time.sleep(float(os.environ.get(LATE_VARIABLE, "0")))
-        stage = Stage(plan, request.seed, simulator, process, request.domain_id, reliable=not request.best_effort)
+        reliable = not request.best_effort
+        stage = Stage(course, plan, request.seed, simulator, process, request.domain_id, reliable=reliable)
         stage.start = lambda command: others.enter_context(sandbox.Process(command, box, _LIMITS, warm))
         stage.patience_s = request.patience_s
-        if plan.launch and plan.launch != OWN_LAUNCH:
+        if plan.launch and not plan.namespace:
             stage.launch_file = _in_sandbox(install, request.ros_name, f"launch/{plan.launch}")
-        stage.readers = _readers(install)
+        stage.readers = _readers(install, course)
         stage.has_one_thread = one_thread
         for name, remappings in plan.beside.items():
             stage.others[name] = stage.start(_node_command(request.ros_name, name, remappings))
@@ -160,34 +165,41 @@ def _has_one_thread(package: str) -> bool:
     return bool(package) and has_one_thread(Path(package))
 
 
-def _sandbox(plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, dict[str, float]]:
+def _sandbox(course: Course, plan: TrialPlan, request: TrialRequest) -> tuple[sandbox.Sandbox, dict[str, float]]:
     """Return the trial's sandbox, and the values that were changed in its parameter files."""
     install = Path(request.install)
     visible = {install: str(building.INSTALL)}
     if request.package and plan.shows_source:
-        visible[Path(request.package)] = str(SOURCE)
+        visible[Path(request.package)] = str(source_folder(course))
     telltales: dict[str, float] = {}
     if plan.launch or plan.params_file:
         copies, telltales = parameter_files.write_changed(
-            _share(install, request.ros_name), Path(f"{request.out}.config"), plan.params_file or "*.yaml"
+            _share(install, request.ros_name),
+            Path(f"{request.out}.config"),
+            course.telltales,
+            plan.params_file or "*.yaml",
         )
         visible |= {copy: f"{_share(building.INSTALL, request.ros_name)}/{name}" for copy, name in copies.items()}
     if plan.launch:
-        visible |= {_ROS2: "/ws/ros2", _LAUNCH: "/ws/launch"}
+        visible |= {_ROS2: "/ws/ros2"}
+    if plan.namespace:
+        visible |= {course.folder / "trials" / "launch": "/ws/launch"}
     environment = {**NODE_ENVIRONMENT, "ROS_DOMAIN_ID": str(request.domain_id)}
     return sandbox.Sandbox(read_only=visible, environment=environment, network=True), telltales
 
 
-def _readers(install: Path) -> dict[str, wire_layout.Reader]:
+def _readers(install: Path, course: Course) -> dict[str, wire_layout.Reader]:
     """Return by topic how to read the messages of a type whose fields the submission has in its own order."""
-    text = building.interface_text(install, "msg/SensorFusionData", TYPES_PACKAGE)
-    read = wire_layout.reader(text, SensorFusionData)
-    return {"sensor_fusion_data": read} if read else {}
+    published = {topic: t for node in course.nodes.values() for topic, t in node.publishes.items()}
+    own = {topic: type_ for topic, type_ in published.items() if type_ in course.interfaces}
+    texts = {topic: building.interface_text(install, type_, own_package(type_)) for topic, type_ in own.items()}
+    found = {topic: wire_layout.reader(text, interface(own[topic])) for topic, text in texts.items()}
+    return {topic: read for topic, read in found.items() if read}
 
 
 def _missing(plan: TrialPlan, install: Path, package: str) -> str:
     """Return in words what the trial needs and the package has not installed, "" if nothing is missing."""
-    if plan.launch and plan.launch != OWN_LAUNCH:
+    if plan.launch and not plan.namespace:
         found = building.shared_file(_share(install, package), f"launch/{plan.launch}")
         return "" if found else f"there is no launch/{plan.launch} in share/{package}"
     if not (install / "lib" / package / plan.node).is_file():
@@ -213,7 +225,7 @@ def _transformed_world(plan: TrialPlan, seed: int) -> World:
 
 def _command(plan: TrialPlan, install: Path, package: str) -> list[str]:
     if plan.launch:
-        if plan.launch == OWN_LAUNCH:
+        if plan.namespace:
             return [*sandbox.LAUNCH, f"/ws/launch/{plan.launch}", f"package:={package}"]
         file = _in_sandbox(install, package, f"launch/{plan.launch}")
         given = [] if plan.use_sim_time is None else [f"use_sim_time:={_parameter(plan.use_sim_time)}"]

@@ -74,18 +74,22 @@ class Workers:
     """Starts workers, each in a network namespace of its own. To be closed in the end (contextlib.closing).
 
     Args:
+        course: the folder of the course whose trials they run.
         environment: theirs.
         folder: where they work, and write their logs.
         channels: file descriptors that they inherit; they are told the numbers.
     """
 
-    def __init__(self, environment: Mapping[str, str], folder: Path, channels: Iterable[int] = ()) -> None:
+    def __init__(
+        self, course: Path, environment: Mapping[str, str], folder: Path, channels: Iterable[int] = ()
+    ) -> None:
+        self._worker = (*_WORKER, str(course))
         self._environment, self._folder, self._channels = dict(environment), folder, tuple(channels)
         self._forks = True
         self._log = folder / "workers.log"
         self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs, self._log.open("w") as log:
-            self._popen = self._run([*_WORKER, SERVE], stdin=theirs.fileno(), stdout=subprocess.DEVNULL, log=log)
+            self._popen = self._run([*self._worker, SERVE], stdin=theirs.fileno(), stdout=subprocess.DEVNULL, log=log)
 
     def close(self) -> None:
         """End the process of which workers are forks, and with it those that still run."""
@@ -106,7 +110,7 @@ class Workers:
                 if _is_ready(worker):
                     return worker
                 self._forks = False  # only bubblewrap may make namespaces here, or no worker can start at all
-            command = namespaces.private_network([*_WORKER, ALONE])
+            command = namespaces.private_network([*self._worker, ALONE])
             started = self._run(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, log=log)
             if _is_ready(started):
                 return started

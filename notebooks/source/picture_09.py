@@ -1,5 +1,6 @@
 """The picture at the head of notebook 09: the same code and three sets of tests; green is a mutant that was noticed."""
 
+from helpers.course import COURSE
 from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 
@@ -80,7 +81,7 @@ def draw() -> Figure:
     """Return a table of mutants and tests for each set of tests."""
     source = parse("stopping.py", CODE)
     assert source is not None
-    every = mutants(source)
+    every = mutants(source, COURSE)
     figure = View(figsize=(13.0, 4.8), layout="constrained")
     figure.suptitle("The same code, three sets of tests: how many of its mutants are noticed (green)", fontsize=11)
     tables = figure.subplots(1, 3, sharey=True, width_ratios=[1, 4, 6])

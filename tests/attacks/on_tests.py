@@ -8,8 +8,9 @@ import zlib
 from collections.abc import Callable
 from pathlib import Path
 
+from helpers.course import NODES
+
 from attacks.weaknesses import IDLE_ASSERTS
-from grader.contract.spec import NODES
 from grader.selftest.attacks.attack import Attack, attack
 from grader.selftest.attacks.weaknesses import FAILING_TESTS, FEW_TESTS
 from grader.selftest.package_edits import Change, append, put

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers.course import COURSE
 from submissions.edits import EDITS, REFERENCE, apply
 
 from grader import KIT, building, pipeline
@@ -34,7 +35,7 @@ def settings() -> pipeline.Settings:
 @pytest.fixture(scope="session")
 def contract(settings: pipeline.Settings) -> building.Built:
     """The contract's interfaces, built."""
-    return building.build_contract(settings.cache)
+    return building.build_contract(settings.cache, COURSE)
 
 
 @pytest.fixture(scope="session")

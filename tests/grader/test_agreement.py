@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 from helpers import judging, recordings
+from helpers.course import COURSE, NODES
 from submissions.edits import EDITS, apply
 from variants import LAUNCHED, VARIANTS, make
 
 from grader import collect, pipeline
-from grader.contract.spec import NODES
 from grader.evidence import Evidence
 from grader.intake.submission import open_submission
 from grader.scoring.scorecard import Outcome
@@ -46,14 +46,13 @@ class Recorded:
     def uses(self) -> frozenset[str]:
         return self.source.uses
 
-    @property
-    def serves(self) -> frozenset[str]:
-        return self.source.serves
+    def serves(self, settings: Settings) -> frozenset[str]:
+        return self.source.serves(settings)
 
     def collect(self, subject: Subject) -> Collected:
-        wanted = catalog.serving(subject.settings.checked)
+        wanted = catalog.serving(COURSE, subject.settings.checked)
         trials = {name: trial for name, trial in self.evidence.trials.items() if name in wanted}
-        facts = {"trials": trials, "tests": self.evidence.tests, "conversions": self.evidence.conversions}
+        facts = {"trials": trials, "tests": self.evidence.tests, "functions": self.evidence.functions}
         facts |= {"mutation": self.evidence.mutation}
         field = {"student tests": "tests"}.get(self.name, self.name)
         return Collected({field: facts[field]})
@@ -73,7 +72,7 @@ def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
         own = recordings.load(name)
     whole = replace(  # of a known-bad submission only what differs is recorded
         own, trials=reference.trials | own.trials, tests=own.tests or reference.tests,
-        conversions=own.conversions or reference.conversions, mutation=own.mutation or reference.mutation,
+        functions=own.functions or reference.functions, mutation=own.mutation or reference.mutation,
     )  # fmt: skip
     sources = [source if source.phase is Phase.TEXT else Recorded(source, whole) for source in collect.SOURCES]
     built = collect.Built(own.build, tmp_path / "install")
@@ -85,7 +84,7 @@ def test_a_requirement_says_by_itself_what_it_says_beside_all_others(
     if name == UNREADABLE:
         for node in NODES:
             (package / "scripts" / node).write_bytes(b"\x7fELF\0")
-    submission = open_submission(package, tmp_path / "submission")
+    submission = open_submission(package, tmp_path / "submission", COURSE)
 
     def collected(*requirements: str) -> Evidence:
         folder = tmp_path / "-".join(["work", *requirements])

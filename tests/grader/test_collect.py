@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers.course import PACKAGE
 
 from grader import KIT, collect
 from grader.evidence import Build, Flag, FunctionAnswer, Intake
@@ -27,15 +28,22 @@ class Answers:
     def __init__(
         self, name: str, phase: Phase, serves: str, collected: Collected, asked: list[str], uses: str = ""
     ) -> None:
-        self.name, self.phase, self.serves = name, phase, frozenset(serves.split())
+        self.name, self.phase, self._serves = name, phase, frozenset(serves.split())
         self.uses = frozenset(uses.split())
         self._collected, self._asked = collected, asked
         self.subject: Subject | None = None
+
+    def serves(self, _: Settings) -> frozenset[str]:
+        return self._serves
 
     def collect(self, subject: Subject) -> Collected:
         self.subject = subject
         self._asked.append(self.name)
         return self._collected
+
+
+def asking(*requirements: str) -> Settings:
+    return Settings(rubric=RUBRIC, cache=Path(), requirements=requirements)
 
 
 @pytest.fixture
@@ -52,7 +60,7 @@ def settings(tmp_path: Path) -> Settings:
 def built(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
     """Replace the build; the list that is returned grows by one for each."""
     builds: list[str] = []
-    facts = replace(Build.not_tried(), ok=True, flags=[Flag("build", "second")])
+    facts = replace(Build.not_tried(PACKAGE), ok=True, flags=[Flag("build", "second")])
 
     def build(_: Submission, contract: collect.Built, __: Settings) -> tuple[collect.Built, collect.Built]:
         builds.append("built")
@@ -65,15 +73,15 @@ def built(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[str]:
 
 @pytest.mark.parametrize("name", ["Q1", "Q2", "Q3", "I2"])
 def test_a_requirement_of_the_text_alone_needs_no_build(name: str):
-    assert not collect.needs_build(frozenset({name}))
+    assert not collect.needs_build(asking(name))
 
 
 def test_a_requirement_of_the_text_needs_a_build_where_that_may_write_some(tmp_path: Path):
     """Else a check of style by itself and a whole grading would read two texts."""
     (tmp_path / "CMakeLists.txt").write_text("project(p)\n")
-    assert not collect.needs_build(frozenset({"Q1"}), [tmp_path])
+    assert not collect.needs_build(asking("Q1"), [tmp_path])
     (tmp_path / "CMakeLists.txt").write_text('project(p)\nfile(WRITE robot_controller.py "import os")\n')
-    assert collect.needs_build(frozenset({"Q1"}), [tmp_path])
+    assert collect.needs_build(asking("Q1"), [tmp_path])
 
 
 def test_what_the_build_has_left_is_read_with_the_rest(monkeypatch, submission, settings, built, tmp_path: Path):
@@ -90,11 +98,11 @@ def test_what_the_build_has_left_is_read_with_the_rest(monkeypatch, submission, 
 
 @pytest.mark.parametrize("name", ["F1", "F14", "I1", "I3", "Q4", "Q5", "Q6", "T1", "T3"])
 def test_a_requirement_that_something_must_run_for_needs_a_build(name: str):
-    assert collect.needs_build(frozenset({name, "Q1"}))
+    assert collect.needs_build(asking(name, "Q1"))
 
 
 def test_every_requirement_is_served_by_a_source_but_what_the_build_shows():
-    served = frozenset[str]().union(*(source.serves for source in collect.SOURCES))
+    served = frozenset[str]().union(*(source.serves(asking()) for source in collect.SOURCES))
     assert {r.id for r in RUBRIC.requirements if r.checks} - served == {"I1"}
     assert served <= {r.id for r in RUBRIC.requirements}
 
@@ -112,11 +120,11 @@ def test_facts_and_flags_are_merged_in_the_order_of_the_sources(monkeypatch, sub
     asked: list[str] = []
     answers = [FunctionAnswer("clamp", [1.0, 0.0, 1.0], [1.0])]
     last = Answers("last", Phase.TEXT, "Q1", Collected({}, (Flag("text", "fourth"),)), asked)
-    first = Answers("first", Phase.RUN, "F14", Collected({"conversions": answers}, (Flag("run", "third"),)), asked)
+    first = Answers("first", Phase.RUN, "F14", Collected({"functions": answers}, (Flag("run", "third"),)), asked)
     monkeypatch.setattr(collect, "SOURCES", (first, last))
     found = collect.collect(submission, tmp_path, replace(settings, requirements=("F14", "Q1")))
     assert [flag.what for flag in found.flags] == ["first", "second", "third", "fourth"]
-    assert found.conversions == answers
+    assert found.functions == answers
 
 
 def test_what_a_source_hands_over_reaches_those_that_use_it(monkeypatch, submission, settings, built, tmp_path: Path):
@@ -156,7 +164,7 @@ def test_a_source_waits_only_for_those_that_it_uses(monkeypatch, submission, set
 
 def test_nothing_is_run_of_a_package_that_does_not_build(monkeypatch, submission, settings, tmp_path: Path):
     asked: list[str] = []
-    broken = collect.Built(Build.not_tried(), tmp_path)
+    broken = collect.Built(Build.not_tried(PACKAGE), tmp_path)
     monkeypatch.setattr(collect, "_build", lambda *_: (broken, broken))
     drive = Answers("drive", Phase.RUN, "F4", Collected(), asked)
     read = Answers("read", Phase.TEXT, "Q1", Collected(), asked)
@@ -191,7 +199,7 @@ def observed(monkeypatch) -> Observed:
     source = Observed("trials", Phase.RUN, "F4", Collected(), [])
     monkeypatch.setattr(collect, "_TRIALS", source)
     monkeypatch.setattr(collect, "SOURCES", (source,))
-    monkeypatch.setattr(collect.build, "is_built", lambda *_: False)
+    monkeypatch.setattr(collect.building, "is_built", lambda *_: False)
     return source
 
 
@@ -206,7 +214,7 @@ def test_observers_do_not_start_before_what_is_there_at_once(
     monkeypatch, observed, submission, settings, built, tmp_path
 ):
     """Evidence may be kept of what has been built before, and then nothing has to be observed."""
-    monkeypatch.setattr(collect.build, "is_built", lambda *_: True)
+    monkeypatch.setattr(collect.building, "is_built", lambda *_: True)
     collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
     assert observed._asked == ["trials"]
 
@@ -214,7 +222,7 @@ def test_observers_do_not_start_before_what_is_there_at_once(
 def test_observers_that_know_the_types_under_another_name_are_not_used(
     monkeypatch, observed, submission, settings, built, tmp_path
 ):
-    facts = replace(Build.not_tried(), ok=True)
+    facts = replace(Build.not_tried(PACKAGE), ok=True)
     renamed = collect.Built(facts, tmp_path)
     monkeypatch.setattr(collect, "_build", lambda *_: (collect.Built(facts, tmp_path), renamed))
     collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
@@ -224,7 +232,7 @@ def test_observers_that_know_the_types_under_another_name_are_not_used(
 
 def test_observers_end_when_the_package_does_not_build(monkeypatch, observed, submission, settings, built, tmp_path):
     monkeypatch.setattr(
-        collect, "_build", lambda _, contract, __: (collect.Built(Build.not_tried(), tmp_path), contract)
+        collect, "_build", lambda _, contract, __: (collect.Built(Build.not_tried(PACKAGE), tmp_path), contract)
     )
     collect.collect(submission, tmp_path, replace(settings, requirements=("F4",)))
     assert observed._asked == ["start", "end"]

@@ -18,12 +18,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers import course as spec
+from helpers.course import COURSE
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from grader import KIT, evidence, sanitize
 from grader.building import install_tree
-from grader.contract import spec
 from grader.intake.package_xml import read_package_xml
 from grader.quality import junit_report
 from grader.ros2.launching import command, modules
@@ -86,9 +87,9 @@ WORLD = pieces(
 
 def parameters(data: bytes | str) -> None:
     with written("robot_params.yaml", data) as path:
-        copies, values = parameter_files.write_changed(path.parent, path.parent / "out")
+        copies, values = parameter_files.write_changed(path.parent, path.parent / "out", COURSE.telltales)
         assert set(copies.values()) <= {"robot_params.yaml"}
-        assert set(values) <= set(parameter_files.TELLTALES)
+        assert set(values) <= set(COURSE.telltales)
 
 
 def world(data: bytes | str) -> None:

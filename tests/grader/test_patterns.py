@@ -12,7 +12,8 @@ import pytest
 from helpers.backtracking import slow
 
 from grader import KIT, tracebacks
-from grader.checks import build_log, check_set_speed
+from grader.checks import build_log
+from grader.courses.robot_controller.checks import check_set_speed
 from grader.quality import cmake_text, reachability
 
 # They read the kit's own texts, what a student types, or /proc; `ros2` runs on a student's side.

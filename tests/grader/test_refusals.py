@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from helpers.archives import NODE, PACKAGE, XML, below, write, zipped
+from helpers.course import COURSE
 
 from grader import KIT, cli, pipeline
 
@@ -148,7 +149,7 @@ def test_a_submission_can_be_graded_again(documents: Path, out: Path):
 def test_the_same_content_from_another_place_is_the_same_submission(tmp_path: Path, out: Path):
     write(tmp_path / "a", PACKAGE)
     zipped(tmp_path / "b.zip", PACKAGE)
-    taken = pipeline.open_submission(tmp_path / "a", tmp_path / "taken").intake
+    taken = pipeline.open_submission(tmp_path / "a", tmp_path / "taken", COURSE).intake
     data = {"schema": "ros2-course-kit/report/1", "submission": "a", "sha256": taken.sha256, "source": "elsewhere"}
     write(out, {"report.json": json.dumps(data)})
     with pytest.raises(Collected):
@@ -178,7 +179,7 @@ def test_an_out_inside_the_submission_is_no_part_of_it(tmp_path: Path):
     write(package / "out", {"evidence/a.json": ""})
     with pytest.raises(Collected):
         grade(package, "--out", package / "out")
-    taken = pipeline.open_submission(package, tmp_path / "taken", leave_out=package / "out")
+    taken = pipeline.open_submission(package, tmp_path / "taken", COURSE, leave_out=package / "out")
     assert taken.intake.files == sorted(PACKAGE)
 
 

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from helpers.course import COURSE
 
 from grader import KIT, evidence, pipeline
 from grader.checks import checks_run
@@ -53,7 +54,7 @@ def test_the_text_is_read_again_only_when_it_has_changed(package: Path, tmp_path
 
 
 def checked_in_a_notebook(package: Path, out: Path, settings: Settings) -> pipeline.Grading:
-    with checks_run.Checks(pipeline.check_ids(settings)) as checks:
+    with checks_run.Checks(COURSE, pipeline.check_ids(settings)) as checks:
         pipeline.observe(package, out, settings)
         return pipeline.checked(out / pipeline.EVIDENCE, checks, settings)
 

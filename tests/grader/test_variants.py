@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 from submissions.edits import REFERENCE
 from submissions.reports import words
 from variants import LAUNCHED, VARIANTS, Variant, make
@@ -87,6 +88,6 @@ def play(variant: Variant | None, settings, contract, folder: Path, names: list[
     packages = [REFERENCE]
     if variant is not None:
         packages = sorted(path.parent for path in make(variant, folder).glob("*/package.xml"))
-    install = building.build(packages, settings.cache).install
-    plans = [catalog.trials()[name] for name in names]
+    install = building.build(packages, settings.cache, COURSE).install
+    plans = [catalog.trials(COURSE)[name] for name in names]
     return trials.run(plans, install=install, contract=contract.install, folder=folder, seed=3)

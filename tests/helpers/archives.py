@@ -11,6 +11,7 @@ import pytest
 
 from grader.errors import SubmissionError
 from grader.intake.submission import open_submission
+from helpers.course import COURSE
 
 XML = "<package format='3'><name>{}</name><version>1.0.0</version></package>"
 NODE = "import rclpy\n"
@@ -58,6 +59,6 @@ def below(prefix: str, files: dict[str, str] = PACKAGE) -> dict[str, str]:
 
 def refusal(source: Path, into: Path) -> str:
     with pytest.raises(SubmissionError) as refused:
-        open_submission(source, into)
+        open_submission(source, into, COURSE)
     assert not into.exists(), "a refused submission leaves nothing behind"
     return str(refused.value)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from typing import Any
 
 from grader.checks.judge import Failed, Judge, NotReached
 from grader.evidence import Build, Evidence, Intake
+from helpers.course import COURSE
 
 Check = Callable[[Judge], None]
 
@@ -30,15 +32,19 @@ def evidence_with(**facts: Any) -> Evidence:
 
 
 def find(check_id: str) -> Check:
-    """Return the check "module::function" of grader/checks."""
+    """Return the check "module::function" of the kit's own course, or of those that every course can use."""
     module, _, function = check_id.partition("::")
-    check: Check = getattr(importlib.import_module(f"grader.checks.{module}"), function)
-    return check
+    for folder in ("grader.courses.robot_controller.checks", "grader.checks"):
+        with contextlib.suppress(ModuleNotFoundError):
+            check: Check | None = getattr(importlib.import_module(f"{folder}.{module}"), function, None)
+            if check is not None:
+                return check
+    raise LookupError(check_id)
 
 
 def ask(check: Check, evidence: Evidence) -> Judged:
     """Return what `check` says of the evidence. An error of the grader (Unjudged, RuntimeError) is raised."""
-    judge = Judge(evidence)
+    judge = Judge(evidence, COURSE)
     try:
         check(judge)
     except Failed as failed:

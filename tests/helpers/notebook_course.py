@@ -15,7 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from grader.authoring import book, editions, notebook_run, notebook_source, stored_outputs
-from grader.contract import spec
+from helpers import course as spec
 from helpers.notebook_validation import Validation, validate
 
 STARTS = ("06_services",)  # two about equal parts

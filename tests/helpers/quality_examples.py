@@ -12,6 +12,7 @@ from unittest.mock import patch
 from grader import KIT, evidence
 from grader.quality import analyse, parsed_module, source_files, worker
 from grader.quality.manifest import read_manifest
+from helpers.course import COURSE
 from helpers.judging import Check, Judged, ask, evidence_with
 
 REFERENCE = KIT / "solution_pkg" / "ros2_robot_controller"
@@ -55,17 +56,19 @@ def facts(package: Path, beside: Path | None = None, *, tests: bool = False) -> 
     """
     found = [
         (source.path, str(package / source.path))
-        for source in source_files.find(package)
+        for source in source_files.find(package, COURSE)
         if not source.problem and (tests or not source.path.startswith("test/"))
     ]
     with patch.object(worker, "parse", _parsed):
-        return worker.package_facts(package, beside, found)
+        return worker.package_facts(package, beside, found, course=COURSE)
 
 
 def with_manifest_of(package: Path) -> evidence.Quality:
     """Return the reference's facts with those of this package's package.xml."""
-    found = [_parsed(source.path, source.data) for source in source_files.find(package)]
-    return replace(untouched(), manifest=read_manifest(package, source_files.package_files(package), found))
+    found = [_parsed(source.path, source.data, COURSE.package) for source in source_files.find(package, COURSE)]
+    return replace(
+        untouched(), manifest=read_manifest(package, source_files.package_files(package, COURSE), found, COURSE)
+    )
 
 
 _parsed = cache(parsed_module.parse)  # most files of the reference are the same in every test
@@ -73,7 +76,7 @@ _parsed = cache(parsed_module.parse)  # most files of the reference are the same
 
 def with_linters(package: Path) -> evidence.Quality:
     """Return everything that a grading collects, in three processes."""
-    return analyse.analyse_package(package)
+    return analyse.analyse_package(package, COURSE)
 
 
 def with_flake8(package: Path) -> evidence.Quality:
@@ -89,7 +92,7 @@ def with_pep257(package: Path) -> evidence.Quality:
 def _without(tool: str, package: Path) -> evidence.Quality:
     here = (facts(package), [])
     with patch.object(analyse, tool, lambda *_: []), patch.object(analyse, "_facts", lambda *_: here):
-        return analyse.analyse_package(package)
+        return analyse.analyse_package(package, COURSE)
 
 
 @cache

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from grader import building
-from grader.contract.spec import PACKAGE
 from grader.evidence import Trial
 from grader.trials import catalog, scheduler
+from helpers.course import COURSE, PACKAGE
 
 NODE = """#!{python}
 import rclpy
@@ -64,7 +64,7 @@ def run(contract: building.Built, tmp_path: Path) -> Run:
     """Run a trial with a node whose code is given; its install tree has the contract's types and nothing else."""
 
     def run(trial: str, body: str, *, services: bool = True, package: Path | None = None) -> Trial:
-        plan = catalog.trials()[trial]
+        plan = catalog.trials(COURSE)[trial]
         install = tmp_path / "install"
         shutil.copytree(contract.install, install, symlinks=True)
         executable = install / "lib" / PACKAGE / plan.node
@@ -74,6 +74,7 @@ def run(contract: building.Built, tmp_path: Path) -> Run:
         executable.chmod(0o755)
         found = scheduler.run(
             [plan],
+            COURSE,
             install=install,
             contract=contract.install,
             folder=tmp_path / "trials",

@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from grader.contract.spec import CONTRACT
+from helpers.course import CONTRACT
+
 from grader.selftest.package_edits import copy, replace
 from submissions.edits import REFERENCE
 

@@ -32,7 +32,9 @@ def costs(name: str, settings: pipeline.Settings) -> dict[str, float]:
 
 def judged_by_trial(whole: rubric.Rubric) -> tuple[str, ...]:
     """Return the requirements that are judged by the build and the trials, not by text or the package's own tests."""
-    others = PackageText().serves | StudentTestRuns().serves | Mutants().serves
+    settings = pipeline.Settings(rubric=whole, cache=building.cache_folder())
+    sources = (PackageText(), StudentTestRuns(), Mutants())
+    others = frozenset[str]().union(*(source.serves(settings) for source in sources))
     return tuple(r.id for r in whole.requirements if r.checks and r.id not in others)
 
 

@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from grader.contract.spec import PACKAGE
+from grader.course import kits_own
 from grader.selftest.package_edits import Change, put, replace
+
+PACKAGE = kits_own().package
 
 Pack = Callable[[Path, Path], Path]
 """Packs a package into a submission below a folder, and returns the submission."""

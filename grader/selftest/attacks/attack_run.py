@@ -88,7 +88,7 @@ class _Baseline:
                 needs = tuple(sorted(self._needs[weak]))
                 patient = replace(self._settings, requirements=needs, build_seconds=_BUILD_SECONDS)
                 grading = pipeline.grade(package, Path(folder) / "out", patient)
-            if needs_build(patient.checked) and not grading.evidence.build.ok:
+            if needs_build(patient) and not grading.evidence.build.ok:
                 log = grading.evidence.build.log_tail
                 raise GraderError(f"The package without an attack does not build here: {log}")
             if unjudged := [s.requirement.id for s in grading.unjudged]:

@@ -10,8 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from grader import KIT
-from grader.contract.spec import PACKAGE
+from grader.course import kits_own
 from grader.errors import EXIT_USAGE, GraderError
+
+PACKAGE = kits_own().package
 
 if TYPE_CHECKING:
     from grader.selftest.attacks.attack import Attack

@@ -7,10 +7,13 @@ from __future__ import annotations
 import zipfile
 from pathlib import Path
 
-from grader.contract.spec import NODES, PACKAGE
+from grader.course import kits_own
 from grader.selftest.attacks.attack import Attack, attack, cmake
 from grader.selftest.attacks.weaknesses import CLAMPS_WRONG, CREEPS, FAILING_TESTS, FEW_TESTS, OTHER_TYPE
 from grader.selftest.package_edits import append, put
+
+PACKAGE = kits_own().package
+NODES = tuple(kits_own().nodes)
 
 # Repeats a command's output at the end: of a build's log only the tail is kept.
 _PROBE = """execute_process(COMMAND sh -c [[{}]]

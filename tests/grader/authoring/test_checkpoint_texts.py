@@ -6,15 +6,14 @@ import json
 import zlib
 
 import pytest
+from helpers.course import COURSE, PACKAGE
 
 from grader import building
 from grader.authoring import checkpoint_texts
 from grader.authoring.checkpoint_texts import REFERENCE
-from grader.contract.spec import PACKAGE
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook import checkpoints
-from grader.notebook.checkpoints import NOTEBOOKS
 from grader.notebook.workspace import Workspace
 
 
@@ -29,7 +28,10 @@ def reference_files() -> dict[str, str]:
 def test_each_file_of_the_reference_is_written_once_in_its_final_version():
     reference = reference_files()
     written = [
-        path for name in NOTEBOOKS for path, text in checkpoint_texts.texts(name).items() if text == reference[path]
+        path
+        for name in list(checkpoints.table())
+        for path, text in checkpoint_texts.texts(name).items()
+        if text == reference[path]
     ]
     assert sorted(written) == sorted(reference)
 
@@ -49,7 +51,7 @@ def test_an_edit_that_no_longer_fits_the_reference_says_so():
         checkpoint_texts.edited("find_package(rclpy)", (("find_package(nothing)", ""),), "CMakeLists.txt")
 
 
-@pytest.mark.parametrize("name", NOTEBOOKS)
+@pytest.mark.parametrize("name", list(checkpoints.table()))
 def test_given_modules_have_ninety_nine_columns_at_most_and_end_in_one_line_break(name: str):
     for path, text in checkpoint_texts.given_texts(name).items():
         assert text.endswith("\n"), path
@@ -61,18 +63,18 @@ def test_given_modules_have_ninety_nine_columns_at_most_and_end_in_one_line_brea
 
 def test_the_packed_texts_are_those_of_the_checkout():
     packed = json.loads(zlib.decompress(checkpoint_texts.pack()))
-    assert packed == {name[:2]: checkpoint_texts.texts(name) for name in NOTEBOOKS}
+    assert packed == {name[:2]: checkpoint_texts.texts(name) for name in list(checkpoints.table())}
 
 
 @pytest.mark.slow  # builds each checkpoint
 @pytest.mark.sandbox
-@pytest.mark.parametrize("name", NOTEBOOKS[1:])
+@pytest.mark.parametrize("name", list(checkpoints.table())[1:])
 def test_every_checkpoint_builds_and_installs_both_nodes(workspace: Workspace, name: str):
     package = workspace.package
     for path, text in checkpoints.files_after(name).items():
         (package / path).parent.mkdir(parents=True, exist_ok=True)
         (package / path).write_text(text)
-    built = building.build([package], building.cache_folder())
+    built = building.build([package], building.cache_folder(), COURSE)
     assert built.facts.ok, built.facts.log_tail
     assert {"robot_controller", "sensor_processor"} <= set(built.facts.executables)
     modules = built.install / ros_env.SITE_IN_PREFIX / PACKAGE

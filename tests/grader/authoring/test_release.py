@@ -12,10 +12,10 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 from helpers.notebook_rules import Page, has_no_outputs, links_lead_somewhere
 
 from grader.authoring import book, checkpoint_texts, notebook_run, notebook_source, release
-from grader.contract.spec import PACKAGE
 from grader.notebook import checkpoints
 from grader.scoring.rubric import Rubric
 
@@ -59,7 +59,7 @@ def test_the_kit_holds_nothing_meant_for_instructors(kit: Path):
 
 
 def test_the_notebooks_of_the_kit_have_no_outputs(kit: Path):
-    for name in checkpoints.NOTEBOOKS:
+    for name in checkpoints.table():
         page = Page(name, book.read_stored(kit / "notebooks" / f"{name}.ipynb"), kit / "notebooks")
         assert list(has_no_outputs(page)) == []
 
@@ -75,7 +75,7 @@ def test_the_kit_holds_no_solved_exercise(kit: Path):
     """The handout prints the interfaces; no readable file holds any other solution."""
     texts = {name: (kit / name).read_text(errors="replace") for name in names(kit)}
     readable = "\n".join(text.replace("\\n", "\n").replace('\\"', '"') for text in texts.values())
-    for notebook in checkpoints.NOTEBOOKS:
+    for notebook in checkpoints.table():
         for path in checkpoints.checkpoint(notebook).exercises:
             if path.startswith(("msg/", "srv/", "action/")):
                 continue
@@ -98,7 +98,7 @@ def test_the_code_of_the_kit_quotes_no_solution(kit: Path):
     """Seven lines at most: the kit builds the contract's interfaces itself, and that takes the same CMake command."""
     programs = {name: (kit / name).read_text() for name in names(kit) if name.endswith((".py", ".txt", ".yaml"))}
     assert "grader/notebook/checkpoints.py" in programs
-    for notebook in checkpoints.NOTEBOOKS:
+    for notebook in checkpoints.table():
         for path in checkpoints.checkpoint(notebook).exercises:
             for name, text in programs.items():
                 quoted = longest_quotation(checkpoint_texts.solution(notebook, path), text)
@@ -227,7 +227,7 @@ def test_the_kits_grader_runs_and_has_no_verb_release(kit: Path):
 def test_the_whole_course_works_in_the_released_kit(kit: Path, rubric: Rubric, tmp_path: Path):
     """Each of its notebooks, solved, in order; the package then gets all points from the kit's own grader."""
     workspace = kit / "ws"
-    for name in checkpoints.NOTEBOOKS:
+    for name in checkpoints.table():
         notebook = book.read_stored(kit / "notebooks" / f"{name}.ipynb")
         run = notebook_run.execute(notebook_run.solved(name, notebook, checkpoint_texts.solution), workspace, kit)
         assert run.error is None

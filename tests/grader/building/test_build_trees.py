@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 
 from grader import KIT, building, sandbox
 from grader.building import colcon
@@ -36,7 +37,7 @@ def built(folder: Path, cmake: str, **files: str) -> colcon.Built:
         path = package / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    return building.build([package], folder.parent / "cache", main="p")
+    return building.build([package], folder.parent / "cache", COURSE, main="p")
 
 
 @pytest.mark.sandbox

@@ -7,10 +7,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from helpers import course as spec
+from helpers.course import COURSE
 
 from grader import building, evidence, pipeline, sandbox
 from grader.building import cache, type_hashes
-from grader.contract import spec
 from grader.errors import GraderError
 from grader.host import ros_env
 
@@ -75,10 +76,10 @@ def test_a_damaged_cache_is_built_again(reference: Path, tmp_path: Path, setting
     """Truncate the modules of a build in the cache: the next grading builds the package again."""
     package = shutil.copytree(reference, tmp_path / reference.name)
     (package / "NOTES.md").write_text(f"Not the package that is built already: {tmp_path}\n")
-    first = building.build([package], settings.cache)
+    first = building.build([package], settings.cache, COURSE)
     for path in (first.install / ros_env.SITE_IN_PREFIX / spec.PACKAGE).glob("*.py"):
         path.write_text("")
-    second = building.build([package], settings.cache)
+    second = building.build([package], settings.cache, COURSE)
     assert not second.facts.cached
     assert second.facts.ok
     assert all(path.read_text() for path in second.install.rglob("robot_controller.py"))

@@ -10,12 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers import course as spec
+from helpers.course import COURSE
 from submissions.edits import apply
 from variants import VARIANTS, make
 
 from grader import building, pipeline, sandbox
 from grader.building import colcon
-from grader.contract import spec
 from grader.errors import GraderError
 from grader.host import ros_env
 
@@ -27,9 +28,9 @@ def package(tmp_path: Path) -> Path:
 
 @pytest.mark.sandbox
 def test_the_reference_builds_with_the_contracts_hashes(package: Path, settings: pipeline.Settings):
-    built = building.build([package], settings.cache)
+    built = building.build([package], settings.cache, COURSE)
     assert built.facts.ok, built.facts.log_tail
-    assert built.facts.type_hashes == building.build_contract(settings.cache).facts.type_hashes
+    assert built.facts.type_hashes == building.build_contract(settings.cache, COURSE).facts.type_hashes
     assert set(spec.INTERFACES) == set(built.facts.type_hashes)
     assert {"robot_controller", "sensor_processor"} <= set(built.facts.executables)
     assert "launch/robot_controller_launch.py" in built.facts.shared_files
@@ -41,7 +42,7 @@ def test_a_grader_whose_files_are_private_builds_too(package: Path, settings: pi
     (package / "ros2_robot_controller" / "extra.py").write_text(f"NEVER_BUILT = '{package} {os.getpid()}'\n")
     before = os.umask(0o077)
     try:
-        built = building.build([package], settings.cache)
+        built = building.build([package], settings.cache, COURSE)
         assert os.umask(0o077) == 0o077
     finally:
         os.umask(before)
@@ -51,10 +52,10 @@ def test_a_grader_whose_files_are_private_builds_too(package: Path, settings: pi
 
 @pytest.mark.sandbox
 def test_the_same_content_is_built_once_wherever_it_lies(package: Path, tmp_path: Path, settings: pipeline.Settings):
-    first = building.build([package], settings.cache)
+    first = building.build([package], settings.cache, COURSE)
     elsewhere = tmp_path / "elsewhere" / package.name
     shutil.copytree(package, elsewhere)
-    second = building.build([elsewhere], settings.cache)
+    second = building.build([elsewhere], settings.cache, COURSE)
     assert second.facts.cached
     assert second.install == first.install
 
@@ -62,9 +63,9 @@ def test_the_same_content_is_built_once_wherever_it_lies(package: Path, tmp_path
 @pytest.mark.sandbox
 def test_a_damaged_cache_entry_is_built_again(package: Path, settings: pipeline.Settings):
     (package / "ros2_robot_controller" / "extra.py").write_text("DAMAGED = 'on purpose'\n")
-    first = building.build([package], settings.cache)
+    first = building.build([package], settings.cache, COURSE)
     (first.install.parent / "build.json").write_text("{")
-    again = building.build([package], settings.cache)
+    again = building.build([package], settings.cache, COURSE)
     assert not again.facts.cached
     assert again.facts.ok
 
@@ -75,7 +76,7 @@ def test_a_damaged_cache_entry_is_built_again(package: Path, settings: pipeline.
 def test_all_that_an_honest_package_installs_is_known(name: str, tmp_path: Path, settings: pipeline.Settings):
     """By CMake and by setuptools, with modules as executables, scripts of entry points, and packages split in two."""
     packages = sorted(path.parent for path in make(VARIANTS[name], tmp_path).glob("*/package.xml"))
-    facts = building.build(packages, settings.cache).facts
+    facts = building.build(packages, settings.cache, COURSE).facts
     assert facts.ok, facts.log_tail
     assert facts.not_handed_in == []
     assert facts.flags == []
@@ -94,7 +95,7 @@ def test_a_version_that_cmake_writes_is_known(package: Path, settings: pipeline.
             "ament_package()",
         )
     )
-    built = building.build([package], settings.cache)
+    built = building.build([package], settings.cache, COURSE)
     assert built.facts.ok, built.facts.log_tail
     assert len(list(built.install.rglob("version.py"))) == 1
     assert (built.facts.not_handed_in, built.facts.flags) == ([], [])
@@ -103,7 +104,7 @@ def test_a_version_that_cmake_writes_is_known(package: Path, settings: pipeline.
 @pytest.mark.sandbox
 def test_the_byte_code_of_an_install_tree_is_that_of_its_text(package: Path, settings: pipeline.Settings):
     """And Python compares it with the text by content, not by its time. rosidl's own CMake compiles, too."""
-    site = building.build([package], settings.cache).install / ros_env.SITE_IN_PREFIX
+    site = building.build([package], settings.cache, COURSE).install / ros_env.SITE_IN_PREFIX
     modules = sorted(site.rglob("*.py"))
     assert len(modules) > 10
     assert sorted(site.rglob("*.pyc")) == sorted(Path(importlib.util.cache_from_source(str(path))) for path in modules)
@@ -128,7 +129,7 @@ def test_interfaces_of_the_kit_that_do_not_build_are_tried_again(tmp_path: Path)
     (package / "package.xml").write_text("<package format='3'><name>interfaces</name></package>")
     (package / "CMakeLists.txt").write_text("message(FATAL_ERROR broken)")
     for _ in range(2):
-        built = building.build([package], tmp_path / "cache", trusted=True, main="interfaces")
+        built = building.build([package], tmp_path / "cache", COURSE, trusted=True, main="interfaces")
         assert (built.facts.ok, built.facts.cached) == (False, False)
 
 
@@ -148,4 +149,4 @@ def test_a_colcon_that_does_not_run_is_charged_to_nobody(package: Path, tmp_path
     tmp_path.chmod(0o755)
     monkeypatch.setattr(sandbox, "Sandbox", with_broken_colcon)
     with pytest.raises(GraderError, match="colcon does not run on this machine: ModuleNotFoundError"):
-        building.build([package], tmp_path / "cache")
+        building.build([package], tmp_path / "cache", COURSE)

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 
 from grader.building import install_tree
 from grader.host import ros_env
@@ -102,7 +103,7 @@ def test_nodes_that_are_installed_elsewhere_are_found_and_linked_to_where_ros2_r
     program(install, "bin/robot_controller")
     program(install, "bin/helper")
     program(install, "lib/other/sensor_processor")
-    found = install_tree.misplaced_nodes(install, "pkg")
+    found = install_tree.misplaced_nodes(install, "pkg", COURSE)
     assert found == {"robot_controller": "bin", "sensor_processor": "lib/other"}
     install_tree.link_misplaced(install, "pkg", found.values())
     for name in ("robot_controller", "sensor_processor", "helper"):
@@ -114,7 +115,7 @@ def test_nodes_in_their_place_are_not_looked_for_elsewhere(install: Path):
     for name in ("robot_controller", "sensor_processor"):
         program(install, f"lib/pkg/{name}")
         program(install, f"bin/{name}")
-    assert install_tree.misplaced_nodes(install, "pkg") == {}
+    assert install_tree.misplaced_nodes(install, "pkg", COURSE) == {}
 
 
 def interface(install: Path, package: str) -> None:
@@ -139,20 +140,20 @@ def test_a_package_is_found_under_the_name_that_it_has(install: Path, installed:
     for each in installed:
         (install / "share" / each).mkdir()
         (install / "share" / each / "package.xml").write_text("<package/>")
-    assert install_tree.main_package(install, wanted) == name
+    assert install_tree.main_package(install, wanted, COURSE) == name
 
 
 @pytest.mark.parametrize("types", ["team07", "team07_interfaces", "robot_msgs"])
 def test_the_types_are_found_under_the_name_that_they_have(install: Path, types: str):
     interface(install, types)
-    assert install_tree.interfaces_package(install, "team07") == types
+    assert install_tree.interfaces_package(install, "team07", COURSE) == types
 
 
 @pytest.mark.parametrize("types", ["std_msgs", "rclpy", "json", "test", "install", "not-a-name"])
 def test_types_under_a_name_of_ros_python_or_cmake_are_not_looked_at(install: Path, types: str):
     """The observer builds the contract's types under the same name."""
     interface(install, types)
-    assert install_tree.interfaces_package(install, types) == "ros2_robot_controller"
+    assert install_tree.interfaces_package(install, types, COURSE) == "ros2_robot_controller"
 
 
 def test_an_ordinary_package_raises_no_flag(install: Path):

@@ -8,6 +8,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 
 from grader.building import installed_code, type_hashes
 from grader.building.type_hashes import Generated
@@ -34,7 +35,7 @@ def written(root: Path, **files: str) -> None:
 
 
 def unknown(tree: Path, generated: dict[str, Generated] | None = None) -> list[str]:
-    return installed_code.unreadable(tree / "install", tree / "src", generated or {})
+    return installed_code.unreadable(tree / "install", tree / "src", generated or {}, COURSE.nodes)
 
 
 @pytest.mark.parametrize(
@@ -44,7 +45,7 @@ def test_text_is_read_wherever_the_build_has_it_from(tree: Path, place: str):
     """CMake may have written or configured it."""
     written(tree, **{f"install/{place}": OTHER})
     assert unknown(tree) == []
-    assert list(installed_code.python_texts(tree / "install")) == [(place, OTHER.encode())]
+    assert list(installed_code.python_texts(tree / "install", COURSE.nodes)) == [(place, OTHER.encode())]
 
 
 @pytest.mark.parametrize("place", [f"{SITE}/p/mod.py", "lib/p/robot_controller"])
@@ -144,10 +145,12 @@ def test_the_scripts_that_setuptools_writes_are_known_letter_by_letter(tree: Pat
     names = {"spec": "robot-controller==1.0.0", "group": "console_scripts", "name": "robot_controller"}
     script = "#!/ws/bin/python3\n" + text % names
     written(tree, **{"install/lib/p/robot_controller": script})
-    assert list(installed_code.python_texts(tree / "install")) == []
+    assert list(installed_code.python_texts(tree / "install", COURSE.nodes)) == []
     other = script.replace("import sys", "import sys, os")
     written(tree, **{"install/lib/p/robot_controller": other})
-    assert list(installed_code.python_texts(tree / "install")) == [("lib/p/robot_controller", other.encode())]
+    assert list(installed_code.python_texts(tree / "install", COURSE.nodes)) == [
+        ("lib/p/robot_controller", other.encode())
+    ]
 
 
 def test_a_link_among_the_modules_is_not_followed_by_those_who_count_them(tree: Path):

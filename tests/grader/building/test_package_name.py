@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 
 from grader import building, pipeline
 from grader.building.package_name import places
@@ -134,6 +135,6 @@ def test_a_package_that_is_renamed_as_told_builds_under_its_new_name(tmp_path: P
     assert [path for path in renamed.rglob("*") if "lab5_31" in path.name] == []
     left = [path.name for path in renamed.rglob("*") if path.is_file() and "lab5_31" in path.read_text()]
     assert left == ["package.xml"], "in its description only"
-    built = building.build([renamed], settings.cache)
+    built = building.build([renamed], settings.cache, COURSE)
     assert built.facts.ok, built.facts.log_tail
     assert (built.facts.package, built.facts.executables) == ("ros2_robot_controller", ["robot_controller"])

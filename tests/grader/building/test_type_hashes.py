@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers import course as spec
 
 from grader.building import type_hashes
-from grader.contract import spec
 
 
 @pytest.mark.sandbox

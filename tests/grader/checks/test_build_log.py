@@ -52,7 +52,7 @@ def test_the_first_error_has_its_explanation_and_no_path_of_ours(log: str, error
         ("xml_no_version", 'The manifest must contain exactly one "version" tag', "line by line"),
         ("install_python_pkg", "ament_python_install_package() and rosidl_generate_interfaces() both make",
          "install(DIRECTORY ${PROJECT_NAME}/ DESTINATION"),
-        ("no_project", "'Project' is an invalid package name", "project(ros2_robot_controller)"),
+        ("no_project", "'Project' is an invalid package name", "project(NAME), with the name in package.xml"),
         ("cpp_target", "CMakeLists.txt:45 (add_executable): Cannot find source file: src/talker.cpp", "are in Python"),
         ("py_no_resource", "can't copy 'resource/ros2_robot_controller'", "write resource/ros2_robot_controller"),
         ("py_setup_syntax", "setup.py:20: invalid syntax", ""),

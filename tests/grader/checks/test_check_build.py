@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import pytest
 from helpers import recordings
+from helpers.course import LAYOUT, PACKAGE
 from helpers.judging import ask, evidence_with, find
 
-from grader.contract.layout import LAYOUT
 from grader.evidence import Build, Finding, Manifest, Quality
 
 BUILDS = find("check_build::test_colcon_build_succeeds")
 EXECUTABLES = find("check_build::test_executables_are_installed")
-BUILT = replace(Build.not_tried(), ok=True, exit_code=0)
+BUILT = replace(Build.not_tried(PACKAGE), ok=True, exit_code=0)
 BOTH = {"robot_controller": "bin", "sensor_processor": "bin"}
 
 

@@ -6,11 +6,12 @@ import math
 from dataclasses import replace
 
 import pytest
+from helpers.course import COURSE
 from helpers.judging import ask, evidence_with
 
-from grader.checks.check_conversions import test_conversions_are_right_at_their_edges as check
-from grader.conversions.ask import questions
+from grader.courses.robot_controller.checks.check_conversions import test_conversions_are_right_at_their_edges as check
 from grader.evidence import FunctionAnswer
+from grader.functions.call import questions
 
 check.__test__ = False  # type: ignore[attr-defined]
 MISSING = "ModuleNotFoundError: No module named 'ros2_robot_controller.utils'"
@@ -18,11 +19,11 @@ MISSING = "ModuleNotFoundError: No module named 'ros2_robot_controller.utils'"
 
 @pytest.fixture
 def unanswered() -> list[FunctionAnswer]:
-    return [FunctionAnswer(q["function"], q["arguments"], problem=MISSING) for q in questions(0)]
+    return [FunctionAnswer(q["function"], q["arguments"], problem=MISSING) for q in questions(COURSE, 0)]
 
 
 def test_a_module_that_is_not_there_is_named_once(unanswered: list[FunctionAnswer]):
-    said = ask(check, evidence_with(conversions=unanswered))
+    said = ask(check, evidence_with(functions=unanswered))
     assert said.share == 0
     assert said.seen == f"utils/conversions.py cannot be imported: {MISSING}"
     assert "CMakeLists.txt" in said.try_
@@ -31,7 +32,7 @@ def test_a_module_that_is_not_there_is_named_once(unanswered: list[FunctionAnswe
 def test_one_function_that_is_missing_costs_a_quarter(unanswered: list[FunctionAnswer]):
     gone = "AttributeError: module has no attribute 'clamp'"
     answers = [FunctionAnswer("clamp", [0.5, 0.0, 1.0], problem=gone), FunctionAnswer("clamp", [2.0, 0.0, 1.0], [1.0])]
-    said = ask(check, evidence_with(conversions=[replace(answers[1]), answers[0]]))
+    said = ask(check, evidence_with(functions=[replace(answers[1]), answers[0]]))
     assert said.share == pytest.approx(0.75)
     assert said.seen == f"clamp(0.5000, 0.0000, 1.0000) gave {gone}; right is 0.5000"
 
@@ -45,7 +46,7 @@ def test_a_wrong_answer_comes_with_its_case_and_the_right_one():
         FunctionAnswer("yaw_from_quaternion", [tilted], [naive]),
         FunctionAnswer("clamp", [-3.0, -1.0, -0.5], [-3.0]),
     ]
-    assert ask(check, evidence_with(conversions=answers)).seen.split("; right is ") == [
+    assert ask(check, evidence_with(functions=answers)).seen.split("; right is ") == [
         "normalize_angle(-3.1416) gave -3.1416",
         "3.1416; quaternion_from_yaw(3.1416) gave (0.000, 1.000, 0.000, 0.000)",
         "(0.000, 0.000, 1.000, 0.000); yaw_from_quaternion((-0.300, 0.600, 0.200, 0.714)) gave 0.5461",

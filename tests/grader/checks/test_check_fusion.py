@@ -6,7 +6,7 @@ import pytest
 from helpers.judging import Check, ask, evidence_with
 
 from grader import evidence
-from grader.checks import check_fusion as checks
+from grader.courses.robot_controller.checks import check_fusion as checks
 
 TICK = 0.05
 

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import pytest
 from helpers import recordings
+from helpers.course import COURSE
 
-from grader.checks.check_goals import test_feedback_is_the_true_distance as distance_is_true
 from grader.checks.judge import Failed, Judge
+from grader.courses.robot_controller.checks.check_goals import test_feedback_is_the_true_distance as distance_is_true
 from grader.evidence import Trial
 
 REFERENCE = recordings.load("reference")
@@ -23,7 +24,7 @@ def judge(pace: str, late_s: float = 0.0, off_m: float = 0.0) -> Judge:
     feedback = [[t, said + off_m, distance(trial, t + late_s)] for t, said, _ in goal.feedback]
     feedback = [[t + late_s, said, true] for t, said, true in feedback]
     changed = replace(trial, pace=pace, goals=[replace(goal, feedback=feedback)])
-    return Judge(replace(REFERENCE, trials=REFERENCE.trials | {NAME: changed}))
+    return Judge(replace(REFERENCE, trials=REFERENCE.trials | {NAME: changed}), COURSE)
 
 
 def distance(trial: Trial, t: float) -> float:

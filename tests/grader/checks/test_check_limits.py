@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from grader.checks import check_limits as checks
+from grader.courses.robot_controller.checks import check_limits as checks
 from grader.evidence import Command, ParameterAnswer, Trial
 
 TICK = 0.05

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from grader.checks import motion
-from grader.checks.check_navigation import again
+from grader.courses.robot_controller.checks import motion
+from grader.courses.robot_controller.checks.check_navigation import again
 from grader.evidence import Call, Goal, Sample, Trial
 
 HERE = Goal(0.5, 0.0, 0.0, 0.25, True, "succeeded", True, 0.0, 0.0, ended_t=0.6)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from grader.checks.check_set_speed import states
+from grader.courses.robot_controller.checks.check_set_speed import states
 
 
 @pytest.mark.parametrize("said", ["0.25", "0.250", "0.250000", "0,25", ".25", "0.3", "0.2", "+/-0.25", "[-0.25, 0.25]"])

@@ -8,9 +8,9 @@ import pytest
 from helpers import recordings
 from helpers.judging import ask, find
 
-from grader.checks.settings_effect import without_effect
+from grader.courses.robot_controller.checks.settings_effect import without_effect
+from grader.courses.robot_controller.trials.parameters import OTHER_SETTINGS
 from grader.evidence import Command, Message, Trial
-from grader.trials.scripts.parameters import OTHER_SETTINGS
 
 REFUSED = find("check_parameters::test_invalid_values_are_refused_at_run_time")
 MARKS = {"idle": 0.5, "start": 1.5, "ahead": 3.0, "slowed": 3.4, "beside": 4.0, "gone": 4.7, "goal": 5.0, "end": 7.0}

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 import time
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 from helpers.judging import evidence_with
 
 from grader import evidence
@@ -30,7 +30,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of some evidence, over which these checks can be run."""
     checks = tmp_path / "checks"
     checks.mkdir()
-    shutil.copy(checks_run._FOLDER / "conftest.py", checks)
     functions = [f"def test_{name}(judge):\n    {body}\n" for name, body in CHECKS.items()]
     (checks / "check_it.py").write_text("\n".join(["import ctypes, re, time", *functions]))
     monkeypatch.setattr(checks_run, "_FOLDER", checks)
@@ -40,7 +39,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def run(folder: Path, *names: str) -> dict[str, CheckResult]:
-    results = checks_run.run(folder, [f"check_it::test_{name}" for name in names])
+    results = checks_run.run(COURSE, folder, [f"check_it::test_{name}" for name in names])
     assert len(results) == len(names)
     return {result.id.partition("_it::test_")[2]: result for result in results}
 
@@ -71,7 +70,7 @@ def test_a_check_that_ends_the_process_is_named_and_what_was_judged_before_count
 def test_a_check_that_never_ends_is_named_and_what_was_judged_before_counts(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    with checks_run.Checks(["check_it::test_first", "check_it::test_hangs"]) as checks:
+    with checks_run.Checks(COURSE, ["check_it::test_first", "check_it::test_hangs"]) as checks:
         checks.begin(folder)
         deadline = time.monotonic() + 60.0
         while not (checks._results.exists() and checks._results.read_text().endswith("\n")):

@@ -7,22 +7,19 @@ from pathlib import Path
 
 import pytest
 from helpers import recordings
+from helpers.course import LAYOUT
 from helpers.judging import ask, evidence_with
 
-from grader.checks import (
-    check_build,
+from grader.checks import check_build, check_interfaces, check_package_xml, check_structure
+from grader.checks.findings import listing
+from grader.courses.robot_controller.checks import (
     check_conversions,
-    check_interfaces,
     check_launch,
     check_obstacle,
-    check_package_xml,
     check_parameters,
     check_set_speed,
     check_status,
-    check_structure,
 )
-from grader.checks.findings import listing
-from grader.contract.layout import LAYOUT
 from grader.evidence import (
     Build,
     Call,
@@ -205,9 +202,9 @@ def test_files_that_are_missing_are_explained_by_what_builds_the_package(cmake: 
 
 
 def test_conversions_that_are_missing_are_explained_by_what_builds_the_package():
-    answers = [replace(recordings.load("reference").conversions[0], answer=[], problem="No module named 'utils'")]
+    answers = [replace(recordings.load("reference").functions[0], answer=[], problem="No module named 'utils'")]
     said = ask(check_conversions.test_conversions_are_right_at_their_edges,
-               evidence_with(conversions=answers, quality=text(cmake=False)))  # fmt: skip
+               evidence_with(functions=answers, quality=text(cmake=False)))  # fmt: skip
     assert "does setup.py install it" in said.try_
 
 

@@ -99,8 +99,8 @@ def test_a_saved_grading_is_loaded_as_it_was(tmp_path):
     names = sorted(str(file.relative_to(tmp_path)) for file in tmp_path.rglob("*.json"))
     assert names == [
         "build.json",
-        "conversions.json",
         "flags.json",
+        "functions.json",
         "origin.json",
         "submission.json",
         "tests.json",

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 
 from grader import KIT, building, cli, evidence, pipeline
 from grader.errors import GraderError
@@ -201,7 +202,7 @@ def test_a_full_disk_costs_no_points_and_the_next_grading_is_right(reference: Pa
     run = ("grade", package, "--rubric", small, "--out", out)
     where = {"out": out, "tmp": scratch, "cache": cache}[full]
     # The disk has enough space for its present content, and too little for the rest.
-    built = building.build_contract(building.cache_folder()).install.parent
+    built = building.build_contract(building.cache_folder(), COURSE).install.parent
     keep = f"mkdir {cache}/builds; cp -a {built} {cache}/builds; " if full == "cache" else ""
     room, size = (10 * MB, 100 * MB) if full == "cache" else (20_000, MB)
     ballast = f"head -c $(($(stat -f -c '%a * %S' {where}) - {room})) /dev/zero >{where}/ballast; "

@@ -18,6 +18,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from helpers.archives import PACKAGE, member
+from helpers.course import COURSE
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -73,7 +74,7 @@ def check_any(make: Callable[[Path], object]) -> Submission | None:
         before = sorted(tmp.rglob("*"))
         opened, message = None, ""
         try:
-            opened = open_submission(source, into)
+            opened = open_submission(source, into, COURSE)
         except SubmissionError as refused:
             message = str(refused)
         if opened is None:

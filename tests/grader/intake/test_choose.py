@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from helpers.archives import NODE, PACKAGE, XML, below, refusal, write, zipped
+from helpers.course import COURSE
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -38,7 +39,7 @@ BOTH = ("robot_controller", "sensor_processor")
         (package("team07", *BOTH), package("ros2_robot_control", nodes=40), "it has modules of the assignment"),
         (package("Ros2-Robot-Controller", *BOTH), package("robot_controller", *BOTH), "in capitals and dashes only"),
         (package("my_robot", nodes=1), package("ros2_robot_controllers"), "it has nodes in Python"),
-        (drives("lab5", "/cmd_vel"), drives("ros2_robot_control", "chatter", "scan", "odom"), "drive a robot"),
+        (drives("lab5", "/cmd_vel"), drives("ros2_robot_control", "chatter", "scan", "odom"), "name cmd_vel"),
         (drives("lab5", "cmd_vel", "set_speed"), drives("robot_controller2", "cmd_vel"), "the most topics"),
     ],
 )
@@ -46,7 +47,7 @@ def test_what_a_package_has_and_does_counts_more_than_a_likely_name_or_many_node
     handed_in: Path, into: Path, chosen: dict[str, str], other: dict[str, str], because: str
 ):
     write(write(handed_in, below("z/", chosen)), below("a/", other))
-    intake = open_submission(handed_in, into).intake
+    intake = open_submission(handed_in, into, COURSE).intake
     assert intake.package_path == "z"
     assert because in intake.chosen_because
     assert [path.partition(" ")[0] for path in intake.others] == ["a"]
@@ -55,14 +56,14 @@ def test_what_a_package_has_and_does_counts_more_than_a_likely_name_or_many_node
 def test_packages_of_two_names_are_not_taken_for_copies(handed_in: Path, into: Path):
     """`rosject1` and `rosject2` were refused as one package that was handed in twice."""
     write(write(handed_in, below("rosject2/", drives("rosject2"))), below("rosject1/", drives("rosject1", "cmd_vel")))
-    assert open_submission(handed_in, into).intake.package == "rosject1"
+    assert open_submission(handed_in, into, COURSE).intake.package == "rosject1"
 
 
 def test_of_two_packages_between_which_nothing_decides_the_first_is_graded_and_the_other_named(
     handed_in: Path, into: Path
 ):
     write(write(handed_in, below("rosject2/", drives("rosject2"))), below("rosject1/", drives("rosject1")))
-    intake = open_submission(handed_in, into).intake
+    intake = open_submission(handed_in, into, COURSE).intake
     assert (intake.package, intake.chosen_because) == ("rosject1", "its path comes first")
     assert intake.others == ["rosject2 (rosject2)"]
 
@@ -70,7 +71,7 @@ def test_of_two_packages_between_which_nothing_decides_the_first_is_graded_and_t
 def test_a_package_of_messages_with_a_likely_name_is_not_the_package(handed_in: Path, into: Path):
     messages = {"package.xml": XML.format("ros2_robot_controller_msgs"), "msg/A.msg": "int32 a"}
     write(write(handed_in, below("msgs/", messages)), below("mine/", package("my_robot", nodes=1)))
-    intake = open_submission(handed_in, into).intake
+    intake = open_submission(handed_in, into, COURSE).intake
     assert intake.package_path == "mine"
     assert intake.chosen_because == "it is the only ROS 2 Python package that colcon finds"
     assert intake.others == ["msgs (ros2_robot_controller_msgs; messages only)"]
@@ -81,14 +82,14 @@ def test_a_package_of_messages_with_a_likely_name_is_not_the_package(handed_in: 
 
 def test_a_package_inside_a_package_is_not_found_as_colcon_does_not_find_it(handed_in: Path, into: Path):
     write(write(handed_in, below("team/", package("my_robot", *BOTH))), below("team/old/"))
-    intake = open_submission(handed_in, into).intake
+    intake = open_submission(handed_in, into, COURSE).intake
     assert intake.package_path == "team"
     assert intake.others == ["team/old (ros2_robot_controller; inside team, where colcon does not look)"]
 
 
 def test_a_package_inside_a_folder_with_nothing_but_a_package_xml_is_found_with_a_note(handed_in: Path, into: Path):
     write(write(handed_in, {"package.xml": XML.format("ws")}), below("src/ctl/"))
-    intake = open_submission(handed_in, into).intake
+    intake = open_submission(handed_in, into, COURSE).intake
     assert intake.package_path == "src/ctl"
     assert intake.notes == ["src/ctl lies inside the package ., where colcon does not look."]
 
@@ -96,7 +97,7 @@ def test_a_package_inside_a_folder_with_nothing_but_a_package_xml_is_found_with_
 def test_a_package_of_interfaces_inside_the_package_is_still_used(handed_in: Path, into: Path):
     name = "ros2_robot_controller_interfaces"
     write(write(handed_in, PACKAGE), below("msgs/", {"package.xml": XML.format(name), "srv/SetSpeed.srv": "---"}))
-    assert open_submission(handed_in, into).intake.interfaces_package == "msgs"
+    assert open_submission(handed_in, into, COURSE).intake.interfaces_package == "msgs"
 
 
 # -- copies ---------------------------------------------------------------------------------------------------------
@@ -106,14 +107,14 @@ CHANGED = {**PACKAGE, "README.md": "another"}
 
 def test_the_copy_in_the_folder_of_its_name_is_graded(handed_in: Path, into: Path):
     write(write(handed_in, below("ros2_robot_controller (1)/")), below("ws/src/ros2_robot_controller/", CHANGED))
-    intake = open_submission(handed_in, into).intake
+    intake = open_submission(handed_in, into, COURSE).intake
     assert intake.package_path == "ws/src/ros2_robot_controller"
     assert intake.chosen_because == "its folder bears its name"
 
 
 def test_of_copies_in_folders_of_their_name_the_highest_is_graded(handed_in: Path, into: Path):
     write(write(handed_in, below("ros2_robot_controller/")), below("old/x/ros2_robot_controller/", CHANGED))
-    intake = open_submission(handed_in, into).intake
+    intake = open_submission(handed_in, into, COURSE).intake
     assert intake.package_path == "ros2_robot_controller"
     assert intake.chosen_because == "it lies the highest"
 
@@ -129,7 +130,7 @@ def test_a_tie_is_refused_with_the_choices_named(handed_in: Path, into: Path):
 
 def test_copies_that_are_the_same_are_no_tie(handed_in: Path, into: Path):
     write(write(handed_in, below("v1/ros2_robot_controller/")), below("v2/ros2_robot_controller/"))
-    intake = open_submission(handed_in, into).intake
+    intake = open_submission(handed_in, into, COURSE).intake
     assert intake.package_path == "v1/ros2_robot_controller"
     assert intake.chosen_because == "the other is the same, file by file"
 
@@ -137,20 +138,20 @@ def test_copies_that_are_the_same_are_no_tie(handed_in: Path, into: Path):
 @pytest.mark.parametrize("path", ["v2/ros2_robot_controller", "./v2/ros2_robot_controller/package.xml"])
 def test_the_package_path_decides(handed_in: Path, into: Path, path: str):
     write(write(handed_in, below("v1/ros2_robot_controller/")), below("v2/ros2_robot_controller/", CHANGED))
-    intake = open_submission(handed_in, into, package=path).intake
+    intake = open_submission(handed_in, into, COURSE, package=path).intake
     assert intake.package_path == "v2/ros2_robot_controller"
     assert intake.chosen_because == "`--package-path` names it"
 
 
 def test_the_package_path_reaches_into_an_archive_beside_a_package(handed_in: Path, into: Path):
     zipped(write(handed_in, below("ctl/")) / "new.zip", below("pkg/", CHANGED))
-    assert open_submission(handed_in, into, package="new/pkg").intake.package_path == "new/pkg"
+    assert open_submission(handed_in, into, COURSE, package="new/pkg").intake.package_path == "new/pkg"
 
 
 def test_a_package_path_that_does_not_exist_is_told_what_there_is(handed_in: Path, into: Path):
     write(write(handed_in, below("v1/")), below("v2/", CHANGED))
     with pytest.raises(UsageError) as error:
-        open_submission(handed_in, into, package="v3")
+        open_submission(handed_in, into, COURSE, package="v3")
     assert str(error.value) == "There is no package at v3 in handed_in. It has packages at v1, v2."
     assert not into.exists()
 
@@ -175,7 +176,7 @@ TREES = st.dictionaries(
 def outcome(files: dict[str, str | bytes]) -> Submission | str:
     folder = Path(tempfile.mkdtemp())
     try:
-        return open_submission(zipped(folder / "a.zip", files), folder / "into")
+        return open_submission(zipped(folder / "a.zip", files), folder / "into", COURSE)
     except SubmissionError as refused:
         return str(refused)
     finally:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from helpers.archives import PACKAGE, below, member, refusal, tarred, write, zipped
+from helpers.course import COURSE
 
 from grader.errors import SubmissionError
 from grader.intake import containers
@@ -30,7 +31,7 @@ from grader.intake.submission import open_submission
     ],
 )
 def test_an_unsafe_name_is_left_out_and_flagged(tmp_path: Path, into: Path, name: str, kind: str):
-    opened = open_submission(zipped(tmp_path / "a.zip", {**PACKAGE, name: "evil"}), into)
+    opened = open_submission(zipped(tmp_path / "a.zip", {**PACKAGE, name: "evil"}), into, COURSE)
     assert [flag.kind for flag in opened.flags] == [kind]
     assert opened.flags[0].where
     assert opened.intake.files == sorted(PACKAGE)
@@ -55,7 +56,7 @@ def test_names_that_are_one_on_other_systems_are_all_kept_and_flagged_once(
 ):
     """A folder that differs in letter case once made the whole package vanish."""
     files = {**PACKAGE, "\u00fc.py": "", name: "x"}
-    opened = open_submission(zipped(tmp_path / "a.zip", files), into)
+    opened = open_submission(zipped(tmp_path / "a.zip", files), into, COURSE)
     assert opened.intake.files == sorted(files)
     assert opened.intake.package_path == "."
     assert [(flag.kind, flag.where) for flag in opened.flags] == [("collision", second)]
@@ -63,7 +64,7 @@ def test_names_that_are_one_on_other_systems_are_all_kept_and_flagged_once(
 
 
 def test_a_file_with_the_name_of_the_packages_folder_does_not_hide_the_package(tmp_path: Path, into: Path):
-    opened = open_submission(zipped(tmp_path / "a.zip", {"pkg": "x", **below("pkg/")}), into)
+    opened = open_submission(zipped(tmp_path / "a.zip", {"pkg": "x", **below("pkg/")}), into, COURSE)
     assert opened.intake.package_path == "pkg"
     assert [(flag.kind, flag.where) for flag in opened.flags] == [("collision", "pkg")]
 
@@ -71,7 +72,7 @@ def test_a_file_with_the_name_of_the_packages_folder_does_not_hide_the_package(t
 def test_a_hard_link_with_the_name_of_the_packages_folder_does_not_hide_it(tmp_path: Path, into: Path):
     files = [(member(n), t.encode()) for n, t in below("pkg/").items()]
     link = (member("pkg", tarfile.LNKTYPE, "pkg/package.xml"), b"")
-    opened = open_submission(tarred(tmp_path / "a.tar", [*files, link]), into)
+    opened = open_submission(tarred(tmp_path / "a.tar", [*files, link]), into, COURSE)
     assert opened.intake.package_path == "pkg"
     assert [(flag.kind, flag.where) for flag in opened.flags] == [("collision", "pkg")]
 
@@ -86,7 +87,7 @@ def test_of_two_files_of_one_name_the_last_is_kept_as_unzip_does_and_flagged(tmp
     else:
         files = [(member(n), t.encode()) for n, t in PACKAGE.items()]
         tarred(source, [*files, (member("srv/SetSpeed.srv"), b"last")])
-    opened = open_submission(source, into)
+    opened = open_submission(source, into, COURSE)
     assert (into / "srv/SetSpeed.srv").read_text() == "last"
     assert [(flag.kind, flag.where) for flag in opened.flags] == [("collision", "srv/SetSpeed.srv")]
 
@@ -96,7 +97,7 @@ def test_a_link_out_is_left_out_and_flagged(tmp_path: Path, handed_in: Path, int
     write(handed_in, PACKAGE)
     (handed_in / "notes.txt").symlink_to(target)
     (handed_in / "folder").symlink_to("/etc")
-    opened = open_submission(handed_in, into)
+    opened = open_submission(handed_in, into, COURSE)
     assert [flag.kind for flag in opened.flags] == ["link", "link"]
     assert opened.intake.files == sorted(PACKAGE)
 
@@ -106,7 +107,7 @@ def test_a_link_out_of_a_tar_is_flagged_and_nothing_is_written_through_it(tmp_pa
     (tmp_path / "victim").mkdir()
     files = [(member("pkg/" + n), t.encode()) for n, t in PACKAGE.items()]
     link = (member("pkg/door", kind, str(tmp_path / "victim")), b"")
-    opened = open_submission(tarred(tmp_path / "a.tar", [link, *files, (member("pkg/door/x"), b"evil")]), into)
+    opened = open_submission(tarred(tmp_path / "a.tar", [link, *files, (member("pkg/door/x"), b"evil")]), into, COURSE)
     assert "absolute path" in {f.kind for f in opened.flags} or "link" in {f.kind for f in opened.flags}
     assert list((tmp_path / "victim").iterdir()) == []
     assert not any(p.is_symlink() for p in into.rglob("*"))
@@ -115,7 +116,7 @@ def test_a_link_out_of_a_tar_is_flagged_and_nothing_is_written_through_it(tmp_pa
 def test_a_link_within_the_submission_is_noted_but_not_flagged(handed_in: Path, into: Path):
     write(handed_in, PACKAGE)
     (handed_in / "again.py").symlink_to("ros2_robot_controller/robot_controller.py")
-    opened = open_submission(handed_in, into)
+    opened = open_submission(handed_in, into, COURSE)
     assert opened.flags == ()
     assert opened.intake.notes == [
         "again.py: it is a link to ros2_robot_controller/robot_controller.py and was left out; submit the file itself."
@@ -125,13 +126,13 @@ def test_a_link_within_the_submission_is_noted_but_not_flagged(handed_in: Path, 
 def test_links_in_a_colcon_build_tree_are_not_flagged(handed_in: Path, into: Path):
     write(handed_in, {**below("src/ctl/"), "install/COLCON_IGNORE": ""})
     (handed_in / "install/setup.py").symlink_to("/home/kim/ws/src/ctl/setup.py")
-    assert open_submission(handed_in, into).flags == ()
+    assert open_submission(handed_in, into, COURSE).flags == ()
 
 
 def test_a_hard_link_within_a_tar_becomes_a_copy(tmp_path: Path, into: Path):
     files = [(member("pkg/" + n), t.encode()) for n, t in PACKAGE.items()]
     source = tarred(tmp_path / "a.tar", [*files, (member("pkg/copy.xml", tarfile.LNKTYPE, "pkg/package.xml"), b"")])
-    opened = open_submission(source, into)
+    opened = open_submission(source, into, COURSE)
     assert (into / "pkg/copy.xml").read_text() == PACKAGE["package.xml"]
     assert (into / "pkg/copy.xml").stat().st_nlink == 1
     assert opened.flags == ()
@@ -140,15 +141,15 @@ def test_a_hard_link_within_a_tar_becomes_a_copy(tmp_path: Path, into: Path):
 def test_devices_and_pipes_are_left_out_and_flagged(tmp_path: Path, handed_in: Path, into: Path):
     files = [(member(n), t.encode()) for n, t in PACKAGE.items()]
     odd = [(member("null", tarfile.CHRTYPE), b""), (member("pipe", tarfile.FIFOTYPE), b"")]
-    opened = open_submission(tarred(tmp_path / "a.tar", files + odd), into)
+    opened = open_submission(tarred(tmp_path / "a.tar", files + odd), into, COURSE)
     assert [flag.kind for flag in opened.flags] == ["special file"] * 2
     os.mkfifo(write(handed_in, PACKAGE) / "pipe")
-    assert [flag.kind for flag in open_submission(handed_in, tmp_path / "b").flags] == ["special file"]
+    assert [flag.kind for flag in open_submission(handed_in, tmp_path / "b", COURSE).flags] == ["special file"]
 
 
 def test_names_with_control_characters_are_kept_readable(tmp_path: Path, into: Path):
     source = zipped(tmp_path / "a.zip", {**PACKAGE, "a\nb\x1b[31m.py": "x = 1\n", "\u202egnp.py": "y = 1\n"})
-    opened = open_submission(source, into)
+    opened = open_submission(source, into, COURSE)
     assert "a%0Ab%1B[31m.py" in opened.intake.files
     assert "%202Egnp.py" in opened.intake.files
     assert all(name.isprintable() for name in opened.intake.files)
@@ -164,7 +165,7 @@ def test_a_folder_deeper_than_any_stack_is_left_out(handed_in: Path, into: Path)
         os.close(handle)
         handle = inner
     os.close(handle)
-    opened = open_submission(handed_in, into)
+    opened = open_submission(handed_in, into, COURSE)
     subprocess.run(["rm", "-rf", handed_in], check=True)  # rmtree would run out of stack
     assert any("too deep" in note for note in opened.intake.notes)
     assert max(name.count("/") for name in opened.intake.files) < 20
@@ -174,14 +175,14 @@ def test_a_large_recording_is_left_out_with_a_note(handed_in: Path, into: Path):
     write(handed_in, PACKAGE)
     with (handed_in / "demo.mp4").open("wb") as file:
         file.truncate(31 * 1024**2)
-    opened = open_submission(handed_in, into)
+    opened = open_submission(handed_in, into, COURSE)
     assert opened.intake.notes == ["demo.mp4: it has 31 MB, more than 10 MB, and was left out."]
     assert opened.flags == ()
 
 
 def test_one_huge_file_packed_small_is_flagged(tmp_path: Path, into: Path):
     source = zipped(tmp_path / "a.zip", {**PACKAGE, "zeros": bytes(40 * 1024**2)})
-    assert [flag.kind for flag in open_submission(source, into).flags] == ["bomb"]
+    assert [flag.kind for flag in open_submission(source, into, COURSE).flags] == ["bomb"]
 
 
 def test_many_files_packed_small_are_refused(tmp_path: Path, into: Path):
@@ -201,7 +202,7 @@ def test_a_submission_that_is_too_large_names_its_largest_files(tmp_path: Path, 
     else:
         tarred(handed_in, [(member(name), data) for name, data in bags.items()], "w")
     with pytest.raises(SubmissionError) as refused:
-        open_submission(handed_in, into, SizeLimits(total_bytes=10 * 1024**2))
+        open_submission(handed_in, into, COURSE, SizeLimits(total_bytes=10 * 1024**2))
     largest = "bag_9.mcap (9 MB), bag_8.mcap (8 MB), bag_3.mcap (3 MB)"
     assert f"contains 22 MB, more than 10 MB. The largest files are {largest}." in str(refused.value)
 
@@ -223,13 +224,13 @@ def test_a_packed_tar_bomb_is_refused_before_it_is_unpacked(tmp_path: Path, into
 )
 def test_a_submission_over_the_limits_is_refused(handed_in: Path, into: Path, limits: SizeLimits, words: str):
     with pytest.raises(SubmissionError, match=words):
-        open_submission(write(handed_in, PACKAGE), into, limits)
+        open_submission(write(handed_in, PACKAGE), into, COURSE, limits)
 
 
 def test_an_archive_inside_counts_against_the_same_limits(tmp_path: Path, into: Path):
     inner = zipped(tmp_path / "inner.zip", PACKAGE).read_bytes()
     source = zipped(tmp_path / "a.zip", {"i.zip": inner, "j.zip": inner})
-    opened = open_submission(source, into, SizeLimits(files=10))
+    opened = open_submission(source, into, COURSE, SizeLimits(files=10))
     assert opened.intake.package_path == "i"
     assert any("j.zip was not opened" in note and "more than 2" in note for note in opened.intake.notes)
 

@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 
 from grader.authoring.checkpoint_texts import REFERENCE
 from grader.intake import course_marker
@@ -29,4 +30,4 @@ def test_a_marker_cannot_point_outside_the_package(tmp_path: Path) -> None:
 
 
 def test_the_intake_of_a_package_without_a_marker_notes_nothing(tmp_path: Path) -> None:
-    assert open_submission(REFERENCE, tmp_path / "taken").intake.notes == []
+    assert open_submission(REFERENCE, tmp_path / "taken", COURSE).intake.notes == []

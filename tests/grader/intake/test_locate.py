@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from helpers.archives import NODE, PACKAGE, XML, below, member, refusal, tarred, write, zipped
+from helpers.course import COURSE
 
 from grader.intake.submission import open_submission
 
@@ -14,7 +15,7 @@ from grader.intake.submission import open_submission
 def test_the_exact_name_wins_over_a_shallower_package(handed_in: Path, into: Path):
     write(handed_in, {"turtle/package.xml": XML.format("turtle"), "turtle/a.py": NODE})
     write(handed_in, below("ws/src/deep/"))
-    opened = open_submission(handed_in, into)
+    opened = open_submission(handed_in, into, COURSE)
     assert opened.intake.package_path == "ws/src/deep"
     assert opened.intake.others == ["turtle (turtle)"]
 
@@ -22,14 +23,14 @@ def test_the_exact_name_wins_over_a_shallower_package(handed_in: Path, into: Pat
 def test_among_other_names_the_contract_modules_win(handed_in: Path, into: Path):
     write(handed_in, {"a/package.xml": XML.format("a"), "a/a.py": NODE, "a/b.py": NODE, "a/c.py": NODE})
     write(handed_in, below("z/", {**PACKAGE, "package.xml": XML.format("my_robot")}))
-    opened = open_submission(handed_in, into)
+    opened = open_submission(handed_in, into, COURSE)
     assert opened.intake.package_path == "z"
     assert opened.intake.notes == ["The package is named my_robot, not ros2_robot_controller."]
 
 
 def test_of_two_copies_the_shallower_is_graded_and_the_other_named(handed_in: Path, into: Path):
     write(write(handed_in, below("pkg/")), below("backup/old/pkg/"))
-    opened = open_submission(handed_in, into)
+    opened = open_submission(handed_in, into, COURSE)
     assert opened.intake.package_path == "pkg"
     assert any("occurs more than once" in note and "backup/old/pkg" in note for note in opened.intake.notes)
 
@@ -39,14 +40,14 @@ def test_a_package_of_the_interfaces_may_have_another_name(handed_in: Path, into
     write(handed_in, below("src/ctl/"))
     write(handed_in, {f"src/{name}/package.xml": XML.format(name), f"src/{name}/srv/GetRobotStatus.srv": "---"})
     write(handed_in, {"src/other_msgs/package.xml": XML.format("other_msgs"), "src/other_msgs/srv/Other.srv": "---"})
-    assert open_submission(handed_in, into).intake.interfaces_package == f"src/{name}"
+    assert open_submission(handed_in, into, COURSE).intake.interfaces_package == f"src/{name}"
 
 
 def test_a_package_of_the_interfaces_beside_it_is_found(handed_in: Path, into: Path):
     name = "ros2_robot_controller_interfaces"
     write(handed_in, below("src/ctl/"))
     write(handed_in, {f"src/{name}/package.xml": XML.format(name), f"src/{name}/srv/SetSpeed.srv": "---"})
-    opened = open_submission(handed_in, into)
+    opened = open_submission(handed_in, into, COURSE)
     assert opened.package == into / "src/ctl"
     assert opened.interfaces == into / "src" / name
     assert opened.intake.interfaces_package == f"src/{name}"
@@ -66,33 +67,33 @@ def test_a_package_of_the_interfaces_beside_it_is_found(handed_in: Path, into: P
 )
 def test_trees_made_by_tools_are_not_searched(handed_in: Path, into: Path, made_by_tools: dict[str, str]):
     write(write(handed_in, below("zz/deep/er/")), made_by_tools)
-    opened = open_submission(handed_in, into)
+    opened = open_submission(handed_in, into, COURSE)
     assert opened.intake.package_path == "zz/deep/er"
     assert opened.intake.others == []
 
 
 def test_a_workspace_that_is_itself_a_virtual_environment_keeps_its_package(handed_in: Path, into: Path):
     write(handed_in, {"ws/pyvenv.cfg": "", "ws/lib/python3.11/site-packages/a.py": NODE, **below("ws/src/ctl/")})
-    assert open_submission(handed_in, into).intake.package_path == "ws/src/ctl"
+    assert open_submission(handed_in, into, COURSE).intake.package_path == "ws/src/ctl"
 
 
 def test_a_package_xml_that_is_not_xml_is_noted_and_the_package_is_still_found(handed_in: Path, into: Path):
     write(handed_in, below("ctl/", {**PACKAGE, "package.xml": "<package>\n<name>ctl</package>"}))
-    opened = open_submission(handed_in, into)
+    opened = open_submission(handed_in, into, COURSE)
     assert opened.intake.package == "ctl"
     assert opened.intake.notes == ["ctl/package.xml is not XML: mismatched tag: line 2, column 11."]
 
 
 def test_without_package_xml_the_contract_modules_identify_the_package(handed_in: Path, into: Path):
     write(handed_in, below("ctl/", {n: t for n, t in PACKAGE.items() if n != "package.xml"}))
-    opened = open_submission(handed_in, into)
+    opened = open_submission(handed_in, into, COURSE)
     assert opened.intake.package_path == "ctl"
     assert opened.intake.notes == ["ctl has no package.xml; its modules show that it is the package."]
 
 
 def test_a_name_in_package_xml_that_is_a_path_is_not_used(handed_in: Path, into: Path):
     write(handed_in, below("ctl/", {**PACKAGE, "package.xml": XML.format("../../etc")}))
-    assert open_submission(handed_in, into).intake.package == "ctl"
+    assert open_submission(handed_in, into, COURSE).intake.package == "ctl"
 
 
 # -- not a submission ---------------------------------------------------------------------------------------------

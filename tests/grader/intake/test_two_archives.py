@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from helpers.archives import below, member, refusal, tarred, zipped
+from helpers.course import COURSE
 
 from grader.intake.submission import open_submission
 
@@ -85,14 +86,14 @@ def test_a_compressed_tar_in_several_streams_is_read_whole(tmp_path: Path, into:
     for number, pack in enumerate((gzip.compress, bz2.compress, lzma.compress)):
         source = tmp_path / f"a{number}"
         source.write_bytes(b"".join(pack(plain[at : at + 1000]) for at in range(0, len(plain), 1000)))
-        assert open_submission(source, into / str(number)).intake.files == sorted(SHOWN)
+        assert open_submission(source, into / str(number), COURSE).intake.files == sorted(SHOWN)
 
 
 def test_zero_bytes_behind_an_archive_are_padding(tmp_path: Path, into: Path):
     for mode in ("w", "w:gz", "w:bz2", "w:xz"):
         source = tar_of(tmp_path / "a", SHOWN, mode)
         source.write_bytes(source.read_bytes() + bytes(512))
-        assert open_submission(source, into / mode[2:]).intake.files == sorted(SHOWN)
+        assert open_submission(source, into / mode[2:], COURSE).intake.files == sorted(SHOWN)
 
 
 def test_a_zip_that_holds_a_zip_and_was_appended_to_is_one_archive(tmp_path: Path, into: Path, two: bytes):
@@ -103,7 +104,7 @@ def test_a_zip_that_holds_a_zip_and_was_appended_to_is_one_archive(tmp_path: Pat
         for name, text in SHOWN.items():
             with archive.open(name, "w", force_zip64=True) as file:
                 file.write(text.encode())
-    assert open_submission(tmp_path / "a", into).intake.package_path == "shown"
+    assert open_submission(tmp_path / "a", into, COURSE).intake.package_path == "shown"
 
 
 def test_a_zip_written_to_a_pipe_is_one_archive(tmp_path: Path, into: Path):
@@ -116,4 +117,4 @@ def test_a_zip_written_to_a_pipe_is_one_archive(tmp_path: Path, into: Path):
     with (tmp_path / "a").open("wb") as file, zipfile.ZipFile(Pipe(file), "w", zipfile.ZIP_DEFLATED) as archive:
         for name, text in SHOWN.items():
             archive.writestr(name, text)
-    assert open_submission(tmp_path / "a", into).intake.files == sorted(SHOWN)
+    assert open_submission(tmp_path / "a", into, COURSE).intake.files == sorted(SHOWN)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from textwrap import dedent
 
 import pytest
+from helpers.course import COURSE
 from submissions import toy
 
 from grader.mutation.equivalent_mutants import equivalent_mutants
@@ -56,7 +57,7 @@ def test_nearly_every_mutant_changes_behaviour(text: str):
 
     one = source(text)
     expected = behaviour(text)
-    made = mutants(one)
+    made = mutants(one, COURSE)
     assert sum(map(differs, made)) >= 0.9 * len(made)
 
 

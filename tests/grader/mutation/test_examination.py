@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 from submissions import toy
 
 from grader.evidence import Mutation
@@ -47,7 +48,7 @@ def play(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Mutat
 
         monkeypatch.setattr(mutant_run, "start_workers", no_workers)
         monkeypatch.setattr(jobs, "run_job", made_up)
-        return mutant_run.mutate(made.package, made.install, [reach], count=count, seconds=budget, workers=1)
+        return mutant_run.mutate(made.package, made.install, [reach], COURSE, count=count, seconds=budget, workers=1)
 
     return play
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from textwrap import dedent, indent
 
 import pytest
+from helpers.course import COURSE
 from submissions import toy
 
 from grader.evidence import Mutation
@@ -133,7 +134,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> toy.Toy:
 
 @pytest.fixture(scope="module")
 def reach(made: toy.Toy) -> dict[str, ModuleReach]:
-    found = run_suite(made.package, made.install, discover_tests(made.package))
+    found = run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE)
     assert [module.failures for module in found.tests.modules] == [[]] * len(SUITES)
     return {reach.module.split("/")[1]: reach for reach in found.reach}
 
@@ -145,7 +146,9 @@ def mutated(made: toy.Toy, reach: dict[str, ModuleReach]) -> Mutate:
     def run(suite: str, *, again: int = 0, **options: object) -> Mutation:
         key = (suite, again, *sorted(options.items()))
         if key not in done:
-            done[key] = mutate(made.package, made.install, [reach[suite]], **{"seconds": 60.0, "count": 30, **options})
+            done[key] = mutate(
+                made.package, made.install, [reach[suite]], COURSE, **{"seconds": 60.0, "count": 30, **options}
+            )
         return done[key]
 
     return run
@@ -234,7 +237,7 @@ def test_the_package_is_left_as_it_was(made: toy.Toy, mutated: Mutate):
 
 
 def test_without_tests_every_mutant_is_unreached(made: toy.Toy):
-    mutation = mutate(made.package, made.install, [])
+    mutation = mutate(made.package, made.install, [], COURSE)
     assert set(outcomes(mutation)) == {"unreached"}
 
 
@@ -257,8 +260,8 @@ def test_a_test_sees_a_changed_module_as_it_sees_the_original(tmp_path: Path):
     made = toy.make(tmp_path, {"test/test_it.py": "\n"})
     mtime = (next(made.install.rglob("site-packages")) / "ros2_robot_controller/robot_controller.py").stat().st_mtime_ns
     (made.package / "test/test_it.py").write_text(dedent(text.format(mtime=mtime)))
-    found = run_suite(made.package, made.install, discover_tests(made.package))
+    found = run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE)
     assert found.tests.modules[0].failures == []
-    mutation = mutate(made.package, made.install, found.reach, count=40)
+    mutation = mutate(made.package, made.install, found.reach, COURSE, count=40)
     assert "noticed" not in outcomes(mutation)
     assert "unnoticed" in outcomes(mutation)

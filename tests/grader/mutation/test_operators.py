@@ -5,6 +5,7 @@ from __future__ import annotations
 from textwrap import dedent
 
 import pytest
+from helpers.course import COURSE
 
 from grader.mutation.operators import mutants
 from grader.mutation.source_text import SourceText, parse
@@ -17,7 +18,7 @@ def source(text: str) -> SourceText:
 def texts(text: str, operator: str = "") -> set[str]:
     """Return what the mutants of a text turn its last line into."""
     one = source(text)
-    made = [one.apply(change) for change in mutants(one) if not operator or change.operator == operator]
+    made = [one.apply(change) for change in mutants(one, COURSE) if not operator or change.operator == operator]
     return {new.rstrip().splitlines()[-1].strip() for new in made}
 
 
@@ -93,7 +94,7 @@ def test_a_callback_may_do_nothing_and_a_service_still_responds():
                 return response
         """
     )
-    empty = {change.function: change for change in mutants(one) if change.operator == "callback"}
+    empty = {change.function: change for change in mutants(one, COURSE) if change.operator == "callback"}
     assert set(empty) == {"Node._tick", "Node._answer"}
     assert "        '''Say zero.'''\n        pass\n\n\n" in one.apply(empty["Node._tick"])
     assert (
@@ -139,18 +140,18 @@ def test_all_other_bytes_stay_as_they_are():
         "# Fährt los\nx = 'ä' ; y = 1.0  # m/s\n\n\ndef on_scan(self):\n    self.publish(\n        y)\n    z = y < 2\n"
     )
     one = source(text)
-    assert len(mutants(one)) == 5
-    for change in mutants(one):
+    assert len(mutants(one, COURSE)) == 5
+    for change in mutants(one, COURSE):
         new = one.apply(change)
         assert new.count("\n") == text.count("\n")
         changed = [(a, b) for a, b in zip(text.splitlines(), new.splitlines(), strict=True) if a != b]
         assert 1 <= len(changed) <= change.lines[1] - change.lines[0] + 3
-    assert any("y = 2.0  # m/s" in one.apply(change) for change in mutants(one))
+    assert any("y = 2.0  # m/s" in one.apply(change) for change in mutants(one, COURSE))
 
 
 def test_every_mutant_says_where_and_what_was_changed():
     one = source("def near(d, limit):\n    return d < limit\n")
-    [mutant] = [change for change in mutants(one) if change.operator == "comparison"]
+    [mutant] = [change for change in mutants(one, COURSE) if change.operator == "comparison"]
     assert (mutant.path, mutant.line, mutant.function) == ("ros2_robot_controller/node.py", 2, "near")
     assert mutant.words == "`<` became `>=` in `d < limit`"
 

@@ -6,6 +6,7 @@ import random
 from collections import Counter
 
 import pytest
+from helpers.course import COURSE
 from submissions import toy
 
 from grader import KIT
@@ -29,7 +30,7 @@ def line_of(words: str) -> int:
 
 
 def mutant_at(words: str) -> Change:
-    return next(change for change in mutants(source()) if change.line == line_of(words))
+    return next(change for change in mutants(source(), COURSE) if change.line == line_of(words))
 
 
 def reach(lines: dict[int, set[str]], *, interdependent: bool = False, module: str = TESTS) -> ModuleReach:
@@ -48,7 +49,7 @@ def everywhere(_change: Change) -> bool:
 
 
 def test_mutants_are_spread_over_functions_and_operators():
-    everything = mutants(source())
+    everything = mutants(source(), COURSE)
     chosen = choose(everything, 10, everywhere)
     assert len({change.function for change in everything} - {change.function for change in chosen}) <= 1
     assert max(Counter(change.operator for change in chosen).values()) <= 4
@@ -57,7 +58,7 @@ def test_mutants_are_spread_over_functions_and_operators():
 def test_a_function_has_mutants_in_proportion():
     """One mutant of each function, however long, misjudged suites that test the long functions only."""
     text = "".join(f"def f{n}(x):\n" + f"    x = x + {n + 1}\n" * (2 + 18 * (n % 2)) for n in range(20))
-    everything = mutants(SourceText(NODE, text))
+    everything = mutants(SourceText(NODE, text), COURSE)
     share = sum(int(change.function[1:]) % 2 for change in everything) / len(everything)
     chosen = choose(everything, 40, everywhere)
     assert sum(int(change.function[1:]) % 2 for change in chosen) / len(chosen) == pytest.approx(share, abs=0.06)
@@ -68,7 +69,7 @@ def test_mutants_that_are_tried_stand_for_all(noticed: float):
     """Whichever functions a suite tests well; forty mutants that a seed had drawn were off by 0.6 points."""
     texts = [path.read_text() for path in sorted((REFERENCE / "ros2_robot_controller").rglob("*.py"))]
     everything = [
-        c for n, text in enumerate(texts) for c in mutants(SourceText(f"ros2_robot_controller/m{n}.py", text))
+        c for n, text in enumerate(texts) for c in mutants(SourceText(f"ros2_robot_controller/m{n}.py", text), COURSE)
     ]
     errors = []
     for suite in range(200):
@@ -85,14 +86,14 @@ def test_no_module_has_more_mutants_than_the_nodes():
     """A thousand small functions beside nodes of four functions: drawn at random, 40 mutants left the nodes none."""
     text = "".join(f"def small{n}(x):\n    return x + {n + 1}\n\n\n" for n in range(1000))
     small = SourceText("ros2_robot_controller/small.py", text)
-    everything = [*mutants(source()), *mutants(small)]
+    everything = [*mutants(source(), COURSE), *mutants(small, COURSE)]
     count = Counter(change.path for change in choose(everything, 40, everywhere, frozenset({NODE})))
     assert 10 <= count[small.path] <= count[NODE]
     assert Counter(change.path for change in choose(everything, 40, everywhere))[small.path] >= 38
 
 
 def test_mutants_that_no_test_reaches_are_chosen_in_proportion_and_take_no_place():
-    everything = mutants(source())
+    everything = mutants(source(), COURSE)
     reached = {change for change in everything if change.function.endswith("set_speed")}
     chosen = choose(everything, 3, reached.__contains__)
     assert sum(change in reached for change in chosen) == 3
@@ -100,13 +101,13 @@ def test_mutants_that_no_test_reaches_are_chosen_in_proportion_and_take_no_place
 
 
 def test_a_test_that_is_added_leaves_the_same_mutants_to_be_tried_first():
-    everything = mutants(source())
+    everything = mutants(source(), COURSE)
     before = choose(everything, 8, lambda change: change.function.endswith("set_speed"))
     assert choose(everything, 8, everywhere) == before[:8]
 
 
 def test_no_mutant_is_chosen_twice_and_there_may_be_too_few():
-    everything = mutants(source())
+    everything = mutants(source(), COURSE)
     chosen = choose(everything, 1000, everywhere)
     assert 15 < len(chosen) == len(everything)
     assert len(set(chosen)) == len(chosen)

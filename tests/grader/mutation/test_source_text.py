@@ -5,6 +5,7 @@ from __future__ import annotations
 from textwrap import dedent
 
 import pytest
+from helpers.course import COURSE
 
 from grader.mutation.equivalent_mutants import equivalent_mutants
 from grader.mutation.operators import mutants
@@ -27,7 +28,7 @@ GUARDS = [
 
 @pytest.mark.parametrize("text", GUARDS)
 def test_only_a_guard_protects_its_body_from_mutation(text: str):
-    assert "`+` became `-` in `a + 1`" in [change.words for change in mutants(source(text))]
+    assert "`+` became `-` in `a + 1`" in [change.words for change in mutants(source(text), COURSE)]
 
 
 @pytest.mark.parametrize(
@@ -46,10 +47,10 @@ def test_a_module_that_is_too_complex_for_python_stops_nothing(text: str):
     huge = parse(path, text)
     sources = {path: huge} if huge else {}
     for one in sources.values():
-        assert isinstance(mutants(one), list)
+        assert isinstance(mutants(one, COURSE), list)
         assert isinstance(equivalent_mutants(one), list)
     Selector({**sources, "other.py": other}, [])
-    assert mutants(other)
+    assert mutants(other, COURSE)
 
 
 def test_a_module_of_a_thousand_lines_is_not_parsed_anew_for_each_mutant():
@@ -57,7 +58,7 @@ def test_a_module_of_a_thousand_lines_is_not_parsed_anew_for_each_mutant():
     long = source(
         "".join(f"def f{n}(a):\n    if a == {n}:\n        return a + {n}\n    return a * 3\n" for n in range(250))
     )
-    found = mutants(long)
+    found = mutants(long, COURSE)
     assert len(found) >= 1000
     assert long.parsed_bytes < 100 * len(found)
 
@@ -77,6 +78,6 @@ no indentation here
 
 
 def test_mutants_in_methods_strings_and_lines_of_two_statements_are_found():
-    words = [change.words for change in mutants(source(INDENTED))]
+    words = [change.words for change in mutants(source(INDENTED), COURSE)]
     for part in ("`a > 2`", "`3 + 4`", "`5 - 1`", "`7 * 2`"):
         assert any(part in each for each in words), (part, words)

@@ -9,9 +9,9 @@ from contextlib import ExitStack
 
 import pytest
 import rclpy
+from helpers.course import PACKAGE
 from rclpy.context import Context
 
-from grader.contract.spec import PACKAGE
 from grader.notebook import bench, checkpoints, interface_types, mine, tries
 from grader.notebook.workspace import Workspace
 

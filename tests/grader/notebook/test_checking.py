@@ -9,9 +9,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 
 from grader import KIT, building, notebook
-from grader.contract.spec import PACKAGE
 from grader.host import procfs
 from grader.notebook import checking, checkpoints
 from grader.notebook.feedback import Checked

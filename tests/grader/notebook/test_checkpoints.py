@@ -7,19 +7,18 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE, PACKAGE
 
 from grader.authoring import checkpoint_texts
 from grader.authoring.checkpoint_texts import REFERENCE
-from grader.contract.spec import PACKAGE
 from grader.intake import course_marker
 from grader.intake.submission import open_submission
 from grader.notebook import checkpoints
-from grader.notebook.checkpoints import NOTEBOOKS
 from grader.notebook.workspace import Workspace
 
 
 def test_no_notebook_both_asks_for_a_file_and_gives_it() -> None:
-    for name in NOTEBOOKS:
+    for name in list(checkpoints.table()):
         files = checkpoints.checkpoint(name)
         assert not set(files.exercises) & set(files.given)
 
@@ -124,7 +123,7 @@ def test_laid_out_exercises_are_noted_until_they_are_changed(workspace: Workspac
 
 def test_the_intake_notes_the_laid_out_files(workspace: Workspace, tmp_path: Path) -> None:
     checkpoints.start_at(workspace, "04")
-    found = open_submission(workspace.package, tmp_path / "taken")
+    found = open_submission(workspace.package, tmp_path / "taken", COURSE)
     (note,) = [note for note in found.intake.notes if "laid out" in note]
     assert note.startswith("8 files were laid out by the course (start_at)")
     assert note.endswith(

@@ -9,10 +9,10 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 
 from grader import cli
 from grader.authoring.checkpoint_texts import REFERENCE
-from grader.contract.spec import PACKAGE
 from grader.errors import SubmissionError
 from grader.intake import course_marker
 from grader.notebook import packing

@@ -5,12 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 
-from grader.contract.spec import PACKAGE
 from grader.evidence import Build
 from grader.intake import course_marker
 from grader.notebook import checkpoints, prerequisites
 from grader.notebook.checking import RUBRIC
+from grader.notebook.workspace import course
 from grader.scoring import rubric
 
 
@@ -28,10 +29,10 @@ def gap(package: Path, requirement: str, notebook: str = "") -> tuple[str, str]:
 
 
 def test_every_requirement_has_its_files() -> None:
-    assert set(prerequisites.FILES) == {requirement.id for requirement in rubric.load(RUBRIC).requirements}
+    assert set(course().notebook_table["needs"]) == {requirement.id for requirement in rubric.load(RUBRIC).requirements}
 
 
-@pytest.mark.parametrize("requirement", sorted(prerequisites.FILES))
+@pytest.mark.parametrize("requirement", sorted(course().notebook_table["needs"]))
 def test_nothing_is_missing_from_the_finished_package(tmp_path: Path, requirement: str) -> None:
     assert prerequisites.first_gap(lay_out(tmp_path, "10"), requirement) is None
 

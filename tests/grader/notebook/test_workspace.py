@@ -6,15 +6,17 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from helpers.course import PACKAGE
 
 from grader import KIT, notebook
 from grader.errors import GraderError
 from grader.host import ros_env
 from grader.notebook import cell_hooks, checkpoints
 from grader.notebook.cell_hooks import forget_changed_modules
-from grader.notebook.workspace import PACKAGE, VARIABLE, Workspace, discovery_range, find, prepare
+from grader.notebook.workspace import VARIABLE, Workspace, discovery_range, find, prepare
 
 
 def test_the_workspace_lies_beside_the_notebooks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -121,7 +123,7 @@ def test_a_rewritten_module_is_imported_again(workspace: Workspace, monkeypatch:
     package = workspace.package
     folder = package / "fresh_module"
     folder.mkdir(parents=True)
-    monkeypatch.setattr(cell_hooks, "PACKAGE", "fresh_module")
+    monkeypatch.setattr(cell_hooks, "course", lambda: SimpleNamespace(package="fresh_module"))
     monkeypatch.setattr(cell_hooks, "_STAMPS", {})
     monkeypatch.syspath_prepend(str(package))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)

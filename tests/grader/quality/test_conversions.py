@@ -17,7 +17,7 @@ from helpers.quality_examples import (
     written,
 )
 
-from grader.checks.check_structure import test_conversions_are_in_utils_and_used as conversions
+from grader.courses.robot_controller.checks.check_structure import test_conversions_are_in_utils_and_used as conversions
 
 OWN_YAW = (
     "\n\ndef heading(q):\n    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y ** 2 + q.z ** 2))\n"

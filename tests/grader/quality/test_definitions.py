@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE, PACKAGE
 from helpers.quality_examples import (
     DRIVER,
     MOTION,
@@ -29,7 +30,7 @@ from grader.quality.parsed_module import parse
 
 
 def named(text: str, path: str = "pkg/node.py") -> dict[str, Definition]:
-    return {thing.name: thing for thing in public_definitions(parse(path, text.encode()))}
+    return {thing.name: thing for thing in public_definitions(parse(path, text.encode(), PACKAGE))}
 
 
 def test_a_leading_underscore_anywhere_on_the_way_makes_a_name_private():
@@ -80,7 +81,9 @@ def without_docstrings(path: str) -> str:
 
 def test_a_package_without_docstrings_gets_nothing(tmp_path: Path):
     """Blatant."""
-    files = {path: without_docstrings(path) for path in (source.path for source in source_files.find(REFERENCE))}
+    files = {
+        path: without_docstrings(path) for path in (source.path for source in source_files.find(REFERENCE, COURSE))
+    }
     result = judged(coverage, facts(reference(tmp_path, files=files)))
     assert result.share == 0.0
     assert "0 of" in result.seen
@@ -119,7 +122,9 @@ def with_docstring(path: str, text: str) -> str:
 @pytest.mark.parametrize("text", ["Do the thing.", "Do thing {}.", "..."])
 @pytest.mark.parametrize("check", [coverage, rules], ids=["coverage", "rules"])
 def test_a_docstring_that_every_thing_has_documents_none(tmp_path: Path, check, text: str):
-    files = {path: with_docstring(path, text) for path in (source.path for source in source_files.find(REFERENCE))}
+    files = {
+        path: with_docstring(path, text) for path in (source.path for source in source_files.find(REFERENCE, COURSE))
+    }
     assert judged(check, facts(reference(tmp_path, files=files))).share == 0.0
 
 

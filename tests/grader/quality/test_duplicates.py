@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 from helpers.quality_examples import PROCESSOR, REFERENCE, facts, judged, reference
 
 from grader.checks.check_structure import test_no_block_is_repeated as copies
@@ -76,7 +77,7 @@ def generate_launch_description():
 
 def found(**texts: str) -> list[int]:
     """Return the lengths of the copies in modules of the package, by name."""
-    parsed = [parse(f"ros2_robot_controller/{name}.py", text.encode()) for name, text in texts.items()]
+    parsed = [parse(f"ros2_robot_controller/{name}.py", text.encode(), PACKAGE) for name, text in texts.items()]
     return [copy.lines for copy in duplicated_blocks(parsed)]
 
 
@@ -112,7 +113,7 @@ def test_some_text_may_be_repeated(text: str, why: str):
 
 
 def test_tests_may_repeat_themselves():
-    parsed = [parse(f"test/test_{name}.py", BLOCK.encode()) for name in "ab"]
+    parsed = [parse(f"test/test_{name}.py", BLOCK.encode(), PACKAGE) for name in "ab"]
     assert duplicated_blocks(parsed) == []
 
 

@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE, PACKAGE
 from submissions.edits import EDITS, REFERENCE, apply
 from variants import VARIANTS, make
 
@@ -26,12 +27,12 @@ INTERFACES = "ros2_robot_controller_interfaces"
 def faults(package: Path, interfaces: Path | None = None) -> list[Fault]:
     modules: list[Module] = []
     unreadable: list[SourceFile] = []
-    for source in source_files.find(package):
+    for source in source_files.find(package, COURSE):
         try:
-            modules.append(parse(source.path, source.data))
+            modules.append(parse(source.path, source.data, PACKAGE))
         except ValueError as error:
             unreadable.append(SourceFile(source.path, 0, f"is not valid Python: {error}"))
-    return find_faults(package, interfaces, modules, unreadable)
+    return find_faults(package, interfaces, modules, unreadable, COURSE)
 
 
 def reference(folder: Path, file: str = "", old: str = "", new: str = "") -> Path:
@@ -142,7 +143,7 @@ def test_a_package_that_builds_has_no_fault_that_would_stop_the_build(tmp_path: 
     wrong = set()
     for name, edit in EDITS.items():
         package = apply(edit, tmp_path / name)
-        if any(fault.stops == "build" for fault in build_faults(read_sources(package, None))):
+        if any(fault.stops == "build" for fault in build_faults(read_sources(package, None, COURSE))):
             wrong.add(name)
         shutil.rmtree(package)
     assert wrong == {"does_not_compile"}
@@ -326,4 +327,4 @@ def test_a_text_that_is_out_of_all_bounds_is_left_alone_after_a_while(tmp_path: 
     """Each of these once took minutes, gigabytes or a deep stack."""
     package = reference(tmp_path)
     (package / file).write_text(text)
-    assert len(find_faults(package, None, [], [])) <= 50
+    assert len(find_faults(package, None, [], [], COURSE)) <= 50

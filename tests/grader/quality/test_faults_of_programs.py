@@ -9,7 +9,8 @@ import pytest
 from helpers.judging import ask, evidence_with
 from helpers.quality_examples import facts, written
 
-from grader.checks import check_build, check_set_speed
+from grader.checks import check_build
+from grader.courses.robot_controller.checks import check_set_speed
 from grader.evidence import Build, Fault, ProcessEnd, Quality, Trial
 
 NODE = """

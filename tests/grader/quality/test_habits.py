@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 from helpers.quality_examples import (
     CONTROLLER,
     MOTION,
@@ -24,7 +25,7 @@ from grader.quality.parsed_module import parse
 
 
 def rules(text: str, path: str = CONTROLLER) -> list[str]:
-    module = parse(path, text.encode())
+    module = parse(path, text.encode(), PACKAGE)
     return [finding.rule for finding in bad_habits([module], CallGraph([module]))]
 
 
@@ -207,8 +208,10 @@ class RobotController:
     def tick(self):
         pause()
 """
-    node = parse(CONTROLLER, calling.encode())
-    helper = parse("ros2_robot_controller/utils/wait.py", b"import time\n\n\ndef pause():\n    time.sleep(1)\n")
+    node = parse(CONTROLLER, calling.encode(), PACKAGE)
+    helper = parse(
+        "ros2_robot_controller/utils/wait.py", b"import time\n\n\ndef pause():\n    time.sleep(1)\n", PACKAGE
+    )
     found = bad_habits([node, helper], CallGraph([node, helper]))
     assert [(finding.path, finding.line) for finding in found] == [("ros2_robot_controller/utils/wait.py", 5)]
     assert "called from the callback `tick`" in found[0].text
@@ -278,7 +281,7 @@ def test_a_wait_for_another_callback_is_found_in_a_callback(body: str, found: bo
 @pytest.mark.parametrize(("body", "found"), [("pass", True), ("return", True), ("return message", False)])
 def test_a_service_whose_callback_returns_nothing_is_named(body: str, found: bool):
     register = "self.create_service(GetRobotStatus, 'get_status', self.callback)"
-    module = parse(CONTROLLER, NODE.format(register=register, body=body, helper="pass").encode())
+    module = parse(CONTROLLER, NODE.format(register=register, body=body, helper="pass").encode(), PACKAGE)
     words = [finding.text for finding in bad_habits([module], CallGraph([module]))]
     assert words == (["`callback`, the callback of get_status, returns None"] if found else [])
 

@@ -6,7 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from helpers.judging import Check
+from helpers.course import COURSE, PACKAGE
+from helpers.course import role_of as role
+from helpers.judging import Check, find
 from helpers.quality_examples import (
     CONTROLLER,
     REFERENCE,
@@ -21,7 +23,6 @@ from helpers.quality_examples import (
 )
 
 from grader.checks import check_docstrings, check_habits, check_structure, check_style
-from grader.contract.layout import role
 from grader.evidence import Quality, SourceFile, reading_limits
 from grader.quality import source_files
 from grader.quality.parsed_module import parse
@@ -32,10 +33,10 @@ RULES = check_docstrings.test_docstrings_follow_ament_pep257
 LAYOUT = check_structure.test_layout_matches_the_contract
 COMPLEXITY = check_structure.test_no_function_is_too_complex
 COPIES = check_structure.test_no_block_is_repeated
-CONVERSIONS = check_structure.test_conversions_are_in_utils_and_used
+CONVERSIONS = find("check_structure::test_conversions_are_in_utils_and_used")
 HABITS = check_habits.test_no_bare_except_print_or_mutable_default
 SLEEPING = check_habits.test_callbacks_do_not_sleep
-NUMBERS = check_habits.test_contract_numbers_are_parameters
+NUMBERS = find("check_habits::test_contract_numbers_are_parameters")
 ANNOTATIONS = check_habits.test_public_functions_are_annotated
 Q1_TO_Q4 = (
     STYLE, DOCSTRINGS, RULES, LAYOUT, COMPLEXITY, COPIES, CONVERSIONS, HABITS, SLEEPING, NUMBERS, ANNOTATIONS,
@@ -53,7 +54,7 @@ TOO_DEEP = "DEEP = " + "(" * 101 + "1" + ")" * 101 + "\n"
 
 
 def names(package: Path) -> list[str]:
-    return [source.path for source in source_files.find(package)]
+    return [source.path for source in source_files.find(package, COURSE)]
 
 
 def problems(package: Path, path: str) -> set[str]:
@@ -240,7 +241,7 @@ BULK = NUMBERS_ONLY + "# and so on\n" * 15_000
 def test_the_contracts_files_are_read_before_padding(tmp_path: Path):
     padding = {f"ros2_robot_controller/a{n}.py": BULK for n in range(8)}
     padding |= {f"a{n}/a.py": "X = 1\n" for n in range(reading_limits.MAX_FILES)}
-    found = {source.path: source for source in source_files.find(reference(tmp_path, files=padding))}
+    found = {source.path: source for source in source_files.find(reference(tmp_path, files=padding), COURSE)}
     assert not found[CONTROLLER].problem
     assert found["launch/robot_controller_launch.py"].data
 
@@ -257,7 +258,7 @@ def test_the_contracts_files_are_read_before_padding(tmp_path: Path):
 def test_a_package_beyond_a_reading_limit_gets_nothing(tmp_path: Path, files: dict[str, str | bytes | None], said: str):
     package = reference(tmp_path, files=files)
     quality = facts(package, tests=True)
-    unread = [SourceFile(found.path, 0, found.problem) for found in source_files.find(package) if found.problem]
+    unread = [SourceFile(found.path, 0, found.problem) for found in source_files.find(package, COURSE) if found.problem]
     quality = facts_of(quality, unread)
     for check in Q1_TO_Q4:
         result: Judged = judged(check, quality)
@@ -302,7 +303,7 @@ def test_lines_of_constants_do_not_dilute_the_findings(tmp_path: Path):
     ],
 )
 def test_constant_lines_only_name_literals(text: str, constants: int):
-    assert parse("m/a.py", text.encode()).constants == constants
+    assert parse("m/a.py", text.encode(), PACKAGE).constants == constants
 
 
 def test_the_counted_lines_of_files_and_packages_are_limited():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 from helpers.quality_examples import judged, with_flake8, with_linters, written
 
 from grader.checks.check_style import test_ament_flake8_finds_nothing as style
@@ -77,7 +78,7 @@ def test_a_file_name_cannot_forge_a_finding(tmp_path: Path):
 
 def test_files_beyond_the_limit_are_not_read(tmp_path: Path):
     package = written(tmp_path, {f"m/f{n:04}.py": "X = 1\n" for n in range(reading_limits.MAX_FILES + 50)})
-    found = source_files.find(package)
+    found = source_files.find(package, COURSE)
     assert len(found) == reading_limits.MAX_FILES + 1
     assert "200 Python files in the package" in found[-1].problem
 
@@ -85,7 +86,7 @@ def test_files_beyond_the_limit_are_not_read(tmp_path: Path):
 def test_a_link_is_not_followed(tmp_path: Path):
     package = written(tmp_path, {"m/a.py": GOOD})
     (package / "m" / "b.py").symlink_to("/etc/passwd")
-    assert [source.path for source in source_files.find(package)] == ["m/a.py"]
+    assert [source.path for source in source_files.find(package, COURSE)] == ["m/a.py"]
 
 
 def test_build_trees_and_caches_are_not_read(tmp_path: Path):
@@ -94,7 +95,7 @@ def test_build_trees_and_caches_are_not_read(tmp_path: Path):
         ".github/x.py", ".vscode/x.py", ".git/hooks/pre-commit", "m/__pycache__/x.py", "m/.ipynb_checkpoints/x.py",
     )  # fmt: skip
     package = written(tmp_path, {"m/a.py": GOOD, **dict.fromkeys(others, GOOD)})
-    assert [source.path for source in source_files.find(package)] == ["m/a.py"]
+    assert [source.path for source in source_files.find(package, COURSE)] == ["m/a.py"]
 
 
 # -- tools that break -------------------------------------------------------------------------------------------------

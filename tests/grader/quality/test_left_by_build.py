@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 from helpers.judging import ask, evidence_with, find
 from helpers.quality_examples import REFERENCE, reference, written
 
@@ -28,7 +29,10 @@ def installed(package: Path, **files: str) -> Path:
 
 def left(package: Path, **files: str) -> dict[str, bool]:
     """Return the paths of what the build has left, and whether it only starts something."""
-    return {each.path: each.starts for each in left_by_build(source_files.find(package), installed(package, **files))}
+    return {
+        each.path: each.starts
+        for each in left_by_build(source_files.find(package, COURSE), installed(package, **files), COURSE.nodes)
+    }
 
 
 def test_launchers_that_the_build_writes_cost_nothing(tmp_path: Path):
@@ -36,7 +40,7 @@ def test_launchers_that_the_build_writes_cost_nothing(tmp_path: Path):
     nodes = ("robot_controller", "sensor_processor")
     programs = {f"lib/{package.name}/{node}": LAUNCHER.format(node=node) for node in nodes}
     assert left(package, **programs) == dict.fromkeys(programs, True)
-    quality = analyse.analyse_package(package, None, tmp_path / "install")
+    quality = analyse.analyse_package(package, COURSE, None, tmp_path / "install")
     assert set(quality.reached.nodes) == set(nodes)
     for check in (
         "check_style::test_ament_flake8_finds_nothing", "check_docstrings::test_public_things_have_docstrings",
@@ -48,7 +52,7 @@ def test_launchers_that_the_build_writes_cost_nothing(tmp_path: Path):
 def test_code_that_the_build_writes_is_linted_where_it_is_installed(tmp_path: Path):
     package = reference(tmp_path)
     install = installed(package, **{f"{SITE}/{package.name}/mess.py": SLOPPY})
-    quality = analyse.analyse_package(package, None, install)
+    quality = analyse.analyse_package(package, COURSE, None, install)
     assert {finding.path for finding in quality.style} == {f"{package.name}/mess.py"}
     assert ask(STYLE, evidence_with(quality=quality)).share < 1
 
@@ -57,7 +61,9 @@ def test_what_is_installed_over_a_module_is_read_in_its_place(tmp_path: Path):
     package = reference(tmp_path)
     path = f"{package.name}/driver.py"
     install = installed(package, **{f"{SITE}/{path}": SLOPPY})
-    read = {source.path: source.data for source in with_installed(source_files.find(package), install)}
+    read = {
+        source.path: source.data for source in with_installed(source_files.find(package, COURSE), install, COURSE.nodes)
+    }
     assert read[path] == SLOPPY.encode()
 
 
@@ -66,7 +72,9 @@ def test_a_text_that_was_handed_in_elsewhere_is_read_as_the_module_that_it_becom
     package = reference(tmp_path, files={"src/real.py": SLOPPY})
     path = f"{package.name}/driver.py"
     install = installed(package, **{f"{SITE}/{path}": SLOPPY})
-    read = {source.path: source.data for source in with_installed(source_files.find(package), install)}
+    read = {
+        source.path: source.data for source in with_installed(source_files.find(package, COURSE), install, COURSE.nodes)
+    }
     assert read[path] == SLOPPY.encode()
     assert "src/real.py" not in read, "it would count twice"
 
@@ -87,11 +95,11 @@ def test_a_template_is_read_as_what_cmake_makes_of_it(tmp_path: Path):
     cmake = "\nconfigure_file(scripts/node.in bin/node @ONLY)\n"
     package = reference(tmp_path, files={"scripts/node.in": program})
     (package / "CMakeLists.txt").write_text((package / "CMakeLists.txt").read_text() + cmake)
-    assert "scripts/node.in" not in [source.path for source in source_files.find(package)]
+    assert "scripts/node.in" not in [source.path for source in source_files.find(package, COURSE)]
 
 
 def test_a_build_is_needed_only_where_it_may_leave_other_code(tmp_path: Path):
-    assert not may_leave_code([REFERENCE])
+    assert not may_leave_code([REFERENCE], COURSE.nodes)
     package = reference(tmp_path)
     text = (package / "CMakeLists.txt").read_text()
     for command in (
@@ -99,9 +107,9 @@ def test_a_build_is_needed_only_where_it_may_leave_other_code(tmp_path: Path):
         "add_executable(robot_controller a.cpp)",
     ):  # fmt: skip
         (package / "CMakeLists.txt").write_text(f"{text}\n{command}\n")
-        assert may_leave_code([package]), command
+        assert may_leave_code([package], COURSE.nodes), command
     (package / "CMakeLists.txt").write_text(f"{text}\nfile(GLOB found *.py)\n")
-    assert not may_leave_code([package])
+    assert not may_leave_code([package], COURSE.nodes)
 
 
 @pytest.mark.parametrize(
@@ -113,4 +121,4 @@ def test_a_build_is_needed_where_something_handed_in_is_no_python_to_read(tmp_pa
     package = reference(tmp_path)
     (package / path).parent.mkdir(exist_ok=True)
     (package / path).write_bytes(content)
-    assert may_leave_code([package])
+    assert may_leave_code([package], COURSE.nodes)

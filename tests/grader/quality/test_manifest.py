@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 from helpers.quality_examples import CONTROLLER, DRIVER, REFERENCE, Judged, judged, reference, with_manifest_of
 
 from grader.checks import check_package_xml as checks
-from grader.contract.rosdep_keys import is_declared
+from grader.course.rosdep_keys import is_declared
 from grader.quality.analyse import analyse_package
 
 XML = (REFERENCE / "package.xml").read_text()
@@ -301,7 +302,7 @@ def test_package_xml_is_read_without_linters(tmp_path: Path):
     package = reference(
         tmp_path, files={"package.xml": without("<exec_depend>rclpy</exec_depend>"), "launch/a.py": "import  os\n"}
     )
-    whole, quick = analyse_package(package), analyse_package(package, lint=False)
+    whole, quick = analyse_package(package, COURSE), analyse_package(package, COURSE, lint=False)
     assert whole.style_count > 0
     assert quick.style_count == 0
     assert quick.manifest == whole.manifest

@@ -5,12 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE, PACKAGE, PARAMETERS
 from helpers.quality_examples import CONTROLLER, MOTION, PROCESSOR, REFERENCE, facts, judged, reference, written
 
-from grader.checks.check_habits import test_contract_numbers_are_parameters as numbers
-from grader.contract.spec import PARAMETERS
+from grader.courses.robot_controller.checks.check_habits import test_contract_numbers_are_parameters as numbers
 from grader.quality.parameters import parameter_use
 from grader.quality.parsed_module import parse
+
+CONTRACT = list(COURSE.nodes.values())
 
 
 def test_a_package_without_parameters_gets_nothing(tmp_path: Path):
@@ -119,7 +121,7 @@ def get_parameters() -> str:
 )  # fmt: skip
 def test_every_honest_way_to_read_parameters_counts(way):
     looks = "\n".join(["f(self.values)", *[f"f(self.x{i})" for i in range(len(NAMES))]])
-    uses = parameter_use([parse(CONTROLLER, f"{way()}\n{looks}".encode())])
+    uses = parameter_use([parse(CONTROLLER, f"{way()}\n{looks}".encode(), PACKAGE)], CONTRACT)
     assert [use.name for use in uses if not (use.declared and use.read)] == []
 
 
@@ -137,39 +139,47 @@ def test_a_value_that_is_kept_and_never_looked_at_is_not_read(read: str, used: b
     text = f"{read}\nf({'self.rate' if used else '0.05'})"
     if "changed" in read:
         text += "\nself.value('fusion_rate')" * used
-    (use,) = (use for use in parameter_use([parse(CONTROLLER, text.encode())]) if use.name == "fusion_rate")
+    (use,) = (
+        use for use in parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], CONTRACT) if use.name == "fusion_rate"
+    )
     assert (use.declared, use.read) == (True, used)
 
 
 def test_a_timer_that_is_made_of_a_parameter_uses_it_though_nothing_looks_at_the_timer():
     text = "self.declare_parameter('fusion_rate', 20.0)\nself.timer = create_timer(1.0 / value('fusion_rate'), f)\n"
     text += "def value(name):\n    return self.get_parameter(name).value\n"
-    assert [use.name for use in parameter_use([parse(CONTROLLER, text.encode())]) if use.read] == ["fusion_rate"]
+    assert [use.name for use in parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], CONTRACT) if use.read] == [
+        "fusion_rate"
+    ]
 
 
 def test_attributes_that_may_be_looked_at_by_any_name_are_not_charged():
     text = "self.fusion_rate = self.declare_parameter('fusion_rate', 20.0).value\nf(getattr(self, name))"
-    assert [use.name for use in parameter_use([parse(CONTROLLER, text.encode())]) if use.read] == ["fusion_rate"]
+    assert [use.name for use in parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], CONTRACT) if use.read] == [
+        "fusion_rate"
+    ]
 
 
 def test_a_table_may_be_declared_and_never_read():
     table = ", ".join(f"'{n}': 1.0" for n in NAMES)
     text = f"P = {{{table}}}\nfor n, d in P.items():\n    self.declare_parameter(n, d)\nx = self.get_parameter(y)\n"
-    uses = parameter_use([parse(CONTROLLER, text.encode())])
+    uses = parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], CONTRACT)
     assert all(use.declared and not use.read for use in uses)
 
 
 def test_the_field_of_a_dataclass_alone_is_not_a_use():
-    uses = parameter_use([parse(CONTROLLER, a_dataclass_that_a_callback_replaces(uses=False).encode())])
+    uses = parameter_use(
+        [parse(CONTROLLER, a_dataclass_that_a_callback_replaces(uses=False).encode(), PACKAGE)], COURSE.nodes.values()
+    )
     assert all(use.declared and not use.read for use in uses)
 
 
 def test_fields_without_a_loop_over_them_are_not_declared():
     text = a_dataclass_that_a_callback_replaces().replace("entry.name", "'robot_name'")
-    assert not any(use.declared for use in parameter_use([parse(CONTROLLER, text.encode())]))
+    assert not any(use.declared for use in parameter_use([parse(CONTROLLER, text.encode(), PACKAGE)], CONTRACT))
 
 
 def test_a_parameter_only_in_a_comment_or_a_test_is_not_declared():
-    comment = parse(CONTROLLER, b"# self.declare_parameter('max_linear_speed', 0.5)\n")
-    test = parse("test/test_x.py", b"node.declare_parameter('fusion_rate', 1)\n")
-    assert not any(use.declared for use in parameter_use([comment, test]))
+    comment = parse(CONTROLLER, b"# self.declare_parameter('max_linear_speed', 0.5)\n", PACKAGE)
+    test = parse("test/test_x.py", b"node.declare_parameter('fusion_rate', 1)\n", PACKAGE)
+    assert not any(use.declared for use in parameter_use([comment, test], CONTRACT))

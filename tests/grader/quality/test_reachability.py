@@ -6,6 +6,7 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from helpers.course import COURSE
 from helpers.quality_examples import written
 
 from grader.quality.reachability import Reachability, reachability
@@ -38,7 +39,7 @@ def found(folder: Path, modules: dict[str, str], programs: dict[str, str] | None
     for name, text in (programs or {}).items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(dedent(text))
-    return reachability(folder, {f"pkg/{name}": dedent(text).lstrip() for name, text in modules.items()})
+    return reachability(folder, {f"pkg/{name}": dedent(text).lstrip() for name, text in modules.items()}, course=COURSE)
 
 
 def unreached(folder: Path, modules: dict[str, str], programs: dict[str, str] | None = None) -> set[str]:
@@ -230,7 +231,9 @@ def test_the_module_that_makes_the_node_is_its_own_in_whichever_package_and_howe
         f"{second}/between.py": f"from {second} import core\n\n\ndef run():\n    core.main()\n",
         f"{second}/core.py": dedent(CORE).lstrip(),
     }
-    assert reachability(tmp_path, texts).homes == {"robot_controller": {"pkg/robot_controller.py", f"{second}/core.py"}}
+    assert reachability(tmp_path, texts, course=COURSE).homes == {
+        "robot_controller": {"pkg/robot_controller.py", f"{second}/core.py"}
+    }
 
 
 @pytest.mark.parametrize(
@@ -244,8 +247,8 @@ def test_the_module_that_makes_the_node_is_its_own_in_whichever_package_and_howe
 def test_a_module_that_only_looks_like_the_node_is_not_its_own(tmp_path: Path, started: dict[str, str]):
     started = {path: dedent(text) for path, text in started.items()}
     face = dedent(CORE).replace("on_scan", "tidy")
-    assert reachability(tmp_path, {"pkg/robot_controller.py": face}, started).homes == {}
-    copied = reachability(tmp_path, {"pkg/robot_controller.py": dedent(CORE)}, started)
+    assert reachability(tmp_path, {"pkg/robot_controller.py": face}, started, course=COURSE).homes == {}
+    copied = reachability(tmp_path, {"pkg/robot_controller.py": dedent(CORE)}, started, course=COURSE)
     assert copied.homes == {"robot_controller": {"pkg/robot_controller.py"}}, "the module may be installed twice"
 
 
@@ -268,6 +271,8 @@ def test_a_folder_may_be_installed_under_the_packages_name(tmp_path: Path, folde
     written(tmp_path, {"package.xml": manifest, "scripts/robot_controller": program})
     node = dedent(NODE.format(use="helpers.wanted()")).lstrip()
     reach = reachability(
-        tmp_path, {f"{folder}/robot_controller.py": node, f"{folder}/helpers.py": dedent(HELPERS).lstrip()}
+        tmp_path,
+        {f"{folder}/robot_controller.py": node, f"{folder}/helpers.py": dedent(HELPERS).lstrip()},
+        course=COURSE,
     )
     assert reach.unreached == {f"{folder}/helpers.py": frozenset({5, 6})}

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.course import PACKAGE
 from helpers.judging import Check, find
 from helpers.quality_examples import (
     CONTROLLER,
@@ -21,22 +22,23 @@ from helpers.quality_examples import (
 )
 
 from grader import KIT
-from grader.checks import check_docstrings, check_habits, check_structure, check_style
+from grader.checks import check_docstrings, check_habits, check_style
 from grader.evidence import Quality, SourceFile
 from grader.quality.source import PackageText, text_flags
 from grader.scoring import rubric
+from grader.settings import Settings
 
 STYLE = check_style.test_ament_flake8_finds_nothing
 DOCSTRINGS = check_docstrings.test_public_things_have_docstrings
 RULES = check_docstrings.test_docstrings_follow_ament_pep257
-CONVERSIONS_USED = check_structure.test_conversions_are_in_utils_and_used
-NUMBERS = check_habits.test_contract_numbers_are_parameters
+CONVERSIONS_USED = find("check_structure::test_conversions_are_in_utils_and_used")
+NUMBERS = find("check_habits::test_contract_numbers_are_parameters")
 ANNOTATIONS = check_habits.test_public_functions_are_annotated
 
 QUALITY = [
     check.id
     for requirement in rubric.load(KIT / "rubric.yaml").requirements
-    if requirement.id in PackageText.serves - {"I2"}
+    if requirement.id in PackageText().serves(Settings(rubric.load(KIT / "rubric.yaml"), Path())) - {"I2"}
     for check in requirement.checks
     if check.id != "check_handed_in::test_demonstration_runs"  # a trial of the nodes shows it
 ]
@@ -233,7 +235,7 @@ def test_a_conversion_that_only_unused_code_calls_is_not_used(tmp_path: Path):
 
 
 def test_padding_is_flagged(padded: Path):
-    flags = [flag for flag in text_flags(facts(padded, tests=True)) if flag.kind == "padding"]
+    flags = [flag for flag in text_flags(facts(padded, tests=True), PACKAGE) if flag.kind == "padding"]
     if (padded / "scripts/padding.py").exists():
         assert flags == []  # a program of its own: not the nodes', and not hidden among their modules
     else:
@@ -243,7 +245,7 @@ def test_padding_is_flagged(padded: Path):
 def test_a_further_node_is_no_padding(tmp_path: Path):
     teleop = TALKER + "\n\n" + "\n\n".join(f"def key_{n}():\n    return {n}\n" for n in range(100))
     quality = facts(reference(tmp_path, files={"ros2_robot_controller/teleop.py": teleop}))
-    assert text_flags(quality) == []
+    assert text_flags(quality, PACKAGE) == []
 
 
 def test_a_helper_module_that_the_nodes_use_costs_nothing(tmp_path: Path):

@@ -6,12 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.course import NODES
 from helpers.quality_examples import REFERENCE, Judged, facts, judged, untouched, written
 
 from grader import evidence
 from grader.checks.check_readme import test_interface_table_agrees as table
 from grader.checks.check_readme import test_readme_says_what_and_how as words
-from grader.contract.spec import NODES
 from grader.quality.readme import read_readme
 
 TRUE = (REFERENCE / "README.md").read_text()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from helpers.judging import Check, find
 from helpers.quality_examples import judged, untouched
@@ -10,12 +12,14 @@ from grader import KIT
 from grader.checks.judge import Unjudged
 from grader.quality.source import PackageText
 from grader.scoring import rubric
+from grader.settings import Settings
 
 DEMONSTRATION = "check_handed_in::test_demonstration_runs"  # judged by a trial
+SETTINGS = Settings(rubric.load(KIT / "rubric.yaml"), Path())
 FROM_TEXT = [
     check.id
     for requirement in rubric.load(KIT / "rubric.yaml").requirements
-    if requirement.id in PackageText.serves
+    if requirement.id in PackageText().serves(SETTINGS)
     for check in requirement.checks
     if check.id != DEMONSTRATION
 ]

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import pytest
+from helpers.course import PACKAGE
 
 from grader.quality.parsed_module import parse
 from grader.quality.unreadable_code import unreadable_code
 
 
 def named(text: str, path: str = "ros2_robot_controller/driver.py") -> list[str]:
-    module = parse("ros2_robot_controller/robot_controller.py", b"X = 1\n")
-    return [finding.text for finding in unreadable_code([module, parse(path, text.encode())])]
+    module = parse("ros2_robot_controller/robot_controller.py", b"X = 1\n", PACKAGE)
+    return [finding.text for finding in unreadable_code([module, parse(path, text.encode(), PACKAGE)])]
 
 
 @pytest.mark.parametrize(

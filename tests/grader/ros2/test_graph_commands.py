@@ -18,6 +18,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from helpers.course import COURSE
 from helpers.ros2_runs import COMMAND, until
 
 from grader import KIT, building
@@ -37,7 +38,7 @@ TYPE = "ros2_robot_controller"
 def ros2(tmp_path_factory: pytest.TempPathFactory, reference: Path) -> Iterator[Ros2]:
     """Return a function that runs the command where both reference nodes have been launched."""
     folder = tmp_path_factory.mktemp("graph")
-    install = building.build([reference], building.cache_folder()).install
+    install = building.build([reference], building.cache_folder(), COURSE).install
     env = {**ros_env.environment(install, home=folder), "ROS2_COURSE_KIT_OWN": "1"}
     driver = subprocess.Popen(
         namespaces.private_network([sys.executable, str(KIT / "tests" / "helpers" / "netns_driver.py")]),

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 from helpers.ros2_runs import COMMAND, ROOT
 from helpers.terminal import Terminal, desk, needs_zsh
 
@@ -112,7 +113,7 @@ def window(tmp_path_factory: pytest.TempPathFactory, reference: Path) -> Iterato
     """Return a function that opens a terminal beside the built reference package."""
     folder = tmp_path_factory.mktemp("session")
     (folder / "robot.py").write_text(blocks(PAGE.read_text(), "python")[0][1])
-    install = building.build([reference], building.cache_folder()).install
+    install = building.build([reference], building.cache_folder(), COURSE).install
     env = {**ros_env.environment(install, home=folder), "ROS2_COURSE_KIT_OWN": "1", "TERM": "xterm"}
     with desk(folder, env) as open_one:
         yield open_one

@@ -1,9 +1,11 @@
 """The rubric: the kit's own holds the contract, and one that does not add up is refused."""
 
 import re
+from pathlib import Path
 
 import pytest
 import yaml
+from helpers.course import COURSE
 
 from grader import KIT
 from grader.checks import checks_run
@@ -152,8 +154,16 @@ def test_a_check_that_there_is_not_is_refused_with_the_nearest_and_those_of_its_
     assert len(load(write(small()), [*known, "test_a::test_two"]).checks) == 2
 
 
-def test_the_kits_checks_are_those_of_its_rubric():
-    assert {check.id for check in load(RUBRIC).checks} == set(checks_run.known())
+def names_of_tests(path: Path) -> list[str]:
+    return re.findall(r"^def (test_\w+)\(", path.read_text(), re.MULTILINE)
+
+
+def test_every_check_of_the_kits_own_course_is_in_its_rubric():
+    graded = {check.id for check in load(RUBRIC).checks}
+    assert graded <= set(checks_run.known(COURSE))
+    own = {path.stem for path in COURSE.checks.glob("check_*.py")}
+    defined = {f"{module}::{name}" for module in own for name in names_of_tests(COURSE.checks / f"{module}.py")}
+    assert defined <= graded
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 
 from grader import evidence
 from grader.student_tests.discover import discover_tests
@@ -16,7 +17,7 @@ def read(folder: Path, **files: str) -> dict[str, evidence.TestModule]:
         path = path.with_suffix(".py")
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    return {module.path: module for module in discover_tests(folder)}
+    return {module.path: module for module in discover_tests(folder, COURSE.nodes)}
 
 
 def test_modules_are_found_in_test_and_tests_and_below(tmp_path: Path):

@@ -7,6 +7,7 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from helpers.course import COURSE
 from submissions import toy
 
 from grader.evidence.kept import Kept
@@ -60,7 +61,7 @@ def make_runs(made: toy.Toy, tmp_path: Path) -> Callable[..., KeptRuns]:
 
 
 def suite(made: toy.Toy, runs: KeptRuns | None = None) -> SuiteRun:
-    found = run_suite(made.package, made.install, discover_tests(made.package), kept_runs=runs)
+    found = run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE, kept_runs=runs)
     assert not found.flags
     if runs:
         runs.keep()
@@ -96,7 +97,7 @@ def test_unchanged_runs_and_mutants_come_out_the_same(made, make_runs, handed_in
     def everything() -> object:
         runs = make_runs()
         ran = suite(made, runs)
-        found = mutate(made.package, made.install, ran.reach, count=8, seconds=5.0, kept_runs=runs)
+        found = mutate(made.package, made.install, ran.reach, COURSE, count=8, seconds=5.0, kept_runs=runs)
         runs.keep()
         return facts(ran), found.mutants, found.equivalent_mutants, found.quiet_seconds
 
@@ -144,7 +145,7 @@ def test_the_same_request_twice_in_one_check_is_two_runs(made, make_runs, handed
 def test_runs_are_not_kept_if_something_was_flagged(made, make_runs, handed_in):
     for flagged in (True, False):
         runs = make_runs()
-        run_suite(made.package, made.install, discover_tests(made.package), kept_runs=runs)
+        run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE, kept_runs=runs)
         assert keep_runs(runs, "runs", flagged=flagged) == {}
         assert bool(make_runs().find(handed_in[0])) is not flagged
 

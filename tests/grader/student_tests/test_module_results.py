@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 
 from grader import evidence
 from grader.student_tests import suite_run
@@ -48,7 +49,7 @@ def own_tests(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
         worker = ScriptedWorker(runs)
 
         monkeypatch.setattr(suite_run, "LastingWorker", lambda *_, **__: worker)
-        (module,) = suite_run.run_suite(tmp_path, tmp_path, [MODULE]).tests.modules
+        (module,) = suite_run.run_suite(tmp_path, tmp_path, [MODULE], COURSE).tests.modules
         return module, len(list(worker.runs))
 
     return results
@@ -96,7 +97,7 @@ def test_the_longest_module_begins_first_and_the_results_keep_their_order(
 
     monkeypatch.setattr(suite_run, "WORKERS", 1)
     monkeypatch.setattr(suite_run, "LastingWorker", lambda *_, **__: Recording([]))
-    found = suite_run.run_suite(tmp_path, tmp_path, modules)
+    found = suite_run.run_suite(tmp_path, tmp_path, modules, COURSE)
     assert list(dict.fromkeys(begun)) == ["test/test_b.py", "test/test_c.py", "test/test_a.py"]
     assert [module.path for module in found.tests.modules] == [module.path for module in modules]
     assert [reach.module for reach in found.reach] == [module.path for module in modules]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 from submissions import toy
 
 from grader.mutation.mutant_run import mutate
@@ -25,7 +26,7 @@ def test_form_feeds_hide_nothing_from_mutation(tmp_path: Path):
         assert text is not None
         source = parse("m.py", text)
         assert source is not None
-        found.append([(mutant.line, mutant.words) for mutant in mutants(source)])
+        found.append([(mutant.line, mutant.words) for mutant in mutants(source, COURSE)])
     assert len(found[0]) > 10
     assert found[0] == found[1]
 
@@ -55,12 +56,12 @@ def test_twice():
 @pytest.mark.sandbox
 def test_of_a_module_that_cannot_be_read_nothing_counts_as_reached_or_noticed(tmp_path: Path):
     made = toy.make(tmp_path, {"test/test_robot_controller.py": toy.THOROUGH + USES_IT}, {"hidden.py": HIDDEN})
-    ran = run_suite(made.package, made.install, discover_tests(made.package))
+    ran = run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE)
     reached = {Path(file.path).name: (file.lines, file.lines_hit) for file in ran.tests.coverage}
     assert ran.tests.doubts == []
     assert reached["hidden.py"] == (4, 0)
     assert reached["robot_controller.py"][1] > 10
-    found = mutate(made.package, made.install, ran.reach, count=8, seconds=3.0)
+    found = mutate(made.package, made.install, ran.reach, COURSE, count=8, seconds=3.0)
     hidden = [mutant for mutant in found.mutants if mutant.path.endswith("hidden.py")]
     assert hidden
     assert all(mutant.outcome == "unreached" and "cannot be read" in mutant.words for mutant in hidden)
@@ -72,7 +73,7 @@ def test_the_reports_of_tests_that_cannot_be_read_are_doubted(tmp_path: Path):
     """Such a test cannot be made to fail to see whether the failure is reported."""
     text = "# coding: unicode_escape\n" + toy.THOROUGH
     made = toy.make(tmp_path, {"test/test_robot_controller.py": text})
-    ran = run_suite(made.package, made.install, discover_tests(made.package))
+    ran = run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE)
     assert ran.tests.modules[0].passed > 0
     assert any("an encoding that the grader does not read" in doubt for doubt in ran.tests.doubts)
 
@@ -85,8 +86,8 @@ def test_another_usual_encoding_costs_nothing(tmp_path: Path):
             module.write_bytes(f"# coding: latin-1\n# für\n{toy.CONTROLLER}".encode("latin-1"))
     test = made.package / "test" / "test_robot_controller.py"
     test.write_bytes(f"# coding: latin-1\n# für\n{toy.THOROUGH}".encode("latin-1"))
-    ran = run_suite(made.package, made.install, discover_tests(made.package))
+    ran = run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE)
     assert ran.tests.doubts == []
     assert ran.tests.modules[0].failed == 0
-    found = mutate(made.package, made.install, ran.reach, count=8, seconds=3.0)
+    found = mutate(made.package, made.install, ran.reach, COURSE, count=8, seconds=3.0)
     assert any(mutant.outcome == "noticed" and mutant.path.endswith("robot_controller.py") for mutant in found.mutants)

@@ -6,6 +6,7 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from helpers.course import COURSE
 from submissions import toy
 
 from grader import evidence
@@ -92,7 +93,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> toy.Toy:
 
 @pytest.fixture(scope="module")
 def ran(made: toy.Toy) -> SuiteRun:
-    found = run_suite(made.package, made.install, discover_tests(made.package), seconds=20.0)
+    found = run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE, seconds=20.0)
     assert [module.failures for module in found.tests.modules] == [[]] * len(TESTS)
     assert found.tests.doubts == []
     return found
@@ -140,14 +141,14 @@ def test_the_evidence_says_which_modules_are_the_nodes(ran: SuiteRun):
 
 
 def test_what_only_tests_call_has_no_mutants(made: toy.Toy, ran: SuiteRun):
-    mutation = mutate(made.package, made.install, ran.reach, seconds=10.0)
+    mutation = mutate(made.package, made.install, ran.reach, COURSE, seconds=10.0)
     assert {mutant.path for mutant in mutation.mutants} == set(ran.tests.nodes)
 
 
 def test_what_no_test_reaches_counts_although_no_node_seems_to(tmp_path: Path):
     """A node may come to it in a way that cannot be seen; hiding code must not pay."""
     made = toy.make(tmp_path, {"test/test_it.py": dedent(TESTS["robot_controller"])}, {"pad.py": PAD})
-    found = run_suite(made.package, made.install, discover_tests(made.package), seconds=20.0)
+    found = run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE, seconds=20.0)
     assert (coverage(found, "pad.py").lines, coverage(found, "pad.py").lines_hit) == (180, 0)
     assert "padding" not in {flag.kind for flag in found.flags}
 
@@ -159,4 +160,4 @@ def test_without_a_module_of_the_contract_the_evidence_says_so(tmp_path: Path):
             path = root / f"ros2_robot_controller/{name}.py"
             path.rename(path.with_name(f"talk_{name[0]}.py"))
     (made.package / "scripts/robot_controller").unlink()
-    assert not run_suite(made.package, made.install, []).tests.of_contract
+    assert not run_suite(made.package, made.install, [], COURSE).tests.of_contract

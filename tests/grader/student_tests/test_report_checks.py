@@ -6,6 +6,7 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from helpers.course import COURSE
 from submissions import toy
 
 from grader.student_tests import warm_worker
@@ -70,7 +71,9 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
 
         monkeypatch.setattr(warm_worker.WarmWorker, "run", noted)
         made = toy.make(tmp_path, {f"test/{name}.py": dedent(text) for name, text in modules.items()})
-        return run_suite(made.package, made.install, discover_tests(made.package), seconds=20.0), probes
+        return run_suite(
+            made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE, seconds=20.0
+        ), probes
 
     return run
 

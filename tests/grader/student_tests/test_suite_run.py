@@ -8,6 +8,7 @@ from __future__ import annotations
 from textwrap import dedent
 
 import pytest
+from helpers.course import COURSE
 from submissions import toy
 
 from grader import evidence
@@ -255,7 +256,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> SuiteRun:
         path = next((made.install / "lib").rglob("site-packages")) / name
         path.parent.mkdir(exist_ok=True)
         path.write_text(text)
-    return run_suite(made.package, made.install, discover_tests(made.package), seconds=5.0)
+    return run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE, seconds=5.0)
 
 
 @pytest.fixture
@@ -397,7 +398,10 @@ def test_nothing_of_the_install_tree_is_loaded_before_pytest(module, doubts):
 
 def test_the_same_seed_gives_the_same_results(tmp_path):
     made = toy.make(tmp_path, {"test/test_it.py": toy.THOROUGH})
-    one, two = (run_suite(made.package, made.install, discover_tests(made.package), seed=3) for _ in range(2))
+    one, two = (
+        run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE, seed=3)
+        for _ in range(2)
+    )
     assert [counts(m) for m in one.tests.modules] == [counts(m) for m in two.tests.modules]
     assert one.tests.coverage == two.tests.coverage
     assert [reach.lines for reach in one.reach] == [reach.lines for reach in two.reach]
@@ -407,11 +411,11 @@ def test_killing_the_process_that_runs_the_tests_passes_nothing(tmp_path):
     # It sleeps, because otherwise it could report a result before the sandbox is killed on a busy machine.
     text = "import os\nimport time\n\n\ndef test_it():\n    os.kill(os.getppid(), 9)\n    time.sleep(60)\n"
     made = toy.make(tmp_path, {"test/test_it.py": text})
-    found = run_suite(made.package, made.install, discover_tests(made.package))
+    found = run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE)
     assert counts(found.tests.modules[0]) == (0, 0, 1, 0)
     assert "ended with status -1 before pytest had finished" in found.tests.modules[0].failures[0]
 
 
 def test_without_tests_nothing_runs(tmp_path):
     made = toy.make(tmp_path, {})
-    assert run_suite(made.package, made.install, []) == SuiteRun(evidence.StudentTests())
+    assert run_suite(made.package, made.install, [], COURSE) == SuiteRun(evidence.StudentTests())

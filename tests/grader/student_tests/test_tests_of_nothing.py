@@ -5,6 +5,7 @@ from __future__ import annotations
 from textwrap import dedent
 
 import pytest
+from helpers.course import COURSE
 from submissions import toy
 
 from grader import evidence
@@ -120,7 +121,7 @@ REAL = {
 def modules(tmp_path_factory: pytest.TempPathFactory) -> dict[str, evidence.TestModule]:
     files = {f"test/{name}/test_it.py": dedent(text) for name, text in (NOTHING | REAL).items()}
     made = toy.make(tmp_path_factory.mktemp("toy"), files, {"robot_controller.py": CONTROLLER})
-    found = run_suite(made.package, made.install, discover_tests(made.package)).tests.modules
+    found = run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE).tests.modules
     assert [module.failures for module in found] == [[]] * len(files)
     return {module.path.split("/")[1]: module for module in found}
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from helpers.course import COURSE
 from submissions import toy
 
 from grader.student_tests import suite_run
@@ -185,7 +186,7 @@ def module(name: str, text: str) -> dict[str, str]:
 
 def run(folder: Path, files: dict[str, str], modules: dict[str, str] | None = None, seconds: float = 20.0) -> SuiteRun:
     made = toy.make(folder, files, modules)
-    return run_suite(made.package, made.install, discover_tests(made.package), seconds=seconds)
+    return run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE, seconds=seconds)
 
 
 @pytest.fixture

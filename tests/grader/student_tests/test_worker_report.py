@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from helpers.course import NODES
 
 from grader.student_tests import worker_report
 
@@ -47,7 +48,7 @@ def test_a_malformed_waiting_time_counts_as_none(tmp_path: Path, entry: dict[str
     ],
 )
 def test_a_started_node_is_told_by_its_command_line(command: str, nodes: list[str]):
-    assert list(worker_report._started(command)) == nodes
+    assert list(worker_report.started_nodes(command, NODES)) == nodes
 
 
 def test_reading_the_source_on_import_counts_for_all_tests_if_it_cannot_be_told_for_which():

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-import pytest
+from dataclasses import replace
+from pathlib import Path
 
-from grader.contract.spec import PARAMETERS
+import pytest
+from helpers.course import COURSE, PARAMETERS
+
+from grader.errors import GraderError
 from grader.trials import catalog
 
 
-@pytest.mark.parametrize("plan", catalog.trials().values(), ids=lambda plan: plan.name)
+@pytest.mark.parametrize("plan", catalog.trials(COURSE).values(), ids=lambda plan: plan.name)
 def test_each_trial_says_in_a_short_sentence_what_happens(plan):
     """It is shown as progress, behind the trial's name."""
     assert plan.sentence.endswith(".")
@@ -17,19 +21,27 @@ def test_each_trial_says_in_a_short_sentence_what_happens(plan):
 
 def test_every_numeric_parameter_of_which_the_contract_says_what_it_does_has_another_value_in_some_trial():
     """A number in the code in its place was never noticed: Q4, I6, F9 and F11 were given in full."""
-    varied = {name for plan in catalog.trials().values() for name in plan.parameters}
+    varied = {name for plan in catalog.trials(COURSE).values() for name in plan.parameters}
     said = {name for parameters in PARAMETERS.values() for name in parameters} - {"fusion_rate"}  # its text is read
     assert said - varied == set()
 
 
-def test_two_trials_of_one_name_are_refused():
-    def idle(stage: object) -> None: ...
-
-    catalog.trials()
-    with pytest.raises(ValueError, match="two trials are called idle"):
-        catalog.trial(serves=["F1"])(idle)
+@pytest.mark.parametrize(
+    ("script", "why"),
+    [
+        ("@trial(serves=[])\ndef idle(stage): ...\n", "the trial idle: another trial has this name"),
+        ("@trial(serves=[], node='drver')\ndef one(stage): ...\n", "the contract has no node drver"),
+    ],
+)
+def test_a_trial_that_cannot_be_told_or_has_no_node_is_refused(tmp_path: Path, script: str, why: str):
+    (tmp_path / "trials").mkdir()
+    begin = "from grader.trials.catalog import trial\n"
+    (tmp_path / "trials" / "a.py").write_text(f"{begin}@trial(serves=[])\ndef idle(stage): ...\n")
+    (tmp_path / "trials" / "b.py").write_text(f"{begin}{script}")
+    with pytest.raises(GraderError, match=why):
+        catalog.trials(replace(COURSE, folder=tmp_path))
 
 
 def test_only_the_demonstration_sees_what_is_not_installed():
     """A node could run an archive or a data file from the source folder, which no check of the build has seen."""
-    assert [name for name, plan in catalog.trials().items() if plan.shows_source] == ["demo"]
+    assert [name for name, plan in catalog.trials(COURSE).items() if plan.shows_source] == ["demo"]

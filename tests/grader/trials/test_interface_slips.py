@@ -7,13 +7,13 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from helpers.course import CONTRACT
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from submissions import slips
 from submissions.slips import FILES, NEEDS, Slip
 
 from grader import pipeline
-from grader.contract import definition
-from grader.contract.spec import CONTRACT
+from grader.course import definition
 from grader.scoring.scorecard import Outcome
 from grader.trials.wire_layout import reader
 

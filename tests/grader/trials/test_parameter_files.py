@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from helpers.course import COURSE
 
 from grader.trials import parameter_files
 
@@ -16,7 +17,7 @@ def changed(tmp_path: Path, text: str, names: str = "*.yaml") -> tuple[dict[str,
     folder.mkdir()
     (folder / "sensor_params.yaml").write_text(text)
     (folder / "robot_params.yaml").write_text("/**:\n  ros__parameters:\n    max_linear_speed: 0.5\n")
-    copies, values = parameter_files.write_changed(folder, tmp_path / "out", names)
+    copies, values = parameter_files.write_changed(folder, tmp_path / "out", COURSE.telltales, names)
     copy = next(copy for copy, name in copies.items() if name == "sensor_params.yaml")
     (node,) = yaml.safe_load(copy.read_text()).values()
     return node["ros__parameters"], values
@@ -51,7 +52,7 @@ def test_a_value_that_is_not_a_number_is_left_as_it_is(tmp_path: Path, value: st
 
 def test_a_number_that_yaml_can_read_but_not_write_leaves_the_file_alone(tmp_path: Path):
     (tmp_path / "big.yaml").write_text(FILE.format(rate="20.0") + f"    big: 0x{'f' * 5000}\n")
-    assert parameter_files.write_changed(tmp_path, tmp_path / "out") == ({}, {})
+    assert parameter_files.write_changed(tmp_path, tmp_path / "out", COURSE.telltales) == ({}, {})
 
 
 @pytest.mark.parametrize("value", ["!!bool perhaps", "!!int none", "!!timestamp x", "{[1]: 2}", "2024-99-99"])
@@ -59,7 +60,7 @@ def test_a_value_that_does_not_fit_its_tag_leaves_the_file_alone(tmp_path: Path,
     """PyYAML's own errors are not all YAMLErrors."""
     (tmp_path / "config").mkdir()
     (tmp_path / "config" / "a.yaml").write_text(f"ready: {value}\n")
-    assert parameter_files.write_changed(tmp_path / "config", tmp_path / "out")[1] == {}
+    assert parameter_files.write_changed(tmp_path / "config", tmp_path / "out", COURSE.telltales)[1] == {}
 
 
 def test_an_ampersand_in_a_comment_is_not_an_anchor(tmp_path: Path):
@@ -69,4 +70,4 @@ def test_an_ampersand_in_a_comment_is_not_an_anchor(tmp_path: Path):
 
 def test_a_file_with_anchors_is_left_alone(tmp_path: Path):
     (tmp_path / "big.yaml").write_text("a: &a [1]\nb: [*a, *a]\n")
-    assert parameter_files.write_changed(tmp_path, tmp_path / "out") == ({}, {})
+    assert parameter_files.write_changed(tmp_path, tmp_path / "out", COURSE.telltales) == ({}, {})

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers.course import COURSE
 
 from grader import KIT, building, evidence, pipeline
 from grader.errors import GraderError
@@ -34,7 +35,7 @@ def run_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str],
             "start",
             lambda _workers, _name: subprocess.Popen(shell, stdin=pipe, stdout=pipe, text=True, cwd=tmp_path),
         )
-        return scheduler.run([plan], install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)["any"]
+        return scheduler.run([plan], COURSE, install=tmp_path, contract=tmp_path, folder=tmp_path, seed=0)["any"]
 
     return run
 
@@ -92,7 +93,7 @@ def test_long_trials_begin_first_and_those_of_a_file_are_spread_evenly():
 
 
 def test_every_trial_is_in_the_mixture_once():
-    plans = list(catalog.trials().values())
+    plans = list(catalog.trials(COURSE).values())
     assert sorted(plan.name for plan in scheduler._mixed(plans)) == sorted(plan.name for plan in plans)
 
 
@@ -144,9 +145,9 @@ def test_observer_and_node_stay_on_the_core_that_they_share(
     monkeypatch: pytest.MonkeyPatch,
 ):
     patch_workers(TELLS_CORES, tmp_path, monkeypatch)
-    built = building.build([reference], settings.cache)
+    built = building.build([reference], settings.cache, COURSE)
     for fork_from in (1000, 0):
-        (trial,) = run_all([catalog.trials()["creeping"]], built, contract, tmp_path / str(fork_from), fork_from)
+        (trial,) = run_all([catalog.trials(COURSE)["creeping"]], built, contract, tmp_path / str(fork_from), fork_from)
         assert (trial.choices["cores"], trial.choices["forked"]) == (1.0, float(fork_from == 0))
 
 
@@ -160,10 +161,10 @@ def test_only_a_node_with_one_thread_is_not_interrupted(
 ):  # fmt: skip
     """A MultiThreadedExecutor that no other thread may interrupt crawls. The package's text tells."""
     patch_workers(TELLS_CORES, tmp_path, monkeypatch)
-    built = building.build([reference], settings.cache)
+    built = building.build([reference], settings.cache, COURSE)
     package = shutil.copytree(reference, tmp_path / "package")
     (package / "ros2_robot_controller" / "other.py").write_text(text)
-    (trial,) = run_all([catalog.trials()["creeping"]], built, contract, tmp_path / "out", fork_from, package)
+    (trial,) = run_all([catalog.trials(COURSE)["creeping"]], built, contract, tmp_path / "out", fork_from, package)
     assert trial.choices["policy"] == policy
 
 
@@ -200,9 +201,11 @@ def test_a_crash_on_leaving_the_graph_loses_no_trial(
 ):
     """Fast DDS has been seen to crash there. The evidence is saved before, and the next trial gets another worker."""
     patch_workers(CRASHES_ON_CLOSE, tmp_path, monkeypatch)
-    plans = [catalog.trials()[name] for name in ("idle", "idle_processor")]
-    built = building.build([reference], settings.cache)
-    found = scheduler.run(plans, install=built.install, contract=contract.install, folder=tmp_path, seed=1, workers=1)
+    plans = [catalog.trials(COURSE)[name] for name in ("idle", "idle_processor")]
+    built = building.build([reference], settings.cache, COURSE)
+    found = scheduler.run(
+        plans, COURSE, install=built.install, contract=contract.install, folder=tmp_path, seed=1, workers=1
+    )
     assert [(trial.ready, trial.script_error) for trial in found.values()] == [(True, ""), (True, "")]
 
 
@@ -211,8 +214,8 @@ def test_a_crash_on_leaving_the_graph_loses_no_trial(
 def test_a_forked_node_is_observed_as_one_that_was_started(
     reference: Path, contract: building.Built, settings: pipeline.Settings, tmp_path: Path
 ):
-    plans = [catalog.trials()[name] for name in ("creeping", "nothing_to_fuse")]
-    built = building.build([reference], settings.cache)
+    plans = [catalog.trials(COURSE)[name] for name in ("creeping", "nothing_to_fuse")]
+    built = building.build([reference], settings.cache, COURSE)
     started, forked = [run_all(plans, built, contract, tmp_path / str(fork_from), fork_from) for fork_from in (1000, 0)]
     assert started[0].commands
     for before, after in zip(started, forked, strict=True):
@@ -241,7 +244,14 @@ def run_all(
     """Run trials one after the other and return their facts."""
     folder.mkdir()
     found = scheduler.run(
-        plans, install=built.install, contract=contract.install, folder=folder, seed=1, workers=1, fork_from=fork_from,
+        plans,
+        COURSE,
+        install=built.install,
+        contract=contract.install,
+        folder=folder,
+        seed=1,
+        workers=1,
+        fork_from=fork_from,
         package=package,
-    )  # fmt: skip
+    )
     return [found[plan.name] for plan in plans]

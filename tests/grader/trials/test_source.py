@@ -9,9 +9,11 @@ from typing import Any
 
 import pytest
 from helpers import recordings
+from helpers.course import PACKAGE
 
 from grader import KIT, building, evidence
 from grader.building import Built
+from grader.course import Course
 from grader.evidence import Intake, Trial
 from grader.evidence.kept import Kept
 from grader.intake.submission import Submission
@@ -30,7 +32,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Return the names of the trials that were run; each shows what one of the reference's trials showed."""
     names: list[str] = []
 
-    def run(plans: Iterable[TrialPlan], **_: Any) -> dict[str, Trial]:
+    def run(plans: Iterable[TrialPlan], _course: Course, **_: Any) -> dict[str, Trial]:
         found = {plan.name: replace(TRIAL, name=plan.name) for plan in plans}
         names.extend(found)
         return found
@@ -50,7 +52,8 @@ def subject(tmp_path: Path) -> Subject:
         (tmp_path / name / "install").mkdir(parents=True)
         building.cache.write_checksum(tmp_path / name / "install", tmp_path / name / "install")
     own, contract = (
-        Built(replace(evidence.Build.not_tried(), ok=True), tmp_path / name / "install") for name in ("own", "contract")
+        Built(replace(evidence.Build.not_tried(PACKAGE), ok=True), tmp_path / name / "install")
+        for name in ("own", "contract")
     )
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("F4",))
     submission = Submission(Intake("p.zip", "ab", "p", "."), tmp_path, package, None, ())

@@ -11,6 +11,7 @@ from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
+from helpers.course import COURSE
 from helpers.programs import ENDS_WITH_MANY_STACKS
 from helpers.ros2_runs import until
 
@@ -31,7 +32,7 @@ def make(contract: building.Built, tmp_path: Path) -> Iterator[Callable[[str], W
             tmp_path.joinpath("sitecustomize.py").write_text(code)
             environment = scheduler.observer_environment(contract.install, home=tmp_path)
             environment["PYTHONPATH"] = f"{tmp_path}:{KIT}:{environment['PYTHONPATH']}"
-            return stack.enter_context(closing(Workers(environment, tmp_path)))
+            return stack.enter_context(closing(Workers(COURSE.folder, environment, tmp_path)))
 
         yield make
 

@@ -1,1 +1,0 @@
-"""Call the package's own functions in a sandbox and record what they return. Data only, no verdicts."""

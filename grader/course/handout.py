@@ -1,0 +1,48 @@
+"""The handout: the assignment for students as Markdown, from the rubric and the course's contract."""
+
+from __future__ import annotations
+
+import jinja2
+
+from grader.course.model import Course
+from grader.scoring.rubric import Requirement, Rubric
+
+
+def render(rubric: Rubric, course: Course) -> str:
+    """Return the handout for `rubric`, as Markdown. handout.md.j2 in the course's folder is its frame."""
+    loader = jinja2.FileSystemLoader(course.folder)
+    environment = jinja2.Environment(
+        loader=loader, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
+    )
+    files = map(course.interface_file, course.interfaces)
+    interfaces = {file: fields((course.contract / file).read_text()) for file in files}
+    template = environment.get_template("handout.md.j2")
+    return (
+        template.render(
+            rubric=rubric,
+            interfaces=interfaces,
+            parameters={name: node.defaults for name, node in course.nodes.items()},
+            level=level,
+            notebook=notebook,
+        )
+        + "\n"
+    )
+
+
+def fields(text: str) -> str:
+    """Return an interface's fields without its comments."""
+    lines = (line.partition("#")[0].rstrip() for line in text.splitlines())
+    return "\n".join(line for line in lines if line)
+
+
+def level(requirement: Requirement) -> str:
+    """Return "core", "advanced", or how many points are which."""
+    if not requirement.advanced:
+        return "core"
+    core = requirement.points - requirement.advanced
+    return f"core {core:g}, advanced {requirement.advanced:g}" if core else "advanced"
+
+
+def notebook(requirement: Requirement) -> str:
+    """Return the notebook that teaches a requirement, such as "05"."""
+    return requirement.section.partition("_")[0]

@@ -1,0 +1,218 @@
+"""The contract of a course as types: what students' packages have to offer, under which names."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import yaml
+
+from grader.scoring import rubric
+
+JUDGED = ("module", "launch", "script")
+"""The roles of files that run on the robot; tests and setup.py serve the author."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a node.
+
+    Attributes:
+        default: a number, or a text.
+        meaning: what it is for, with its unit.
+        telltale: another sensible value, to see whether a parameter file reaches the node; None for none.
+    """
+
+    default: float | str
+    meaning: str = ""
+    telltale: float | None = None
+
+
+@dataclass(frozen=True)
+class Node:
+    """A node of the contract; its executable has its name. Interfaces are types by name, such as "srv/SetSpeed".
+
+    A type of the course's own has no package in it; others do: "sensor_msgs/msg/LaserScan".
+
+    Attributes:
+        module: the path of its module in the package.
+        test: the path of its test.
+        config: the path of its parameter file, "" for none.
+        answers_on: the topic that it publishes when it has taken in a tick, by which simulated time goes on.
+        answers_every_s: the default period of these messages, s.
+        idle_trial: the name of the trial that shows the node while nothing is asked of it.
+    """
+
+    name: str
+    module: str
+    test: str = ""
+    config: str = ""
+    answers_on: str = ""
+    answers_every_s: float = 0.05
+    idle_trial: str = ""
+    subscribes: Mapping[str, str] = field(default_factory=dict)
+    publishes: Mapping[str, str] = field(default_factory=dict)
+    services: Mapping[str, str] = field(default_factory=dict)
+    actions: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, Parameter] = field(default_factory=dict)
+
+    @property
+    def offers(self) -> dict[str, str]:
+        """Return its services and actions with their types."""
+        return {**self.services, **self.actions}
+
+    @property
+    def names(self) -> list[str]:
+        """Return the names of its topics, services and actions."""
+        return [*self.subscribes, *self.publishes, *self.offers]
+
+    @property
+    def defaults(self) -> dict[str, float]:
+        """Return the defaults of its numeric parameters."""
+        return {name: p.default for name, p in self.parameters.items() if not isinstance(p.default, str)}
+
+
+@dataclass(frozen=True)
+class Functions:
+    """The functions that are called with cases: those of one module, given by its path in the package."""
+
+    module: str
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Everything of one assignment. `folder` is where it is; other paths are absolute, those in a package relative.
+
+    Attributes:
+        package: the name of the package that students write.
+        layout: the paths that the package has to have.
+        interfaces: the course's own types, such as "srv/SetSpeed"; their files are in `contract`.
+        words: further names that code has from the contract, such as frames and states.
+    """
+
+    folder: Path
+    title: str
+    package: str
+    nodes: Mapping[str, Node]
+    layout: tuple[str, ...]
+    interfaces: tuple[str, ...] = ()
+    functions: Functions | None = None
+    words: tuple[str, ...] = ()
+    rubric: Path = Path()
+    solution: Path = Path()
+    notebooks: Path = Path()
+
+    @property
+    def contract(self) -> Path:
+        """Return the folder of a package that holds the course's interface files and nothing else."""
+        return self.folder / "contract" / self.package
+
+    @property
+    def checks(self) -> Path:
+        """Return the folder of the course's own checks."""
+        return self.folder / "checks"
+
+    @property
+    def interfaces_package(self) -> str:
+        """Return the name under which a submission may split its interfaces off."""
+        return f"{self.package}_interfaces"
+
+    @cached_property
+    def modules(self) -> tuple[str, ...]:
+        """Return the paths of the contract's modules: the nodes', and that of the functions."""
+        return (*(node.module for node in self.nodes.values()), *([self.functions.module] if self.functions else []))
+
+    @cached_property
+    def node_tests(self) -> tuple[str, ...]:
+        """Return the paths of the nodes' tests."""
+        return tuple(node.test for node in self.nodes.values() if node.test)
+
+    @cached_property
+    def launch_files(self) -> tuple[str, ...]:
+        """Return the paths of the launch files."""
+        return tuple(path for path in self.layout if path.startswith("launch/"))
+
+    @cached_property
+    def shared(self) -> tuple[str, ...]:
+        """Return the paths of the files that are installed in the package's share folder."""
+        return tuple(path for path in self.layout if path.startswith(("launch/", "config/")))
+
+    @cached_property
+    def offered(self) -> dict[str, str]:
+        """Return all services and actions with their types."""
+        return {name: type_ for node in self.nodes.values() for name, type_ in node.offers.items()}
+
+    @cached_property
+    def topics(self) -> tuple[str, ...]:
+        """Return the names of all topics, services and actions."""
+        return tuple(dict.fromkeys(name for node in self.nodes.values() for name in node.names))
+
+    @cached_property
+    def telltales(self) -> dict[str, float]:
+        """Return the telltales of all parameters that have one."""
+        parameters = [item for node in self.nodes.values() for item in node.parameters.items()]
+        return {name: parameter.telltale for name, parameter in parameters if parameter.telltale is not None}
+
+    @cached_property
+    def function_names(self) -> tuple[str, ...]:
+        """Return the names of the functions that are called with cases."""
+        return self.functions.names if self.functions else ()
+
+    @cached_property
+    def _judged(self) -> dict[str, str]:
+        requirements = rubric.load(self.rubric).requirements
+        return {check.module: r.id for r in reversed(requirements) for check in reversed(r.checks)}
+
+    def requirement_of(self, module: str) -> str:
+        """Return the id of the first requirement that a module of checks judges, "" if there is none."""
+        return self._judged.get(module, "")
+
+    @cached_property
+    def notebook_table(self) -> dict[str, Any]:
+        """Return what notebooks.yaml says: the notebooks with their files, and what checks in them need."""
+        path = self.folder / "notebooks.yaml"
+        found = yaml.safe_load(path.read_text(encoding="utf-8")) if path.is_file() else {}
+        return {name: found.get(name, {}) for name in ("notebooks", "needs", "later", "stand_ins")}
+
+    def full_type(self, type_: str) -> str:
+        """Return a type with its package: "my_package/srv/SetSpeed"."""
+        return type_ if type_.count("/") == 2 else f"{self.package}/{type_}"
+
+    def interface_file(self, type_: str) -> str:
+        """Return the path of an interface's file in a package: "srv/SetSpeed.srv"."""
+        return f"{type_}.{type_.partition('/')[0]}"
+
+    def layout_of(self, paths: Collection[str], package: str) -> list[str]:
+        """Return the layout of the package with these paths; its modules may be in a folder named like `package`."""
+        names = (self.package, package)
+        folder = next((name for name in names if any(path.startswith(f"{name}/") for path in paths)), self.package)
+        return [path.replace(f"{self.package}/", f"{folder}/") for path in self.layout]
+
+
+def role(path: str, package: str) -> str:
+    """Return what a file of `package` is for: "module", "launch", "script", "test" or "setup".
+
+    The nodes can import every file of the Python package, so none of them is a test or a launch file by its name.
+    """
+    parts = PurePosixPath(path).parts
+    name = parts[-1]
+    if parts[0] == package and len(parts) > 1:
+        return "module"
+    if parts[0] in ("test", "tests") or (len(parts) == 1 and _is_collected(name)):
+        return "test"
+    if parts == ("setup.py",):
+        return "setup"
+    if parts[0] == "launch" or name.endswith((".launch.py", "_launch.py")):
+        return "launch"
+    # Python without `.py` was recognised by its first line, which makes it a program.
+    in_scripts = parts[0] in ("scripts", "bin", "examples", "tools", "demo")
+    return "script" if in_scripts or not name.endswith(".py") else "module"
+
+
+def _is_collected(name: str) -> bool:
+    """Return whether pytest collects a file of this name."""
+    return name == "conftest.py" or (name.startswith("test_") and name.endswith(".py")) or name.endswith("_test.py")

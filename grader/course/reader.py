@@ -1,0 +1,154 @@
+"""Read a course from its folder: course.yaml and contract/contract.yaml. Each mistake is named with file and line."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import yaml
+
+from grader import KIT, yaml_reader
+from grader.course.model import Course, Functions, Node, Parameter
+from grader.errors import GraderError
+from grader.yaml_reader import YamlReader
+
+COURSE, CONTRACT = "course.yaml", "contract/contract.yaml"
+_ROLES = ("subscribes", "publishes", "services", "actions")
+_OTHERS = ("config", "answers_on", "answers_every", "idle_trial", "parameters")
+
+
+@cache
+def kits_own() -> Course:
+    """Return the kit's own course."""
+    (path,) = (KIT / "grader" / "courses").glob(f"*/{COURSE}")
+    return load(path.parent)
+
+
+@cache
+def load(folder: Path) -> Course:
+    """Return the course in `folder`.
+
+    Raises:
+        GraderError: a file cannot be read, names something unknown, or lacks something; it says which line.
+    """
+    folder = folder.resolve()
+    path, root = _compose(folder / COURSE)
+    reader = _Reader(path)
+    needed, places = ("title", "package", "rubric"), ("solution", "notebooks")
+    fields = reader.fields(root, root, needed, "a course", places)
+    package = reader.text(fields["package"])
+    path, contract = _compose(folder / CONTRACT)
+    parts = _Reader(path).contract(contract, package)
+    where: dict[str, Any] = {name: reader.place(folder, fields[name]) for name in ("rubric", *places) if name in fields}
+    course = Course(folder=folder, title=reader.text(fields["title"]), package=package, **parts, **where)
+    for type_ in course.interfaces:
+        if not (file := course.contract / course.interface_file(type_)).is_file():
+            raise GraderError(f"{path} names the interface {type_}, and there is no {file}. Write it.")
+    return course
+
+
+def modules(folder: Path) -> list[ModuleType]:
+    """Return the Python modules in a folder of a course, imported; they import each other as `from .other import x`."""
+    package = f"course_{sha256(str(folder).encode()).hexdigest()[:12]}"
+    if package not in sys.modules:
+        sys.modules[package] = ModuleType(package)
+        sys.modules[package].__path__ = [str(folder)]
+    names = sorted(path.stem for path in folder.glob("*.py") if path.stem != "__init__")
+    return [importlib.import_module(f"{package}.{name}") for name in names]
+
+
+def _compose(path: Path) -> tuple[Path, yaml.Node]:
+    try:
+        root = yaml_reader.compose(path, path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise GraderError(f"{path} cannot be read ({error}). A course needs {COURSE} and {CONTRACT}.") from error
+    if root is None:
+        raise GraderError(f"{path} is empty. Compare it with that of the kit's own course.")
+    return path, root
+
+
+class _Reader(YamlReader):
+    """Makes the parts of a course."""
+
+    def place(self, folder: Path, node: yaml.Node) -> Path:
+        """Return a path that is written relative to the course's folder, if it is there."""
+        path = (folder / self.text(node)).resolve()
+        if not path.exists() and (KIT / "grader" / "courses") not in folder.parents:  # a kit may leave its solution out
+            self.fail(node, f"there is no {path}; correct the path, which is relative to {COURSE}")
+        return path
+
+    def contract(self, root: yaml.Node, package: str) -> dict[str, Any]:
+        """Return the fields of a Course that its contract decides."""
+        optional = ("interfaces", "functions", "words")
+        fields = self.fields(root, root, ("nodes", "layout"), "a contract", optional)
+        layout = self._texts(fields["layout"])
+        interfaces = self._texts(fields["interfaces"]) if "interfaces" in fields else ()
+        nodes = {
+            name: self._node(name, key, value, package, layout, interfaces)
+            for name, key, value in self.mapping(fields["nodes"])
+        }
+        found: dict[str, Any] = {"nodes": nodes, "layout": layout, "interfaces": interfaces}
+        if "functions" in fields:
+            functions = self.fields(fields["functions"], fields["functions"], ("module", "names"), "functions")
+            module = self.text(functions["module"])
+            self.require_known(module, functions["module"], layout, "a path of the layout")
+            found["functions"] = Functions(module, self._texts(functions["names"]))
+        if "words" in fields:
+            found["words"] = self._texts(fields["words"])
+        return found
+
+    def _node(
+        self, name: str, key: yaml.Node, value: yaml.Node, package: str,
+        layout: tuple[str, ...], interfaces: tuple[str, ...],
+    ) -> Node:  # fmt: skip
+        fields = self.fields(value, key, (), "a node", (*_ROLES, *_OTHERS))
+        roles = {role: self._types(fields[role], interfaces) for role in _ROLES if role in fields}
+        module = f"{package}/{name}.py"
+        self.require_known(module, key, layout, "a path of the layout")
+        config = self.text(fields["config"]) if "config" in fields else ""
+        if config:
+            self.require_known(config, fields["config"], layout, "a path of the layout")
+        answers_on = self.text(fields["answers_on"]) if "answers_on" in fields else ""
+        if answers_on:
+            self.require_known(
+                answers_on, fields["answers_on"], roles.get("publishes", {}), "a topic that it publishes"
+            )
+        every_s = self._number(fields["answers_every"]) if "answers_every" in fields else 0.05
+        idle = self.text(fields["idle_trial"]) if "idle_trial" in fields else ""
+        test = f"test/test_{name}.py"
+        parameters = self.mapping(fields["parameters"]) if "parameters" in fields else ()
+        return Node(
+            name, module, test if test in layout else "", config, answers_on, every_s, idle,
+            parameters={name: self._parameter(key, value) for name, key, value in parameters}, **roles,
+        )  # fmt: skip
+
+    def _types(self, node: yaml.Node, interfaces: tuple[str, ...]) -> dict[str, str]:
+        found = {}
+        for name, _, value in self.mapping(node):
+            found[name] = self.text(value)
+            if found[name].count("/") != 2:  # without a package, so it is one of the course's own
+                self.require_known(found[name], value, interfaces, "one of the course's interfaces")
+        return found
+
+    def _parameter(self, key: yaml.Node, value: yaml.Node) -> Parameter:
+        fields = self.fields(value, key, ("default",), "a parameter", ("meaning", "telltale"))
+        default = fields["default"]
+        return Parameter(
+            self.text(default) if default.tag.endswith(":str") else self._number(default),
+            self.text(fields["meaning"]) if "meaning" in fields else "",
+            self._number(fields["telltale"]) if "telltale" in fields else None,
+        )
+
+    def _number(self, node: yaml.Node) -> float:
+        try:
+            return float(self.text(node))
+        except ValueError:
+            self.fail(node, f"{self.text(node)} is not a number")
+
+    def _texts(self, node: yaml.Node) -> tuple[str, ...]:
+        return tuple(map(self.text, self.items(node)))

@@ -1,0 +1,1 @@
+"""The kit's own course: a robot that drives safely."""

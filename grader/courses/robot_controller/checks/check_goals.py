@@ -1,0 +1,154 @@
+"""F9 to F11: feedback, cancelling, blocked ways."""
+
+import itertools
+import math
+
+from grader.checks.judge import Failed, Judge, NotReached
+from grader.evidence import Goal, Trial
+
+from . import motion
+
+_DRIFT_M = 0.05  # beyond the tolerance, by ground truth; F8 judges how exact an arrival is
+_ON_THE_WAY_M = 0.3  # from here on a distance that stays the same is wrong by more than 0.15 m
+_NEAR_M = 0.15  # by which `distance_remaining` may be off
+_SILENT_S = 2.0  # four times the gap at 2 Hz
+
+
+def test_feedback_comes_at_two_hertz(judge: Judge) -> None:
+    """Feedback comes at 2 Hz or faster."""
+    for trial, goal in _accepted(judge):
+        end = goal.ended_t if math.isfinite(goal.ended_t) else trial.samples[-1].t
+        seconds = end - goal.t
+        # A timer need not fire at both ends, so 2 Hz may be one message fewer.
+        hertz = (len(goal.feedback) + 1) / seconds if seconds > 0 else 0.0
+        seen = f"{len(goal.feedback)} feedback messages in {seconds:.1f} s of simulated time"
+        judge.expect(bool(goal.feedback) and hertz >= 1.9, seen, "publish_feedback from a timer on the node's clock")
+        times = [goal.t, *(entry[0] for entry in goal.feedback), end]
+        start, gap = max(((a, b - a) for a, b in itertools.pairwise(times)), key=lambda pair: pair[1])
+        seen = f"no feedback for {gap:.1f} s of simulated time, from {start:.1f} s on"
+        judge.expect(gap <= _SILENT_S, seen, "publish feedback also while the robot turns or waits")
+    blocked = judge.trial("blocked_goal", complete=False)
+    start, end = blocked.marks.get("blocked", math.inf), blocked.marks.get("free", math.inf)
+    waiting = blocked.goals[0] if blocked.goals and math.isfinite(end) else None
+    if waiting is not None and waiting.accepted and not waiting.ended_t < end:
+        times = [start, *(entry[0] for entry in waiting.feedback if start < entry[0] < end), end]
+        gap = max(b - a for a, b in itertools.pairwise(times))
+        if gap > _SILENT_S:
+            seen = f"no feedback for {gap:.1f} s of simulated time while the way was blocked"
+            judge.share(0.5, seen, "publish feedback while the robot waits, too")
+
+
+def test_feedback_is_the_true_distance(judge: Judge) -> None:
+    """`distance_remaining` is the true distance within 0.15 m."""
+    for trial, goal in _accepted(judge):
+        judge.expect(bool(goal.feedback), "no feedback came", "call goal_handle.publish_feedback while driving")
+        # NaN compares False, so ask whether it is near, never whether it is far.
+        wrong = [entry for entry in goal.feedback if not _is_near(trial, goal, *entry)]
+        t, said, true = max(wrong or goal.feedback, key=lambda entry: abs(entry[1] - entry[2]))
+        seen = f"distance_remaining {said:.2f} m at {t:.1f} s, the true distance was {true:.2f} m"
+        judge.expect(not wrong, seen, "math.hypot of the differences in x and y, from the latest odometry")
+
+
+def test_a_cancelled_goal_ends_as_canceled(judge: Judge) -> None:
+    """A cancelled goal ends as canceled with success = false."""
+    for name in ("cancel_early", "cancel_late"):
+        trial = judge.trial(name)
+        goal = judge.goal(trial)
+        words = f"the goal was cancelled {goal.cancel_t - goal.t:.1f} s after its start"
+        seen = f"{words}; the node refused"
+        judge.expect(bool(goal.cancel_accepted), seen, "give the ActionServer a cancel_callback")
+        seen = f"{words}; it ended as {goal.status} with success = {goal.success}"
+        judge.expect(goal.status == "canceled", seen, "call goal_handle.canceled() when is_cancel_requested")
+        judge.expect(goal.success is False, seen, "return a result with success = False")
+    blocked = _blocked_and_cancelled(judge)
+    free = judge.trial("cancel_blocked", complete=False).marks.get("free", math.inf)
+    if blocked is not None and not (blocked.status == "canceled" and blocked.ended_t <= free):
+        after = f"{blocked.ended_t - blocked.cancel_t:.1f} s later" if math.isfinite(blocked.ended_t) else "in the end"
+        seen = f"cancelled while its way was blocked, the goal was {blocked.status} {after}, not canceled within 1 s"
+        judge.share(0.5, seen, "look at is_cancel_requested in every cycle, while the robot waits, too")
+
+
+def test_stands_still_after_a_cancel(judge: Judge) -> None:
+    """The robot stands still within 1 s of a cancel."""
+    moved = 0
+    for name in ("cancel_early", "cancel_late"):
+        trial = judge.trial(name)
+        goal = judge.goal(trial)
+        if not _has_moved(trial, goal.cancel_t):
+            continue  # a robot that turns gently has hardly begun when the early cancel comes
+        moved += 1
+        last = trial.samples[-1]
+        seen = f"v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s {last.t - goal.cancel_t:.1f} s after the cancel"
+        still = motion.stays_still(trial.samples, goal.cancel_t + 1.0)
+        judge.expect(still, seen, "publish zero as soon as the goal is no longer active")
+    if not moved:
+        raise NotReached("the robot had not begun to move when the goals were cancelled (F8)")
+    blocked = _blocked_and_cancelled(judge)
+    if blocked is not None and blocked.cancel_accepted:
+        trial = judge.trial("cancel_blocked")
+        if not motion.stays_still(trial.samples, blocked.cancel_t + 1.0):
+            seen = f"v = {trial.samples[-1].v:.2f} m/s 2 s after a goal was cancelled that came after a set_speed"
+            try_ = "after a cancelled goal the robot stands still: forget the speed that was set before it"
+            judge.share(0.5, seen, try_)
+
+
+def test_a_blocked_goal_never_ends_in_a_collision(judge: Judge) -> None:
+    """A goal whose way is blocked never ends in a collision."""
+    trial, goal = _blocked(judge)
+    if trial.touches:
+        touch = trial.touches[0]
+        seen = f"touched the {touch.obstacle} at {touch.t:.2f} s, moving at {touch.speed:.2f} m/s"
+        raise Failed(seen, "stop for obstacles during navigation, too")
+    if motion.has_succeeded(goal) and goal.ended_t < trial.marks["free"] and not _was_reached(trial, goal):
+        raise NotReached("the goal was called reached before the robot was there, so its way was not blocked any more")
+
+
+def test_a_blocked_goal_is_completed_once_the_way_is_free(judge: Judge) -> None:
+    """A goal whose way is blocked is completed once the way is free."""
+    trial, goal = _blocked(judge)
+    seen = f"the goal ended as {goal.status} with success = {goal.success}"
+    if math.isfinite(goal.ended_t):
+        seen += f" at {goal.ended_t:.1f} s; the way was blocked from {trial.marks['blocked']:.1f} s"
+        seen += f", {motion.distance_at_end(goal, trial.samples):.2f} m off (tolerance {goal.tolerance:g} m)"
+    done = motion.has_succeeded(goal) and _was_reached(trial, goal)
+    judge.expect(done, seen, "wait before the obstacle and then go on; do not give up the goal")
+
+
+def _was_reached(trial: Trial, goal: Goal) -> bool:
+    return motion.distance_at_end(goal, trial.samples) <= goal.tolerance + _DRIFT_M
+
+
+def _has_moved(trial: Trial, until: float) -> bool:
+    """Return whether the robot had turned or driven noticeably before the time `until`."""
+    before = [sample for sample in trial.samples if sample.t <= until]
+    return bool(before) and math.dist(*((s.x, s.y, s.yaw) for s in (before[0], before[-1]))) >= 0.05
+
+
+def _is_near(trial: Trial, goal: Goal, t: float, said: float, true: float) -> bool:
+    """Return whether a distance that came at time `t` is the true one, or was so when it may have been sent."""
+    earlier = (math.hypot(goal.x - sample.x, goal.y - sample.y) for sample in motion.meant_by(trial, t))
+    return any(abs(said - distance) <= _NEAR_M for distance in (true, *earlier))
+
+
+def _accepted(judge: Judge) -> list[tuple[Trial, Goal]]:
+    trials = [judge.trial(name) for name in motion.ROUTES]
+    pairs = [(trial, judge.goal(trial)) for trial in trials]
+    if not any(motion.reach(trial.samples, goal.t, goal.ended_t) >= _ON_THE_WAY_M for trial, goal in pairs):
+        raise NotReached("the robot never moved towards a target, so there was no way to report on (F8)")
+    return pairs
+
+
+def _blocked(judge: Judge) -> tuple[Trial, Goal]:
+    trial = judge.trial("blocked_goal")
+    goal = judge.goal(trial)
+    start, blocked = trial.samples[0], motion.at(trial.samples, trial.marks["blocked"])
+    if math.hypot(blocked.x - start.x, blocked.y - start.y) < 0.1:
+        raise NotReached("the robot had not begun to drive when the way was blocked (F8)")
+    return trial, goal
+
+
+def _blocked_and_cancelled(judge: Judge) -> Goal | None:
+    """Return the goal that was cancelled while its way was blocked, None if it had not begun or had ended before."""
+    trial = judge.trial("cancel_blocked", complete=False)
+    goal = trial.goals[0] if trial.goals and not trial.ended else None
+    return goal if goal is not None and goal.accepted and goal.ended_t >= goal.cancel_t else None

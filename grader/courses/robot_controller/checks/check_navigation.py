@@ -1,0 +1,124 @@
+"""F8: the action navigate_to_position in an open field."""
+
+import math
+
+from grader.checks.judge import Failed, Judge, NotReached
+from grader.evidence import Goal, Trial
+
+from . import motion
+
+_DRIFT_M = 0.02  # by which the simulated odometry may be off after two metres, whatever the node does
+_AGREE_M = 0.05  # final_pose against odometry: one tick at full speed, doubled
+
+
+def test_reaches_a_target_ahead(judge: Judge) -> None:
+    """`navigate_to_position` reaches a target ahead: the result says success and the robot is within `tolerance`."""
+    _expect_reached(judge, "navigate_ahead")
+    wrong = again(judge.trial("navigate_again", complete=False))
+    if wrong:
+        seen, tries = zip(*wrong, strict=True)
+        judge.share(1 - len(wrong) / 3, "; ".join(seen), "; ".join(tries))
+
+
+def test_reaches_a_target_beside(judge: Judge) -> None:
+    """`navigate_to_position` reaches a target beside: the result says success and the robot is within `tolerance`."""
+    _expect_reached(judge, "navigate_beside")
+
+
+def test_reaches_a_target_behind(judge: Judge) -> None:
+    """`navigate_to_position` reaches a target behind: the result says success and the robot is within `tolerance`."""
+    _expect_reached(judge, "navigate_behind")
+
+
+def test_final_pose_agrees_with_odometry(judge: Judge) -> None:
+    """The result's `final_pose` agrees with odometry."""
+    for trial, goal in [*_arrived(judge), *_arrived_beside(judge)]:
+        sample = motion.at(trial.samples, goal.ended_t)
+        meant = motion.meant_by(trial, goal.ended_t)
+        off = min(math.hypot(goal.final_x - each.odom_x, goal.final_y - each.odom_y) for each in meant)
+        seen = f"final_pose ({goal.final_x:.2f}, {goal.final_y:.2f}), odom ({sample.odom_x:.2f}, {sample.odom_y:.2f})"
+        judge.expect(off <= _AGREE_M, seen, "fill result.final_pose from the latest odometry, not from the target")
+
+
+def test_stands_still_after_arrival(judge: Judge) -> None:
+    """After arrival the robot stands still."""
+    for trial, goal in _arrived(judge):
+        still = motion.stays_still(trial.samples, goal.ended_t + 1.0)
+        last = trial.samples[-1]
+        seen = f"v = {last.v:.2f} m/s, omega = {last.omega:.2f} rad/s {last.t - goal.ended_t:.1f} s after the result"
+        judge.expect(still, seen, "publish zero when the goal ends, however it ends")
+
+
+def again(trial: Trial) -> list[tuple[str, str]]:
+    """Return (seen, try) of what went wrong with a target where the robot already is and with one after others.
+
+    Of three goals the second is cancelled on the way. The contract does not say what becomes of a goal that comes
+    while another one is active, so the third counts only if the second was over.
+    """
+    wrong = []
+    goals = [*trial.goals, None, None, None]
+    first, second, third = goals[:3]
+    if first is not None and (seen := _shortfall(trial, first)):
+        try_ = "a goal that is already reached succeeds at once"
+        wrong.append((f"a target where the robot already was: {seen}", try_))
+    if third is not None and second is not None and _is_over(second, third.t) and (seen := _shortfall(trial, third)):
+        try_ = "start each goal afresh, and keep nothing of the last one"
+        wrong.append((f"a target that came after others: {seen}", try_))
+    return wrong
+
+
+def _is_over(goal: Goal, t: float) -> bool:
+    return not goal.accepted or goal.ended_t <= t
+
+
+def _shortfall(trial: Trial, goal: Goal) -> str:
+    """Return how a goal ended, "" if the robot reached it and said so."""
+    off = motion.distance_at_end(goal, trial.samples)
+    if goal.success is True and goal.status == "succeeded" and off <= goal.tolerance + _DRIFT_M:
+        return ""
+    far = f", {off:.2f} m off (tolerance {goal.tolerance:g} m)" if math.isfinite(off) else ""
+    said = "" if goal.success is None else f" with success = {goal.success}"
+    return trial.ended or f"it ended as {goal.status}{said}{far}"
+
+
+def _expect_reached(judge: Judge, name: str) -> None:
+    trial = judge.trial(name)
+    goal = judge.goal(trial)
+    if goal.success is None:
+        last = trial.samples[-1]
+        left = math.hypot(goal.x - last.x, goal.y - last.y)
+        seen = f"no result within 40 s; the robot is {left:.2f} m from the target"
+        raise Failed(seen, "when is the goal reached, and which line ends the action then?")
+    off = motion.distance_at_end(goal, trial.samples)
+    words = f"the goal ended as {goal.status} with success = {goal.success} at {goal.ended_t:.1f} s, {off:.3f} m off"
+    judge.expect(goal.success is True and goal.status == "succeeded", words, "set result.success, call succeed()")
+    try_ = "compare the distance with tolerance"
+    if off >= 1.0:
+        try_ = "the target and the pose from odom are both in the frame odom: compare those"
+    judge.expect(off <= goal.tolerance + _DRIFT_M, f"{words}; the tolerance was {goal.tolerance:g} m", try_)
+
+
+def _arrived(judge: Judge) -> list[tuple[Trial, Goal]]:
+    """Return the trials whose goal succeeded and whose robot is there by ground truth, of which there is at least one.
+
+    A claim is no arrival: a robot that never moved stands still for certain, and where odometry says.
+    """
+    trials = [judge.trial(name, complete=False) for name in motion.ROUTES]
+    pairs = [(trial, trial.goals[0]) for trial in trials if trial.goals and not trial.ended]
+    arrived = [(trial, goal) for trial, goal in pairs if _is_there(trial, goal)]
+    if not arrived:
+        raise NotReached("no goal ended with success and the robot at its target, so there is no arrival to judge")
+    return arrived
+
+
+def _arrived_beside(judge: Judge) -> list[tuple[Trial, Goal]]:
+    """Return the trial in which the robot arrives beside its target, if it does.
+
+    The contract leaves open whether a robot drives on to the target within the tolerance; one that does may wait.
+    """
+    trial = judge.trial("navigate_short", complete=False)
+    return [(trial, goal) for goal in trial.goals if not trial.ended and _is_there(trial, goal)]
+
+
+def _is_there(trial: Trial, goal: Goal) -> bool:
+    return motion.has_succeeded(goal) and motion.distance_at_end(goal, trial.samples) <= goal.tolerance + _DRIFT_M

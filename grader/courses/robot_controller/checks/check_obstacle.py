@@ -1,0 +1,101 @@
+"""F4 and F5: stopping before an obstacle, and driving on when none is in the way."""
+
+import math
+
+from grader.checks.judge import Failed, Judge, NotReached
+from grader.evidence import Trial
+
+from . import motion
+
+_TRIALS = ("wall_fast", "wall_slow", "wall_backward", "pole_aside", "creeping")
+_SUDDEN = "obstacle_vanishes"
+_SLACK_S = 0.05  # one tick of the trial: the time of a command is known no better than that
+
+
+def test_never_touches_the_obstacle(judge: Judge) -> None:
+    """Driven at an obstacle at any allowed speed, the robot stops and never touches it."""
+    for trial in _driven(judge):
+        if trial.touches:
+            touch = trial.touches[0]
+            seen = f"touched the {touch.obstacle} at {touch.t:.2f} s, moving at {touch.speed:.2f} m/s"
+            raise Failed(seen, "which readings look ahead, and what happens when one of them is near?")
+        last = trial.samples[-1]
+        seen = f"still moving {motion.closest_ahead(trial):.2f} m before the obstacle when the trial ended"
+        # F2 judges how long it takes to get there.
+        still = motion.first_near(trial) > last.t - 1.5 or motion.stays_still(trial.samples, last.t - 1.0)
+        judge.expect(still, seen + _where(trial), "publish zero as long as there is an obstacle")
+
+
+def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
+    """`cmd_vel` is zero within 0.3 s of the first scan whose closest valid reading is below the threshold."""
+    for trial in [*_driven(judge), judge.trial(_SUDDEN)]:
+        near = motion.first_near(trial)
+        if math.isinf(near):
+            continue  # it stopped before it had to
+        zero = next((c.t for c in trial.commands if c.t >= near - 1e-9 and motion.is_zero(c)), math.inf)
+        delay = zero - near
+        zero_came = f"a zero came {delay:.2f} s after" if math.isfinite(delay) else "no zero came after"
+        seen = f"{zero_came} the first scan below {motion.THRESHOLD_M} m (at {near:.2f} s){_where(trial)}"
+        try_ = "stop in the cycle that sees the scan, without averaging or waiting"
+        judge.expect(delay <= 0.3 + _SLACK_S, seen, try_)
+
+
+def test_drives_on_when_the_obstacle_goes_away(judge: Judge) -> None:
+    """When the obstacle goes away the robot drives on at the set speed."""
+    trial = judge.trial("obstacle_vanishes")
+    judge.call(trial, "set_speed", 0)
+    marks, wanted = trial.marks, trial.choices["speed"]
+    if motion.odometry_speed(trial.samples, marks["blocked"] - 0.5, marks["blocked"]) < 0.05:
+        raise NotReached("the robot did not drive before the obstacle came (F2)")
+    stood = motion.odometry_speed(trial.samples, marks["blocked"] + 1.0, marks["free"])
+    if abs(stood) > 0.05:
+        raise NotReached(f"the robot did not stop for the obstacle: it drove at {stood:.2f} m/s (F4)")
+    speed = motion.odometry_speed(trial.samples, marks["cruise"], marks["cruise_end"])
+    before = motion.odometry_speed(trial.samples, marks["blocked"] - 0.5, marks["blocked"])
+    seen = (
+        f"{before:.3f} m/s before the obstacle came, {speed:.3f} m/s from 1 s after it was gone on, after set_speed "
+        f"{wanted:g}"
+    )
+    # F2 judges whether it drove at the set speed before.
+    holds = abs(speed - before) <= 0.05 * max(abs(before), 0.1)
+    judge.expect(holds, seen, "where is the obstacle flag cleared, and where is the set speed kept?")
+    again = motion.odometry_speed(trial.samples, marks["again"], marks["again_end"])
+    if abs(again - before) > 0.05 * max(abs(before), 0.1):
+        seen = (
+            f"{before:.3f} m/s before an obstacle came; later the robot had slowed down and stopped for one, and drove "
+            f"at {again:.3f} m/s from 1 s after it was gone on, after set_speed {wanted:g}"
+        )
+        judge.share(0.5, seen, "keep the set speed apart from the speed that is commanded at the moment")
+
+
+def test_drives_forward_with_an_obstacle_behind(judge: Judge) -> None:
+    """An obstacle behind the robot does not stop it from driving forward."""
+    trial = judge.trial("obstacle_behind")
+    judge.call(trial, "set_speed", 0)
+    way = abs(motion.odometry_speed(trial.samples, trial.marks["start"], trial.marks["end"])) * 2.0
+    seen = f"drove {way:.2f} m in 2 s at set_speed 0.25 with something {trial.choices['distance']:g} m behind"
+    wrong_way = motion.goes_the_wrong_way(trial, trial.marks["start"], trial.marks["end"])
+    try_ = motion.TRY_DIRECTION if wrong_way else motion.TRY_SECTOR
+    judge.expect(way >= 0.3, seen + wrong_way, try_)
+
+
+def _where(trial: Trial) -> str:
+    degrees = trial.choices.get("degrees")
+    if degrees is None:
+        return ""
+    return f"; the obstacle was {degrees:.0f} degrees to one side, and up to 60 count as ahead"
+
+
+def _driven(judge: Judge) -> list[Trial]:
+    """Return the trials in which the robot came near the obstacle: a robot that never drove has avoided nothing."""
+    trials = []
+    for name in _TRIALS:
+        trial = judge.trial(name)
+        if (judge.call(trial, "set_speed", 0).response or {}).get("success") is False and name == "wall_fast":
+            continue  # it refuses the limit itself; F2 judges that
+        nearest = motion.closest_ahead(trial)
+        if nearest <= 1.0 or trial.touches:
+            trials.append(trial)
+        elif trial.choices["speed"] > 0:
+            raise NotReached(f"the robot never came near the obstacle: {nearest:.2f} m at best (F2)")
+    return trials

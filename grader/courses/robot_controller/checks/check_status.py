@@ -1,0 +1,108 @@
+"""F7: the get_status service."""
+
+import math
+from typing import Any
+
+from grader.checks.judge import Judge, NotReached
+from grader.evidence import Call, Trial
+
+from . import motion
+
+_MOMENTS = ("standing", "driving", "before an obstacle 0.45 m ahead", "when the obstacle is gone")
+_OBSTACLES = (False, False, True, False)
+_LATER = range(len(_MOMENTS), len(_MOMENTS) + 3)  # beside a pole, then backwards with an obstacle ahead and behind
+_AGREES_M, _AGREES_RAD = 0.1, 0.2  # the pose may be a message old
+
+
+def test_status_gives_the_speed_in_force(judge: Judge) -> None:
+    """`get_status` reports the speed in force."""
+    trial, calls = _calls(judge)
+    judge.call(trial, "set_speed", 0)
+    if abs(motion.odometry_speed(trial.samples, calls[1].t - 0.4, calls[1].t)) < 0.02:
+        raise NotReached("the robot stood still after set_speed, so no speed was in force (F2)")
+    for moment, call, wanted in zip(_MOMENTS, calls, (0.0, trial.choices["speed"]), strict=False):
+        speed = float(_answer(call)["speed"])
+        seen = f"speed {speed:g} while {moment}, after set_speed {wanted:g}"
+        judge.expect(abs(speed - wanted) <= 0.01, seen, "answer with the speed that set_speed put in force")
+    backwards = judge.trial("wall_backward", complete=False)
+    asked = next((call for call in backwards.calls if call.service == "get_status" and call.response), None)
+    put = next((call for call in backwards.calls if call.service == "set_speed" and call.response), None)
+    if asked is not None and put is not None and _answer(put)["success"] is True:
+        speed = float(_answer(asked)["speed"])
+        if abs(speed - float(put.request["speed"])) > 0.01:
+            seen = f"speed {speed:g} while driving backwards, after set_speed {put.request['speed']:g}"
+            judge.share(0.5, seen, "report the speed with its sign")
+
+
+def test_status_reports_an_obstacle(judge: Judge) -> None:
+    """`get_status` reports whether there is an obstacle."""
+    trial, calls = _calls(judge)
+    for moment, call, wanted in zip(_MOMENTS, calls, _OBSTACLES, strict=True):
+        flag = _answer(call)["obstacle_detected"]
+        # Before the obstacle came it drove: which way tells where its sector should look.
+        wrong_way = motion.goes_the_wrong_way(trial, calls[1].t - 0.5, calls[1].t) if wanted else ""
+        try_ = motion.TRY_DIRECTION if wrong_way else "set the flag from every scan, to True or to False"
+        judge.expect(flag is wanted, f"obstacle_detected = {flag} {moment}{wrong_way}", try_)
+    aside, ahead, behind = (_answer(judge.call(trial, "get_status", index))["obstacle_detected"] for index in _LATER)
+    wrong = []
+    if aside is not False:
+        wrong = [f"obstacle_detected = {aside} while driving past a pole 0.4 m away, more than 60 degrees to one side"]
+    since = trial.marks["backwards"]
+    if motion.odometry_speed(trial.samples, since - 0.2, since) < -0.05:  # F2 judges whether it drives backwards
+        if ahead is not False:
+            wrong.append(f"obstacle_detected = {ahead} while driving backwards, away from an obstacle")
+        if behind is not True:
+            wrong.append(f"obstacle_detected = {behind} after driving backwards, with an obstacle 0.45 m behind")
+    if wrong and not (behind is True and _stops_for_what_is_behind(judge)):
+        judge.share(0.5, "\n".join(wrong), motion.TRY_SECTOR)
+
+
+def test_status_gives_the_pose_from_odometry(judge: Judge) -> None:
+    """`get_status` reports the pose from `odom`."""
+    trial, calls = _calls(judge)
+    for moment, call in zip(_MOMENTS, calls, strict=True):
+        position, yaw = _answer(call)["pose"]["position"], _yaw(_answer(call)["pose"]["orientation"])
+        sample = motion.at(trial.samples, call.t)
+        off = max(abs(float(position["x"]) - sample.odom_x), abs(float(position["y"]) - sample.odom_y))
+        turned = abs(math.remainder(yaw - sample.odom_yaw, math.tau))
+        seen = (
+            f"pose ({float(position['x']):.2f}, {float(position['y']):.2f}), yaw {yaw:.2f} {moment}, "
+            f"odom said ({sample.odom_x:.2f}, {sample.odom_y:.2f}), yaw {sample.odom_yaw:.2f}"
+        )
+        agrees = off <= _AGREES_M and turned <= _AGREES_RAD
+        judge.expect(agrees, seen, "keep the pose of the latest odometry message and answer with all of it")
+
+
+def test_status_is_active_or_obstacle_detected(judge: Judge) -> None:
+    """The status is `ACTIVE`, or `OBSTACLE_DETECTED` while there is an obstacle."""
+    _, calls = _calls(judge)
+    for moment, call, obstacle in zip(_MOMENTS, calls, _OBSTACLES, strict=True):
+        status, wanted = _answer(call)["status"], "OBSTACLE_DETECTED" if obstacle else "ACTIVE"
+        judge.expect(status == wanted, f"status {status!r} {moment}", f"the status should be {wanted} here")
+    asked = motion.on_the_way(judge.trial("navigate_again", complete=False), "get_status")
+    if asked is not None and asked.response is None:
+        judge.share(0.5, f"{asked.problem} on the way to a goal", "do not let a callback wait for the end of a goal")
+    elif asked is not None and _answer(asked)["status"] != "ACTIVE":
+        seen = f"status {_answer(asked)['status']!r} on the way to a goal"
+        judge.share(0.5, seen, "the status during a goal is ACTIVE, too")
+
+
+def _stops_for_what_is_behind(judge: Judge) -> bool:
+    """Return whether the robot also stops for obstacles behind it, which F5 judges."""
+    trial = judge.trial("obstacle_behind", complete=False)
+    marks = trial.marks
+    return "end" not in marks or motion.odometry_speed(trial.samples, marks["start"], marks["end"]) < 0.15
+
+
+def _yaw(q: dict[str, Any]) -> float:
+    x, y, z, w = (float(q[axis]) for axis in "xyzw")
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def _calls(judge: Judge) -> tuple[Trial, list[Call]]:
+    trial = judge.trial("status")
+    return trial, [judge.call(trial, "get_status", index) for index in range(len(_MOMENTS))]
+
+
+def _answer(call: Call) -> dict[str, Any]:
+    return call.response or {}

@@ -1,0 +1,79 @@
+"""Q4: which parameters the robot does not go by. Pure functions over the trial that starts it with other settings."""
+
+from __future__ import annotations
+
+import itertools
+
+from grader.evidence import Trial
+
+from . import motion
+from .check_limits import LATE_S, steepest
+
+_DEFAULTS = motion.DEFAULTS
+
+
+def without_effect(trial: Trial) -> dict[str, str]:
+    """Return by name the parameters whose other value changed nothing, with what was seen.
+
+    A number in the code shows in that the robot does what the default asks for; a robot that does neither is judged by
+    other requirements. A trial that did not come so far shows nothing.
+    """
+    seen = {
+        "laser_processing_rate": _rate(trial),
+        "linear_acceleration": _rise(trial, "v", "linear_acceleration"),
+        # An action loop that sleeps by wall time keeps the acceleration of its turns only by that.
+        "angular_acceleration": _rise(trial, "omega", "angular_acceleration") if trial.pace == "lockstep" else "",
+        "max_angular_speed": _turning(trial),
+        "emergency_stop_distance": _emergency(trial),
+        "safety_margin": _margin(trial),
+    }
+    return {name: f"with {name} = {trial.choices[name]:g}, {words}" for name, words in seen.items() if words}
+
+
+def _rate(trial: Trial) -> str:
+    if "start" not in trial.marks:
+        return ""
+    hertz = motion.rate(trial.commands, trial.marks["idle"], trial.marks["start"])
+    usual = _DEFAULTS["laser_processing_rate"]
+    return f"cmd_vel still came at {hertz:.1f} Hz" if abs(hertz - usual) <= 0.2 * usual else ""
+
+
+def _rise(trial: Trial, letter: str, name: str) -> str:
+    late, limit, usual = LATE_S[trial.pace], trial.choices[name], _DEFAULTS[name]
+    jump = steepest(trial.commands, letter, lambda _a, _b: limit, late)
+    # One step shows a jump, which over a longer time the limit of the speed itself may hide.
+    steps = itertools.pairwise(abs(getattr(command, letter)) for command in trial.commands)
+    period = 1.0 / max(trial.choices["laser_processing_rate"], 1.0)
+    jumps = any(b - a > usual * (1.1 * period + late) for a, b in steps)
+    if jump is None or jumps or steepest(trial.commands, letter, lambda _a, _b: usual, late) is not None:
+        return ""
+    return f"{letter} still rose as fast as with {usual:g}, at {jump[0].t:.2f} s"
+
+
+def _turning(trial: Trial) -> str:
+    fastest = max((abs(command.omega) for command in trial.commands), default=0.0)
+    name = "max_angular_speed"
+    if not trial.choices[name] + 1e-3 < fastest <= _DEFAULTS[name] + 1e-3:
+        return ""
+    return f"the robot still turned at {fastest:.2f} rad/s"
+
+
+def _emergency(trial: Trial) -> str:
+    if "gone" not in trial.marks or _speed_before(trial, "beside") < 0.1:
+        return ""
+    stopped = any(map(motion.is_zero, motion.between(trial.commands, trial.marks["beside"], trial.marks["gone"])))
+    return "" if stopped else "the robot drove on with an obstacle 0.3 m away, to one side"
+
+
+def _margin(trial: Trial) -> str:
+    before = _speed_before(trial, "ahead")
+    if "slowed" not in trial.marks or before < 0.3:  # how much slower is left open; a slow robot may be slow enough
+        return ""
+    slowest = min((c.v for c in motion.between(trial.commands, trial.marks["ahead"], trial.marks["slowed"])), default=0)
+    return "" if slowest < 0.98 * before else f"the robot drove on at {slowest:.2f} m/s with an obstacle 1 m ahead"
+
+
+def _speed_before(trial: Trial, mark: str) -> float:
+    """Return the last commanded speed before a mark, in m/s; 0 if there is none."""
+    before = [command.v for command in trial.commands if command.t <= trial.marks.get(mark, 0.0)]
+    return before[-1] if before else 0.0

@@ -1,0 +1,1 @@
+"""The cases with which the package's functions are called."""

@@ -1,0 +1,165 @@
+"""Trials of the nodes as processes: idle, launched, with a stopped clock, interrupted; and of the demonstration."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from grader.trials.catalog import trial
+from grader.trials.plan import NAMESPACE
+from sim.sensors import ScanReading
+
+if TYPE_CHECKING:
+    from grader.trials.stage import Stage
+
+NODES = ("robot_controller", "sensor_processor")
+_DEMO_LIMIT_S = 60.0  # the robot crosses its world in less
+
+
+@trial(serves=["F1", "I3", "I4", "I5", "I6", "Q5"])
+def idle(stage: Stage) -> None:
+    """Wait five seconds without a command; the lidar starts after one second."""
+    stage.mute(ScanReading)
+    stage.run(1.0)
+    stage.unmute(ScanReading)
+    stage.mark("scans")
+    stage.run_timed("waited", 4.0)
+    stage.record_graph("scan", "odom", "cmd_vel")
+
+
+@trial(serves=["I3", "I4", "I5", "I6", "Q5"], node="sensor_processor")
+def idle_processor(stage: Stage) -> None:
+    """Run the sensor processor while the robot stands still."""
+    stage.run(1.0)
+    stage.record_graph("raw_scan", "imu/data", "battery/state", "sensor_fusion_data", "obstacle_distance")
+
+
+def _get_parameters(stage: Stage, nodes: tuple[str, ...]) -> None:
+    """Ask each node for use_sim_time and for the parameters that were changed in the package's files."""
+    for node in nodes:
+        stage.get_parameter("use_sim_time", node)
+        for name in stage.choices:
+            stage.get_parameter(name, node)
+
+
+@trial(serves=["I5"], launch="robot_controller_launch.py", awaits=NODES)
+def launch_both(stage: Stage) -> None:
+    """Run robot_controller_launch.py with changed parameter files."""
+    _get_parameters(stage, NODES)
+    stage.list_launch_arguments()
+
+
+@trial(
+    serves=["I5"], node="sensor_processor", launch="sensor_processor_launch.py", awaits=("sensor_processor",),
+    mostly_waits=True,
+)  # fmt: skip
+def launch_processor(stage: Stage) -> None:
+    """Run sensor_processor_launch.py with changed parameter files."""
+    _get_parameters(stage, ("sensor_processor",))
+    stage.list_launch_arguments()
+    stage.refresh_graph()  # a second node, which should not run, may come up later
+
+
+@trial(serves=["I5"], launch="robot_controller_launch.py", use_sim_time=False, awaits=NODES)
+def launch_by_wall(stage: Stage) -> None:
+    """Run robot_controller_launch.py without simulated time, as on a real robot."""
+    for node in NODES:
+        stage.get_parameter("use_sim_time", node)
+
+
+@trial(serves=["I5"], launch="robot_controller_launch.py", use_sim_time=None, awaits=NODES)
+def launch_plain(stage: Stage) -> None:
+    """Run robot_controller_launch.py without any argument."""
+
+
+@trial(
+    serves=["I5"], node="sensor_processor", launch="sensor_processor_launch.py", use_sim_time=None,
+    awaits=("sensor_processor",),
+)  # fmt: skip
+def launch_processor_plain(stage: Stage) -> None:
+    """Run sensor_processor_launch.py without any argument."""
+
+
+@trial(serves=["I4", "I5"], launch="remapping_launch.py", awaits=NODES, namespace=NAMESPACE, mostly_waits=True)
+def launch_remapped(stage: Stage) -> None:
+    """Run the grader's own launch file, which remaps topics of both nodes in a namespace."""
+    stage.refresh_graph()  # names that should not be there may be discovered last
+    stage.record_graph(f"{NAMESPACE}/base/cmd_vel", f"{NAMESPACE}/front/scan", f"{NAMESPACE}/odom")
+    stage.record_graph_of("sensor_processor", f"{NAMESPACE}/front/scan", f"{NAMESPACE}/front/distance")
+
+
+@trial(serves=["I7"], mostly_waits=True)
+def standing_clock(stage: Stage) -> None:
+    """Speed up twice, at two paces of the wall clock; then stop the clock as the robot drives."""
+    stage.run(0.5)
+    stage.call("set_speed", speed=0.5)
+    stage.mark("fast")
+    stage.run_timed("waited", 0.8)
+    stage.call("set_speed", speed=0.0)
+    stage.run(0.5)
+    stage.call("set_speed", speed=0.5)  # the same again, while the wall clock runs ahead of the simulated one
+    stage.mark("slow")
+    stage.run_slowly(0.8)
+    stage.choices["held"] = stage.freeze_clock(1.0)
+    stage.run(1.0)
+
+
+@trial(serves=["I7"], node="sensor_processor", mostly_waits=True)
+def standing_clock_processor(stage: Stage) -> None:
+    """Stop the clock for a while as the sensor processor runs."""
+    stage.run(2.0)
+    stage.choices["held"] = stage.freeze_clock(1.0)
+    stage.run(1.0)
+
+
+@trial(serves=["I8"], mostly_waits=True)
+def interrupted_idle(stage: Stage) -> None:
+    """Press Ctrl-C while the robot stands still."""
+    stage.run(0.5)
+    stage.interrupt()
+
+
+@trial(serves=["I8"], mostly_waits=True)
+def interrupted_driving(stage: Stage) -> None:
+    """Press Ctrl-C while the robot is driving."""
+    stage.run(0.3)
+    if stage.call("set_speed", speed=0.375).problem:
+        stage.set_parameter("speed", 0.375)  # how notebook 05 drives, before there is a service
+    stage.run(1.5)
+    stage.interrupt()
+
+
+@trial(serves=["I8"], mostly_waits=True)
+def interrupted_navigating(stage: Stage) -> None:
+    """Press Ctrl-C while the robot is driving to a goal."""
+    stage.run(0.3)
+    pose = stage.simulator.odometry().pose
+    stage.navigate(pose.x + 3.0 * math.cos(pose.yaw), pose.y + 3.0 * math.sin(pose.yaw))
+    stage.run(1.5)
+    stage.interrupt()
+
+
+@trial(serves=["I8"], node="sensor_processor", mostly_waits=True)
+def interrupted_processor(stage: Stage) -> None:
+    """Press Ctrl-C while the sensor processor is publishing."""
+    stage.run(0.5)
+    stage.interrupt()
+
+
+# The service calls go through the observer: otherwise it could not see them and would have to believe the script.
+@trial(
+    serves=["Q6"],
+    world="open_field",  # the script may drive anywhere
+    beside={"sensor_processor": {"raw_scan": "scan"}},
+    remappings={"set_speed": "behind/set_speed", "get_status": "behind/get_status"},
+    real_time=True,
+    shows_source=True,
+)
+def demo(stage: Stage) -> None:
+    """Run the package's demonstration script against both nodes, in real time."""
+    stage.proxy_services(["set_speed", "get_status"])
+    stage.watch_goals()
+    stage.run(0.5)
+    script = stage.run_script("scripts/demo.py")
+    stage.run_until(lambda: script.exit_code() is not None, _DEMO_LIMIT_S)
+    stage.run(0.2)

@@ -1,1 +1,0 @@
-"""The trials' scripts. To add a trial, add a decorated function to a file here, or a new file."""

@@ -1,0 +1,68 @@
+"""The handout and the rubric cannot drift apart."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+from helpers.course import COURSE
+
+from grader import KIT
+from grader.course import handout
+from grader.scoring import rubric
+
+ROOT = KIT
+
+
+def test_the_handout_in_docs_is_what_the_rubric_says_now():
+    """Mend it with: grader handout --out docs/handout.md"""
+    assert (ROOT / "docs" / "handout.md").read_text() == handout.render(rubric.load(ROOT / "rubric.yaml"), COURSE)
+
+
+def test_every_requirement_stands_in_the_handout_with_its_words_and_points():
+    whole = rubric.load(ROOT / "rubric.yaml")
+    text = handout.render(whole, COURSE)
+    for requirement in whole.requirements:
+        assert f"| {requirement.id} | {requirement.points:g} |" in text
+        assert requirement.text in text
+
+
+def test_a_changed_word_in_the_rubric_changes_the_handout():
+    whole = rubric.load(ROOT / "rubric.yaml")
+    first = whole.criteria[0]
+    changed = dataclasses.replace(first.requirements[0], text="Something else.")
+    criterion = dataclasses.replace(first, requirements=(changed, *first.requirements[1:]))
+    other = dataclasses.replace(whole, criteria=(criterion, *whole.criteria[1:]))
+    assert handout.render(other, COURSE) != handout.render(whole, COURSE)
+
+
+def test_the_interfaces_are_the_contracts_own_files():
+    text = handout.render(rubric.load(ROOT / "rubric.yaml"), COURSE)
+    assert "float32 battery_level\ngeometry_msgs/Vector3 linear_acceleration" in text
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "only claimed earns nothing",
+        "0 is a speed",
+        "hold backwards",
+        "more than 60 degrees",
+        "`ACTIVE` on the way to a goal",
+        "reached already when it comes succeeds",
+        "orientation of `final_pose` is not judged",
+        "not their defaults",
+        "costs F13 alone",
+        "graded under that name",
+        "Executables in `bin`",
+        "`test_depend`",
+        "does not depend on itself",
+        "starts without any argument",
+        "nothing but tests calls",
+        "cannot be read",
+        "no reader sees",
+        "crashes or hangs",
+    ],
+)
+def test_the_readings_of_the_requirements_are_in_the_handout(words):
+    assert words in handout.render(rubric.load(ROOT / "rubric.yaml"), COURSE)
