@@ -27,9 +27,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from helpers.course import COURSE
-
 from grader import building, evidence
+from grader.course import kits_own
 from grader.host import namespaces
 from grader.trials import cpu_affinity, scheduler
 from grader.trials.plan import TrialPlan
@@ -189,7 +188,7 @@ def main() -> None:
         options.packages = options.packages or [REFERENCE]
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
-        contract = building.build_contract(building.cache_folder(), COURSE).install
+        contract = building.build_contract(building.cache_folder(), kits_own()).install
         chosen = [(path.name, [path]) for path in options.packages] or packages(folder)
         print(f"{options.seconds:g} s driving, then as long navigating; median (worst) of {options.repeat}", end="; ")
         print(f"load {os.getloadavg()[0]:.1f}, {os.cpu_count()} cores; times real time\n")
@@ -214,7 +213,7 @@ def main() -> None:
             row(name, executor, AIMS[executor])
         if not options.smallest:
             for name, paths in chosen:
-                built = building.build(paths, building.cache_folder(), COURSE)
+                built = building.build(paths, building.cache_folder(), kits_own())
                 if built.facts.ok:
                     row(name, str(built.install), package=str(paths[0]))
                 else:

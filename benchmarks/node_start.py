@@ -12,10 +12,9 @@ import os
 import statistics
 import time
 
-from helpers.course import COURSE
-
 from benchmarks.sandbox_cost import REFERENCE
 from grader import building, sandbox
+from grader.course import kits_own
 from grader.host import ros_env
 
 _COMMAND = [f"{building.INSTALL}/lib/ros2_robot_controller/robot_controller"]
@@ -28,7 +27,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=20, help="how often to start each way (default %(default)s)")
     parser.add_argument("--quick", action="store_true", help="show in seconds that it runs; a poor measurement")
     options = parser.parse_args()
-    install = building.build([REFERENCE], building.cache_folder(), COURSE).install
+    install = building.build([REFERENCE], building.cache_folder(), kits_own()).install
     environment = ros_env.environment(building.INSTALL, home=sandbox.HOME) | {"ROS_DOMAIN_ID": "87"}
     box = sandbox.Sandbox(read_only={install: str(building.INSTALL)}, environment=environment, network=True)
     print(f"load at the start {os.getloadavg()[0]:.1f}\n")

@@ -17,10 +17,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from helpers.course import COURSE
-
 from benchmarks.sandbox_cost import REFERENCE, cpu_seconds
 from grader import building, sandbox
+from grader.course import kits_own
 from grader.evidence import Mutation
 from grader.mutation.mutant_run import mutate
 from grader.student_tests.discover import discover_tests
@@ -53,7 +52,7 @@ def main() -> None:
     sandbox.require()  # starts what all sandboxes share
     ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
     package = options.package.resolve()
-    built = building.build([package], building.cache_folder(), COURSE, main=package.name)
+    built = building.build([package], building.cache_folder(), kits_own(), main=package.name)
     if not built.facts.ok:
         parser.error(f"{package} does not build; `grader check` says why")
     load = os.getloadavg()[0]
@@ -78,13 +77,13 @@ def main() -> None:
 
 def measure(package: Path, install: Path, quick: bool) -> tuple[tuple[Cost, Cost], SuiteRun, Mutation]:
     """Run the package's tests, then its mutants; return what each took and what was found."""
-    modules = discover_tests(package, COURSE.nodes)
+    modules = discover_tests(package, kits_own().nodes)
     if quick:
         modules = sorted(modules, key=lambda module: (package / module.path).stat().st_size)[:_QUICK_MODULES]
     suites: list[SuiteRun] = []
-    first = cost(lambda: suites.append(run_suite(package, install, modules, COURSE)))
+    first = cost(lambda: suites.append(run_suite(package, install, modules, kits_own())))
     mutations: list[Mutation] = []
-    second = cost(lambda: mutations.append(mutate(package, install, suites[0].reach, COURSE)))
+    second = cost(lambda: mutations.append(mutate(package, install, suites[0].reach, kits_own())))
     return (first, second), suites[0], mutations[0]
 
 

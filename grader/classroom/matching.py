@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from grader.classroom.doubt import Doubt, DoubtKind, too_many
 from grader.classroom.entry import Entry
@@ -15,6 +16,7 @@ GO_ON = "--despite-doubts"
 """The option that grades a class in spite of a doubt that stops it."""
 _BY_NAME = ("name", SHORT)
 _SHOWN = 10
+_OF_A_PACKAGE = ("package.xml", "CMakeLists.txt")
 
 
 @dataclass(frozen=True)
@@ -85,11 +87,11 @@ def class_doubts(
             stops=True,
         )
     for entry in entries:
-        if entry.path.is_file() and not is_archive(entry.path):
+        if _is_text(entry.path):
             yield Doubt(
                 DoubtKind.LEFT_OUT,
                 entry.label,
-                f"{entry.label} handed in {entry.path.name}, which is neither an archive nor a folder.",
+                f"{entry.label} handed in {entry.path.name}, which holds neither a package nor an archive.",
                 "Ask for the package, or decide: in overrides.yaml, "
                 f"submissions: {{{entry.id}: {{adjust: {{total: 0, why: ..., by: ...}}}}}}.",
                 entry.id,
@@ -186,3 +188,11 @@ def _doubt(label: str, unknown: Identified, entry: str, others: bool) -> Doubt:
     if others:
         what = what.replace(label, f"One of the people of {label}", 1)
     return Doubt(kind, label, what, todo, entry, rivals)
+
+
+def _is_text(path: Path) -> bool:
+    """Return whether somebody handed in words: one file that is no archive, or a folder without code and archives."""
+    if not path.is_dir():
+        return not is_archive(path)
+    files = [file for file in path.rglob("*") if file.is_file() and ".git" not in file.relative_to(path).parts]
+    return not any(is_archive(file) or file.suffix == ".py" or file.name in _OF_A_PACKAGE for file in files)

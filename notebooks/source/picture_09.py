@@ -1,6 +1,5 @@
 """The picture at the head of notebook 09: the same code and three sets of tests; green is a mutant that was noticed."""
 
-from helpers.course import COURSE
 from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 
@@ -9,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
+from grader.course import kits_own
 from grader.mutation.operators import mutants
 from grader.mutation.source_text import Change, SourceText, parse
 from sim.views import View
@@ -81,7 +81,7 @@ def draw() -> Figure:
     """Return a table of mutants and tests for each set of tests."""
     source = parse("stopping.py", CODE)
     assert source is not None
-    every = mutants(source, COURSE)
+    every = mutants(source, kits_own())
     figure = View(figsize=(13.0, 4.8), layout="constrained")
     figure.suptitle("The same code, three sets of tests: how many of its mutants are noticed (green)", fontsize=11)
     tables = figure.subplots(1, 3, sharey=True, width_ratios=[1, 4, 6])
