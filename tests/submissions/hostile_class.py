@@ -326,8 +326,10 @@ def github(root: Path) -> None:
         login = "ghost-x" if who.how == ANONYMOUS else who.team.lower().replace(" ", "-").replace("ω", "omega")
         folder = root / f"robots-{login or who.login}"
         for old in (True, False) if who.how == "twice" else (False,):
-            text = _html(who) if who.how in ("text", "link") else token(who, old)
-            _write(folder / "ros2_robot_controller" / "package.xml", text)
+            if who.how in ("text", "link"):
+                _write(folder / "README.md", _html(who))
+            else:
+                _write(folder / "ros2_robot_controller" / "package.xml", token(who, old))
             when = (who.submitted - dt.timedelta(hours=50 if old else 0)).isoformat()
             dates = {"GIT_AUTHOR_DATE": when, "GIT_COMMITTER_DATE": when}
             if not (folder / ".git").exists():
