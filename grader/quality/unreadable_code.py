@@ -34,11 +34,14 @@ def unreadable_code(modules: Sequence[Module]) -> Iterator[Finding]:
 def _in_module(module: Module, names: set[str]) -> Iterator[tuple[int, str]]:
     imported = imports(module)
     plain = {id(node.func) for node in ast.walk(module.tree) if isinstance(node, ast.Call) and _is_import(node)}
+    unread = _LOADERS | _BUILTINS
+    if _runs_own_modules_alone(module, imported, names):
+        unread = unread - {"runpy"}
     for node in ast.walk(module.tree):
         if isinstance(node, ast.Import | ast.ImportFrom):
             before = absolute(module, node) if isinstance(node, ast.ImportFrom) else ""
             named = [before, *(f"{before}.{alias.name}".strip(".") for alias in node.names)]
-            yield from ((node.lineno, f"`import {name}`") for name in named if name in _LOADERS | _BUILTINS)
+            yield from ((node.lineno, f"`import {name}`") for name in named if name in unread)
         elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
             if node.id in _BUILTINS or (node.id in _MAKES_CODE - imported.names.keys() and id(node) not in plain):
                 yield node.lineno, f"`{node.id}`"
@@ -48,6 +51,16 @@ def _in_module(module: Module, names: set[str]) -> Iterator[tuple[int, str]]:
             yield node.lineno, f"`{node.value}`"
         elif isinstance(node, ast.Call) and (called(node) in _CODE_TYPES or _runs_other_code(node, imported, names)):
             yield node.lineno, f"`{last_name(node.func)}(…)`"
+
+
+def _runs_own_modules_alone(module: Module, imported: Imports, names: set[str]) -> bool:
+    """Return whether runpy is used for nothing but modules that are read: `runpy.run_module('package.module')`."""
+    calls = [node for node in ast.walk(module.tree) if isinstance(node, ast.Call)]
+    own = [call for call in calls if imported.meaning(call.func) == "runpy.run_module"]
+    own = [call for call in own if call.args and literal_string(call.args[0]) in names]
+    seen = {id(part) for call in own for part in ast.walk(call.func)}
+    named = (node for node in ast.walk(module.tree) if isinstance(node, ast.Name | ast.Attribute))
+    return bool(own) and all(id(node) in seen for node in named if imported.meaning(node).startswith("runpy"))
 
 
 def _is_import(call: ast.Call) -> bool:

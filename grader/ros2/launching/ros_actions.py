@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from ..commands import packages  # noqa: TID252 - the folder has no fixed name, so there is no absolute import
 from .context import LaunchContext
 from .entities import Action, Entities, SomeSubstitutionsType, perform, substitutions
 from .errors import LaunchError
@@ -77,6 +78,15 @@ class Node(ExecuteProcess):
         self.node_name_given, self.namespace_given = name, namespace
         self.parameters = [] if parameters is None else listed(parameters)
         self.remappings = _rules(remappings)
+
+    def execute(self, context: LaunchContext) -> Entities | None:
+        """Start the node; one of a package that no Python index has (rviz2, tf2_ros) is left out with a warning."""
+        package = "" if self.package is None else perform(context, self.package)
+        if package in packages.ELSEWHERE and packages.prefix(package) is None:
+            why = packages.advice(package).strip()
+            context.runner.output.warn("launch_ros.actions.node", f"{self.place}: this node is not started: {why}")
+            return None
+        return super().execute(context)
 
     @property
     def node_name(self) -> str:

@@ -20,6 +20,8 @@ def named(text: str, path: str = "ros2_robot_controller/driver.py") -> list[str]
         "exec(open('x').read())", "x: exec(open('x').read()) = 0", "run = exec", "eval(text)", "compile(a, b, 'exec')",
         "getattr(__builtins__, name)(text)", "import builtins", "getattr(sys.modules['builtins'], name)",
         "__import__(name)", "__import__('runpy')", "import runpy", "from runpy import run_path", "import zipimport",
+        "import runpy\nrunpy.run_module(name)",
+        "import runpy\nrunpy.run_module('ros2_robot_controller.robot_controller')\nrun = runpy.run_path",
         "import marshal", "from importlib import machinery",
         "from importlib.machinery import SourcelessFileLoader", "import ctypes", "types.FunctionType(code, {})",
         "().__class__.__base__.__subclasses__()", "main.__code__ = other", "import os\nos.execv(path, [path])",
@@ -43,6 +45,7 @@ def test_code_that_no_reader_sees_is_named(text: str):
         "import ast\nast.literal_eval(text)", "executor.execute(goal)", "import sys\nsys.path.append('..')",
         "import os\nos.execvp('python3', ['python3', '-m', 'ros2_robot_controller.robot_controller'])",
         "import subprocess\nsubprocess.run(['aplay', 'beep.wav'])",
+        "import runpy\nrunpy.run_module('ros2_robot_controller.robot_controller', run_name='__main__')",
     ],
 )  # fmt: skip
 def test_ordinary_code_is_not(text: str):
