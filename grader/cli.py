@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -134,10 +135,11 @@ def _add_grade(verbs: Any) -> None:
     )
     parser.add_argument("--force", action="store_true", help="replace another submission's report in --out")
     parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
-    parser.add_argument("--build-timeout", type=_seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
+    seconds = _number(1, 3600, "seconds")
+    parser.add_argument("--build-timeout", type=seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
     parser.add_argument(
         "--mutation-budget",
-        type=_seconds,
+        type=seconds,
         default=MUTATION_BUDGET_S,
         metavar="S",
         help="time for trying mutants with the package's tests (default 60 s, as a quiet machine takes them)",
@@ -243,24 +245,25 @@ def _add_cache(verbs: Any) -> None:
     )
     parser.add_argument("--prune", action="store_true", help="remove what has not been used for 30 days")
     parser.add_argument(
-        "--older-than", type=_days, metavar="DAYS", help="with --prune: other than 30 days; 0 removes all"
+        "--older-than",
+        type=_number(0, 36500, "days"),
+        metavar="DAYS",
+        help="with --prune: other than 30 days; 0 removes all",
     )
     parser.add_argument("--cache", type=Path, help="the folder for builds (default: the user's cache folder)")
     parser.set_defaults(run=_cache)
 
 
-def _days(text: str) -> float:
-    value = float(text)
-    if not 0 <= value <= 36500:
-        raise argparse.ArgumentTypeError("choose a number of days, 0 or more")
-    return value
+def _number(lowest: float, highest: float, unit: str) -> Callable[[str], float]:
+    """Return a reader of a number from `lowest` to `highest`."""
 
+    def read(text: str) -> float:
+        with contextlib.suppress(ValueError):
+            if lowest <= (value := float(text)) <= highest:
+                return value
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of {unit} from {lowest:g} to {highest:g}")
 
-def _seconds(text: str) -> float:
-    value = float(text)
-    if not 1 <= value <= 3600:
-        raise argparse.ArgumentTypeError("choose between 1 and 3600 seconds")
-    return value
+    return read
 
 
 def _grade(options: argparse.Namespace) -> int:

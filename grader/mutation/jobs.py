@@ -5,15 +5,13 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from queue import SimpleQueue
 
 from grader.mutation.selection import Selection
 from grader.mutation.source_text import Change, SourceText
 from grader.student_tests.module_request import ModuleRequest
 from grader.student_tests.module_results import ModuleReach
-from grader.student_tests.warm_worker import WarmWorker
+from grader.student_tests.warm_worker import Team
 from grader.student_tests.worker_report import ModuleRun
 
 _LONGEST = 60.0  # seconds for the tests of one module on one mutant
@@ -75,38 +73,29 @@ class JobResult:
 
 
 class JobPool:
-    """Workers that run jobs until a point in time (of time.monotonic); later jobs are not tried."""
+    """Runs jobs by a team of workers until a point in time (of time.monotonic); later jobs are not tried."""
 
-    def __init__(self, workers: Sequence[WarmWorker], package: TestedPackage, until: float) -> None:
-        self._package = package
-        self._until = until
-        self._idle: SimpleQueue[WarmWorker] = SimpleQueue()
-        for worker in workers:
-            self._idle.put(worker)
-        self._threads = ThreadPoolExecutor(len(workers))
+    def __init__(self, team: Team, package: TestedPackage, until: float) -> None:
+        self._team, self._package, self._until = team, package, until
         self._lock = threading.Lock()
-        self.size = len(workers)
+        self.size = team.size
         self.seconds_spent = 0.0
         """The sum over all jobs, as on a quiet machine."""
 
     def run(self, jobs: Sequence[Job]) -> list[JobResult]:
         """Return the jobs' results, in the jobs' order."""
-        return list(self._threads.map(self._run_one, jobs))
+        return self._team.map(self._run_one, jobs)
 
     def _run_one(self, job: Job) -> JobResult:
         if time.monotonic() > self._until:
             return JobResult(job, tried=False)
-        worker = self._idle.get()
-        try:
-            result = run_job(worker, self._package, job)
-        finally:
-            self._idle.put(worker)
+        result = run_job(self._team, self._package, job)
         with self._lock:
             self.seconds_spent += result.seconds
         return result
 
 
-def run_job(worker: WarmWorker, package: TestedPackage, job: Job) -> JobResult:
+def run_job(team: Team, package: TestedPackage, job: Job) -> JobResult:
     """Run a job's tests, module by module, until one fails."""
     files = package.files(job.change)
     seconds, count = 0.0, 0
@@ -114,13 +103,13 @@ def run_job(worker: WarmWorker, package: TestedPackage, job: Job) -> JobResult:
     for selection in job.selections:
         known = package.reach[selection.module].seconds
         limits = {name: job.patience * min(2.0 + 8 * known.get(name, 0.0), _LONGEST) for name in selection.tests}
-        ran = worker.run(
+        ran = team.run(
             ModuleRequest(
                 selection.module, files=files, select=selection.tests, first_failure=True, limits=limits,
                 limit=10.0 * job.patience, total=job.patience * min(20.0 + 8 * sum(known.values()), _LONGEST),
             )
         )  # fmt: skip
-        if not worker.alive:
+        if ran.worker_lost:
             # A test that ends the process which runs it has reported nothing.
             return JobResult(job, ran=count, seconds=seconds)
         seconds += ran.quiet_seconds

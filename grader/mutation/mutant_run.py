@@ -21,7 +21,7 @@ from grader.student_tests import package_modules
 from grader.student_tests.kept_runs import KeptRuns
 from grader.student_tests.module_results import ModuleReach
 from grader.student_tests.padding import code_of, padding
-from grader.student_tests.warm_worker import start_workers
+from grader.student_tests.warm_worker import start_team
 
 MUTANTS = 50  # that tests reach; the others take no time. docs/course.md says how well these stand for all
 WORKERS = 2
@@ -80,8 +80,8 @@ def mutate(
         until = started + max(_HARD_LIMIT * seconds, _HARD_LIMIT_AT_LEAST)
         size = min(workers, len(reached))
         life = _HARD_LIMIT * seconds + 600.0
-        with turns.first(size), start_workers(package, install, size, seconds=life, kept_runs=kept_runs) as warm:
-            quiet_seconds = _rounds(verdicts, chosen, JobPool(warm, tested, until), seconds, progress)
+        with turns.first(size), start_team(package, install, size, seconds=life, kept_runs=kept_runs) as team:
+            quiet_seconds = _rounds(verdicts, chosen, JobPool(team, tested, until), seconds, progress)
     else:
         for change in chosen:
             verdicts.note_mutant(JobResult(Job(change, ())))

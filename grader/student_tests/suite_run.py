@@ -25,7 +25,7 @@ from grader.student_tests.module_results import ModuleReach, failures, flags, mo
 from grader.student_tests.package_modules import PACKAGE
 from grader.student_tests.padding import code_of, padding, padding_flags
 from grader.student_tests.report_checks import Measured
-from grader.student_tests.warm_worker import LastingWorker, Team
+from grader.student_tests.warm_worker import Team, start_team
 from grader.student_tests.worker_report import ModuleRun, TestResult
 
 WORKERS = 2
@@ -76,7 +76,7 @@ def run_suite(
         life = 60.0 + (_EXCLUDED_AT_MOST + 7) * seconds * len(wanted)
         count = min(WORKERS, len(wanted))
         stack.enter_context(turns.first(count))
-        team = Team([LastingWorker(stack, package, install, life, kept_runs) for _ in range(count)])
+        team = stack.enter_context(start_team(package, install, count, seconds=life, kept_runs=kept_runs))
 
         def measure(module: TestModule) -> Measured:
             # One for each module, so that what is drawn does not depend on which module comes first.

@@ -6,13 +6,13 @@ The host's side of `worker.py`: it hands in requests and collects what was repor
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import shutil
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from queue import SimpleQueue
 from typing import TypeVar
@@ -45,7 +45,7 @@ _NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache", ".git", "*.
 
 @dataclass(frozen=True)
 class WarmWorker:
-    """A worker that waits for requests. Made by `start_workers`."""
+    """A worker that waits for requests. Made by `start_team`."""
 
     package: Path
     process: sandbox.Process
@@ -82,6 +82,7 @@ class WarmWorker:
             if now - began > _BUSY_FACTOR * request.total + _START_SECONDS or now - ran_last > _STOPPED_SECONDS:
                 self.process.kill()
         ran = read_run(self.out, number, time.monotonic() - began, self.package / request.module)
+        ran = replace(ran, worker_lost=not self.alive)
         # Coverage writes some of its data as it goes, and a run that is cut off leaves them without its reach.
         if request.coverage and (self.out / f"{number}.reach").exists():
             ran = replace(ran, coverage_data=self._keep_coverage(number))
@@ -134,62 +135,25 @@ class WarmWorker:
             file.unlink(missing_ok=True)
 
 
-@contextlib.contextmanager
-def start_workers(
-    package: Path, install: Path, count: int, *, seconds: float, kept_runs: KeptRuns | None = None
-) -> Iterator[list[WarmWorker]]:
-    """Start `count` workers for a package (its source folder and its install tree), each in a sandbox of its own."""
-    with tempdir.folder("own-tests") as folder, contextlib.ExitStack() as stack:
-        yield [stack.enter_context(_start(package, install, folder / str(i), seconds, kept_runs)) for i in range(count)]
-
-
-class LastingWorker:
-    """A warm worker, and another in its place when a test has killed it: the tests after that one lose nothing."""
-
-    def __init__(
-        self, stack: contextlib.ExitStack, package: Path, install: Path, seconds: float, kept_runs: KeptRuns | None
-    ) -> None:
-        self._stack = stack
-        self._folder = stack.enter_context(tempdir.folder("own-tests"))
-        self._start = partial(_start, package, install, seconds=seconds, kept_runs=kept_runs)
-        self._count = 0
-        self._worker = self._next()
-
-    @property
-    def folder(self) -> Path:
-        """Return the folder of the worker at work, with its coverage settings."""
-        return self._worker.out.parent
-
-    def run(self, request: ModuleRequest) -> ModuleRun:
-        """Run one request and return what was reported.
-
-        Raises:
-            GraderError: no worker started.
-        """
-        if not self._worker.alive and self._count < _WORKERS_AT_MOST:
-            self._worker = self._next()
-        return self._worker.run(request)
-
-    def _next(self) -> WarmWorker:
-        self._count += 1
-        return self._stack.enter_context(self._start(self._folder / str(self._count)))
-
-
 class Team:
-    """Warm workers that share the runs among them. Safe to use from several threads."""
+    """Warm workers that share the runs among them, with another in the place of one that a test has killed.
 
-    def __init__(self, workers: Sequence[LastingWorker]) -> None:
-        self._size = len(workers)
-        self._idle: SimpleQueue[LastingWorker] = SimpleQueue()
-        for worker in workers:
-            self._idle.put(worker)
+    The tests after that one lose nothing. Safe to use from several threads.
+    """
+
+    def __init__(self, start: Callable[[int], WarmWorker], size: int) -> None:
+        self.size = size
+        self._start, self._numbers = start, itertools.count()
+        self._idle: SimpleQueue[WarmWorker] = SimpleQueue()
+        for _ in range(size):
+            self._idle.put(start(next(self._numbers)))
 
     @property
     def folder(self) -> Path:
         """Return the folder of a worker, with its coverage settings."""
         worker = self._idle.get()
         self._idle.put(worker)
-        return worker.folder
+        return worker.out.parent
 
     def run(self, request: ModuleRequest) -> ModuleRun:
         """Run one request as soon as a worker is idle, and return what was reported.
@@ -199,14 +163,29 @@ class Team:
         """
         worker = self._idle.get()
         try:
+            if not worker.alive and (number := next(self._numbers)) < _WORKERS_AT_MOST * self.size:
+                worker = self._start(number)
             return worker.run(request)
         finally:
             self._idle.put(worker)
 
     def map(self, work: Callable[[_Given], _Made], given: Sequence[_Given]) -> list[_Made]:
         """Return what `work`, which may run requests, makes of each item: as many at a time as there are workers."""
-        with ThreadPoolExecutor(self._size) as threads:
+        with ThreadPoolExecutor(self.size) as threads:
             return list(threads.map(work, given))
+
+
+@contextlib.contextmanager
+def start_team(
+    package: Path, install: Path, size: int, *, seconds: float, kept_runs: KeptRuns | None = None
+) -> Iterator[Team]:
+    """Start `size` workers for a package (its source folder and its install tree), each in a sandbox of its own."""
+    with tempdir.folder("own-tests") as folder, contextlib.ExitStack() as stack:
+
+        def start(number: int) -> WarmWorker:
+            return stack.enter_context(_start(package, install, folder / str(number), seconds, kept_runs))
+
+        yield Team(start, size)
 
 
 @contextlib.contextmanager

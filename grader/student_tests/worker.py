@@ -211,6 +211,7 @@ def watch(pid: int, report: Path, request: Request) -> End:
         if now - began > request["total"] or now - seen > limit or is_stopped(pid):
             os.kill(pid, signal.SIGKILL)
             os.waitpid(pid, 0)
+            os.close(end)
             return End(-signal.SIGKILL, current or "collection", queued)
         time.sleep(POLL_S)
 

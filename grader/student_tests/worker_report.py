@@ -69,6 +69,9 @@ class ModuleRun:
     """A copy of coverage's data as it was when the run ended; no later test can change it. None where the run was cut
     off before it could say which test reached what: such data cannot be checked."""
 
+    worker_lost: bool = False
+    """Whether the worker has been killed in this run, which only a test does."""
+
     @property
     def culprit(self) -> str:
         """Return the test that hung, or with which the process ended before its time; "" if there is none."""

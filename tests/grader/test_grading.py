@@ -217,6 +217,14 @@ def test_the_mutation_budget_can_be_chosen(monkeypatch, tmp_path: Path, words: t
     assert chosen == [seconds]
 
 
+@pytest.mark.parametrize("value", ["abc", "nan", "0", "3601"])
+def test_a_number_of_seconds_that_is_none_is_refused_without_the_name_of_a_function(value: str, capsys):
+    """`--build-timeout abc` said "invalid _seconds value"."""
+    with pytest.raises(SystemExit, match="2"):
+        cli.main(["grade", "team07.zip", "--build-timeout", value])
+    assert f"argument --build-timeout: '{value}' is not a number of seconds from 1 to 3600\n" in capsys.readouterr().err
+
+
 def test_wrong_usage_is_status_2():
     assert grader("grade").returncode == 2
     assert grader("frobnicate").returncode == 2

@@ -265,3 +265,25 @@ def test_a_test_sees_a_changed_module_as_it_sees_the_original(tmp_path: Path):
     mutation = mutate(made.package, made.install, found.reach, COURSE, count=40)
     assert "noticed" not in outcomes(mutation)
     assert "unnoticed" in outcomes(mutation)
+
+
+def test_a_test_that_kills_its_worker_leaves_the_other_mutants_to_a_new_one(tmp_path: Path):
+    """The dead worker was given every later mutant, and each of them counted as unnoticed."""
+    kills = """
+        def test_braking():
+            import os
+            import signal
+            from ros2_robot_controller import robot_controller
+            if robot_controller.stop_distance(0.5) != 0.0625:
+                os.kill(os.getppid(), 9)
+                signal.pause()
+            assert robot_controller.stop_distance(0.0) == 0.0
+    """
+    files = {"test/test_a_kills.py": dedent(kills), "test/test_thorough.py": toy.THOROUGH}
+    made = toy.make(tmp_path, files)
+    found = run_suite(made.package, made.install, discover_tests(made.package, COURSE.nodes), COURSE)
+    mutation = mutate(made.package, made.install, found.reach, COURSE, seconds=60.0, count=30, workers=1)
+    honest = [mutant for mutant in mutation.mutants if mutant.function != "stop_distance"]
+    assert [mutant.outcome for mutant in mutation.mutants if mutant.function == "stop_distance"].count("unnoticed") >= 3
+    assert sum(mutant.outcome == "unnoticed" for mutant in honest) <= 2
+    assert sum(mutant.outcome == "noticed" for mutant in honest) >= 15

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,7 @@ from helpers.course import COURSE
 
 from grader import evidence
 from grader.student_tests import suite_run
-from grader.student_tests.warm_worker import ModuleRequest
+from grader.student_tests.warm_worker import ModuleRequest, Team
 from grader.student_tests.worker_report import ModuleRun, TestResult
 
 MODULE = evidence.TestModule("test/test_it.py", stub=False, tests=2, asserting=2, subjects=["robot_controller"])
@@ -28,13 +29,21 @@ def ran(**outcomes: str) -> ModuleRun:
 class ScriptedWorker:
     """Answers each request with the next of the given runs."""
 
-    folder = Path("out")
+    alive, out = True, Path("worker/out")
 
     def __init__(self, runs: Sequence[ModuleRun]) -> None:
         self.runs = iter(runs)
 
     def run(self, _request: ModuleRequest) -> ModuleRun:
         return next(self.runs)
+
+
+def team_of(worker: ScriptedWorker) -> Callable[..., contextlib.AbstractContextManager[Team]]:
+    @contextlib.contextmanager
+    def start(_package: Path, _install: Path, size: int, **_: object) -> Iterator[Team]:
+        yield Team(lambda _number: worker, size)  # type: ignore[arg-type,return-value]
+
+    return start
 
 
 @pytest.fixture
@@ -47,8 +56,7 @@ def own_tests(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
 
     def results(*runs: ModuleRun) -> tuple[evidence.TestModule, int]:
         worker = ScriptedWorker(runs)
-
-        monkeypatch.setattr(suite_run, "LastingWorker", lambda *_, **__: worker)
+        monkeypatch.setattr(suite_run, "start_team", team_of(worker))
         (module,) = suite_run.run_suite(tmp_path, tmp_path, [MODULE], COURSE).tests.modules
         return module, len(list(worker.runs))
 
@@ -96,7 +104,7 @@ def test_the_longest_module_begins_first_and_the_results_keep_their_order(
             return ran(test_it="passed")
 
     monkeypatch.setattr(suite_run, "WORKERS", 1)
-    monkeypatch.setattr(suite_run, "LastingWorker", lambda *_, **__: Recording([]))
+    monkeypatch.setattr(suite_run, "start_team", team_of(Recording([])))
     found = suite_run.run_suite(tmp_path, tmp_path, modules, COURSE)
     assert list(dict.fromkeys(begun)) == ["test/test_b.py", "test/test_c.py", "test/test_a.py"]
     assert [module.path for module in found.tests.modules] == [module.path for module in modules]

@@ -1,13 +1,15 @@
-"""The host's side of a worker: what it keeps of the files that a run leaves behind."""
+"""What is kept of the files that a run leaves behind, and nothing of a run that is stopped for its time."""
 
 from __future__ import annotations
 
 import os
+import subprocess
 from pathlib import Path
 
 import pytest
 
 from grader.student_tests import warm_worker
+from grader.student_tests.worker import watch
 
 
 def worker(folder: Path) -> warm_worker.WarmWorker:
@@ -31,3 +33,11 @@ def test_coverage_data_that_is_not_a_regular_file_is_not_kept(tmp_path: Path, pu
     made = worker(tmp_path)
     put(made.out / "coverage.3.main")
     assert made._keep_coverage(3) is None
+
+
+def test_a_run_that_is_stopped_for_its_time_leaves_no_descriptor_open(tmp_path: Path):
+    before = len(list(Path("/proc/self/fd").iterdir()))
+    with subprocess.Popen(["sleep", "1000"]) as hangs:
+        end = watch(hangs.pid, tmp_path / "report", {"limits": {}, "limit": 1.0, "total": 0.0})
+    assert end.timed_out == "collection"
+    assert len(list(Path("/proc/self/fd").iterdir())) == before
