@@ -21,7 +21,13 @@ ELSEWHERE = ("authoring", "host", "notebook", "ros2", "selftest")
 METHODS = {"search", "match", "fullmatch", "sub", "subn", "split", "findall", "finditer", "compile"}
 FLAGS = {"MULTILINE": re.MULTILINE, "DOTALL": re.DOTALL, "VERBOSE": re.VERBOSE, "IGNORECASE": re.IGNORECASE}
 
-BOUNDED = {"installed_code._EXTENSION": "the name of a file has 255 bytes at most"}
+BOUNDED = {
+    "installed_code._EXTENSION": "the name of a file has 255 bytes at most",
+    "causes._CUT": "a report's sentence has been cut to a few hundred characters",
+    "causes._NUMBER": "as causes._CUT",
+    "sections._HEADING": "the course's own notebooks",
+    "cells.86": "a sheet that the learning platform exported",
+}
 """Patterns that would be slow on a long text and do not get one, with the reason."""
 
 

@@ -30,7 +30,7 @@ from grader.evidence import (
     Trial,
 )
 from grader.report import Grading, Refusal
-from grader.scoring.grading import Decision, HandIn
+from grader.scoring.grading import Decision, Final, HandIn
 from grader.scoring.rubric import Rubric, load
 from grader.scoring.scorecard import CheckResult, Outcome, score
 
@@ -116,8 +116,12 @@ HAND_IN = HandIn(
     late="10:01:00 after the deadline, 1 started day; the rule is: 10 % per started day",
     decisions=(Decision("F8", 1.5, "the target stood in a wall", "A. Lovelace"),),
     comments=("A fine README.",),
+    finals=(Final((), 5.85, 10.0, "3.0", ("1 started day late: 0.65 points deducted",)),),
 )
-BUILD = Build(ok=True, cached=False, wall_seconds=14.2, exit_code=0, timed_out=False, log_tail="Finished <<< [14.2s]")
+BUILD = Build(
+    ok=True, cached=False, wall_seconds=14.2, exit_code=0, timed_out=False, log_tail="Finished <<< [14.2s]",
+    package="ros2_robot_controller",
+)  # fmt: skip
 ENVIRONMENT = {"kit": "0.1.0", "python": "3.11", "rclpy": "7.1.9", "walls": "bubblewrap 0.8.0"}
 
 TOUCHED = CheckResult(

@@ -18,6 +18,7 @@ import pytest
 ONE_NETWORK = (
     "tests/notebooks/test_notebook_runs.py",
     "tests/grader/notebook/test_session.py",
+    "tests/grader/notebook/test_bench.py",
     "tests/grader/trials/test_service_proxy.py",
     "tests/grader/trials/test_listening.py",
 )

@@ -150,7 +150,7 @@ def test_the_latest_of_a_team_counts_where_times_tell(tmp_path):
     )
     for number in (1, 2):
         (tmp_path / f"submission_{number}").mkdir()
-        (tmp_path / f"submission_{number}" / "file").write_text(str(number))
+        (tmp_path / f"submission_{number}" / "package.xml").write_text(str(number))
     found = discovery.find(tmp_path, [JANE, LI])
     (entry,) = found.entries
     assert (entry.id, entry.path.name) == ("team07", "submission_2")

@@ -270,7 +270,7 @@ def test_unlinked_people_of_a_github_roster_keep_their_identifiers(tmp_path):
 def test_who_has_no_github_account_in_the_roster_is_listed(tmp_path):
     for login in ("anna", "b0b"):
         (tmp_path / f"robots-{login}" / ".git").mkdir(parents=True)
-        (tmp_path / f"robots-{login}" / "README.md").write_text(login)
+        (tmp_path / f"robots-{login}" / "package.xml").write_text(login)
     bob = Person("s2", "Bob")
     result = discovery.find(tmp_path, [Person("s1", "Anna", login="anna"), bob])
     doubts = {doubt.kind: doubt for doubt in result.doubts}

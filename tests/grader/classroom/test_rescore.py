@@ -51,9 +51,9 @@ def test_the_same_rubric_and_checks_give_the_same_points(again: ClassFolder, gra
 
 def test_a_single_requirement_is_judged_again_and_the_others_keep_their_results(again: ClassFolder, graded: Path):
     place = again.submission("team07")
-    answers = json.loads((place / pipeline.EVIDENCE / "conversions.json").read_text())
+    answers = json.loads((place / pipeline.EVIDENCE / "functions.json").read_text())
     wrong = [each | {"answer": [9.0 for _ in each["answer"]]} for each in answers]
-    (place / pipeline.EVIDENCE / "conversions.json").write_text(json.dumps(wrong))
+    (place / pipeline.EVIDENCE / "functions.json").write_text(json.dumps(wrong))
     said = json.loads((place / "report.json").read_text())
     next(r for r in said["requirements"] if r["id"] == "F2")["checks"][0]["seen"] = "kept from before"
     (place / "report.json").write_text(json.dumps(said))

@@ -116,7 +116,7 @@ def driven(tmp_path_factory: pytest.TempPathFactory) -> Facts:
         root,
         """
 import gc, time
-from helpers.course import PACKAGE
+PACKAGE = "ros2_robot_controller"
 run = run_node("robot_controller", "wall_ahead", seed=1)
 report(trouble=run.trouble, first=pid(run))
 run.drive(0.5)

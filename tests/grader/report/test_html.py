@@ -320,7 +320,8 @@ def test_a_report_says_who_handed_in_what_and_by_what_it_was_graded(rubric):
     assert (rows["package graded"], rows["rubric"]) == ("team07", "A small rubric")
     assert (rows["SHA-256 of the rubric"], rows["kit"], rows["commit"]) == (rubric.sha256, "0.1.0", "c0ffee")
     assert "<li><strong>F8</strong>: 1.5 points, by A. Lovelace: the target stood in a wall</li>" in text
-    assert "6.5 with the points that" in text
+    assert "1 started day late: 0.65 points deducted" in text
+    assert "5.85 of 10" in re.sub(r"<[^>]+>", "", text)
 
 
 def test_both_files_are_written_beside_each_other(rubric, tmp_path):
