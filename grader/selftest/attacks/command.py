@@ -28,7 +28,7 @@ def add(verbs: Any) -> None:
         "self-test",
         help="attack the grader on this machine, and report what stopped each attack",
         description="Grade the reference package with one attack after the other built in, and compare with the same\n"
-        "package without it: no attack may gain points, reach the host or spoil a grading. Takes a quarter of an hour.",
+        "package without it: no attack may gain points, reach the host or spoil a grading. Takes up to half an hour.",
         epilog="Example:  grader self-test --only fork_bomb calls_home\n"
         "Exit status: 0 all contained, 1 one was not, 2 wrong usage, 3 an error of the kit or host.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
