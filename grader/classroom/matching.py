@@ -195,4 +195,6 @@ def _is_text(path: Path) -> bool:
     if not path.is_dir():
         return not is_archive(path)
     files = [file for file in path.rglob("*") if file.is_file() and ".git" not in file.relative_to(path).parts]
-    return bool(files) and not any(is_archive(file) or file.suffix == ".py" or file.name in _OF_A_PACKAGE for file in files)
+    return bool(files) and not any(
+        is_archive(file) or file.suffix == ".py" or file.name in _OF_A_PACKAGE for file in files
+    )
