@@ -20,6 +20,9 @@ _ALSO = {
     "ament_flake8": ("ament-lint-common", "ament-lint-auto", "ament-cmake-flake8"),
     "ament_pep257": ("ament-lint-common", "ament-lint-auto", "ament-cmake-pep257"),
     "pytest": ("ament-cmake-pytest",),
+    # ROS's tutorial on launch files declares the command, which depends on both.
+    "launch": ("ros2launch",),
+    "launch_ros": ("ros2launch",),
 }
 
 

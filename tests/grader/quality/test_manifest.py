@@ -290,6 +290,7 @@ def test_the_type_of_a_field_needs_a_declaration(tmp_path: Path):
         ("numpy", "python3-numpy"), ("yaml", "python3-yaml"), ("cv2", "python3-opencv"), ("cv2", "cv_bridge"),
         ("transforms3d", "python3-transforms3d-pip"), ("serial", "python3-serial"), ("pytest", "python3-pytest"),
         ("tf_transformations", "tf_transformations"), ("ament_pep257", "ament_lint_common"), ("PIL", "python3-pil"),
+        ("launch", "ros2launch"), ("launch_ros", "ros2launch"),
     ],
 )  # fmt: skip
 def test_rosdep_keys_declare_modules(module: str, key: str):
