@@ -103,7 +103,7 @@ def _list(folder: ClassFolder, known: tuple[Regrade, ...]) -> int:
     waiting = [each for each in known if each.is_open]
     for each in waiting:
         print(f"{each.submission:<20} {each.requirement:<4} {printable(each.reason, 200)}")
-    print(f"{len(waiting)} requests are open, {len(known) - len(waiting)} decided: {folder.path / regrades.FILE}")
+    print(f"requests: {len(waiting)} open, {len(known) - len(waiting)} decided ({folder.path / regrades.FILE})")
     return EXIT_GRADED
 
 

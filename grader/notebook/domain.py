@@ -55,7 +55,7 @@ def claim(root: Path) -> int:
         held.close()
     raise GraderError(
         f"All {len(DOMAINS)} ROS domains of this machine are in use, so two robots would share one. "
-        "Shut down the kernels of notebooks that nobody uses, then run this cell again."
+        "Shut down the kernels of notebooks that are not in use, then run this cell again."
     )
 
 

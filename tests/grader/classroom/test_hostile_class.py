@@ -319,11 +319,12 @@ def test_nobody_has_anothers_grade_and_nobody_is_lost(layout, roster, tmp_path, 
     assert not [*outcome.faults, *bad], "\n" + "\n".join([*outcome.faults, *bad])
 
 
-def test_zz_the_table(capsys):
-    """Show the table; `pytest -s`, or in the report of a failure."""
-    with capsys.disabled():
-        print("\n" + f"{'layout':<16} {'roster':<6}" + "".join(f"{k:>8}" for k in KINDS))
-        print("\n".join(TABLE))
+@pytest.fixture(scope="module", autouse=True)
+def _table():
+    """Print the table at the end of the file's tests; `pytest -s` shows it."""
+    yield
+    print("\n" + f"{'layout':<16} {'roster':<6}" + "".join(f"{k:>8}" for k in KINDS))
+    print("\n".join(TABLE))
 
 
 def test_a_text_entry_in_a_folder_waits_for_a_person_as_one_in_a_file_does(tmp_path, monkeypatch, capsys):

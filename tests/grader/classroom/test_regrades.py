@@ -31,7 +31,7 @@ def test_a_request_is_recorded_and_listed_until_it_is_decided(class_of_four, cap
     assert run(folder.path) == 0
     said = capsys.readouterr().out
     assert REASON in said
-    assert "1 requests are open" in said
+    assert "requests: 1 open, 0 decided" in said
     assert REASON in (folder.path / "index.html").read_text()
     assert points(folder)[0] == Decimal("3.00")
     assert "not decided yet" in points(folder)[1]  # the student sees that it was heard
