@@ -13,6 +13,7 @@ import cattrs
 
 from grader.evidence.model import Build, Evidence, Flag, FunctionAnswer, Intake
 from grader.evidence.quality import Quality
+from grader.evidence.reasons import Kind, Reason
 from grader.evidence.tests import Mutation, StudentTests
 from grader.evidence.trial import Trial
 
@@ -57,7 +58,15 @@ def _converter() -> cattrs.Converter:
     converter.register_unstructure_hook(float, _float_to_json)
     converter.register_unstructure_hook_func(_is_untyped, _plain)
     converter.register_structure_hook_func(_is_untyped, lambda value, _: _unplain(dict(value)))
+    converter.register_structure_hook_func(lambda kind: kind == Reason | None, _reason)
     return converter
+
+
+def _reason(value: Any, _: Any) -> Reason | None:
+    """Return a reason. Earlier kits wrote a sentence, and nothing else is known of such a reason."""
+    if not isinstance(value, str):
+        return None if value is None else _CONVERTER.structure(value, Reason)
+    return Reason(Kind.DEPENDS, said=value) if value else None
 
 
 _CONVERTER = _converter()
@@ -67,9 +76,26 @@ _CONVERTER = _converter()
 _ENCODER = json.JSONEncoder(allow_nan=False, sort_keys=True)
 
 
+def to_data(fact: Any) -> Any:
+    """Return `fact` as what JSON can hold: dictionaries, lists, strings and finite numbers."""
+    return _CONVERTER.unstructure(fact)
+
+
+def from_data(data: Any, kind: type[T]) -> T:
+    """Return the fact that `to_data` was given.
+
+    Raises:
+        ValueError: the data does not describe a `kind`.
+    """
+    try:
+        return _CONVERTER.structure(data, kind)
+    except (cattrs.BaseValidationError, AttributeError, TypeError, KeyError) as error:
+        raise ValueError(f"not a {getattr(kind, '__name__', kind)}: {error!r}") from error
+
+
 def to_json(fact: Any) -> str:
     """Return `fact` (a dataclass of evidence, or a list of them) as strict JSON, each item of a list on a line."""
-    plain = _CONVERTER.unstructure(fact)
+    plain = to_data(fact)
     if not isinstance(plain, dict):
         return _lines(plain)
     return "{\n" + ",\n".join(f"{_ENCODER.encode(key)}: {_lines(plain[key])}" for key in sorted(plain)) + "\n}"
@@ -87,10 +113,7 @@ def from_json(text: str, kind: type[T]) -> T:
     Raises:
         ValueError: the text is not JSON, or does not describe a `kind`.
     """
-    try:
-        return _CONVERTER.structure(json.loads(text), kind)
-    except (cattrs.BaseValidationError, AttributeError, TypeError, KeyError) as error:
-        raise ValueError(f"not a {getattr(kind, '__name__', kind)}: {error!r}") from error
+    return from_data(json.loads(text), kind)
 
 
 def save(evidence: Evidence, folder: Path) -> None:

@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING, Any, Self
 from grader import building
 from grader.checks.judge import holding_on
 from grader.errors import KitError
+from grader.evidence import Kind, Reason
 from grader.notebook import interface_types, node_build
 from grader.notebook.feedback import Progress
 from grader.notebook.node_process import NodeProcess
 from grader.notebook.workspace import Workspace, course, prepare
 from grader.tracebacks import last_words
-from grader.trials.request import DEAF
 from sim import PROFILES, Pose, Recorder, Recording, Simulator, World, load_world
 
 if TYPE_CHECKING:
@@ -270,7 +270,7 @@ class Run:
             if deaf_to := self._stage.deaf_to():
                 print(deaf_to)
         except TrialOver as over:
-            self._give_up(self._why(str(over)))
+            self._give_up(self._why(over.reason))
 
     def _tick(self) -> None:
         with self._lock:
@@ -283,7 +283,7 @@ class Run:
                     return
                 except TrialOver as over:  # before the tick: from here on the robot stands still
                     self.simulator.command(0.0, 0.0)
-                    self._give_up(self._why(str(over)))
+                    self._give_up(self._why(over.reason))
             self._recorder.take(self.simulator.step(TICK_S))
 
     def _active_stage(self) -> WatchedStage | None:
@@ -306,7 +306,7 @@ class Run:
             goal = stage.navigate(place.x, place.y, 0.1)
         if goal.accepted:
             return f"goal sent: ({x:z.2f}, {y:z.2f}) m"
-        return goal.problem or "the node rejected the goal"
+        return str(goal.problem or "the node rejected the goal")
 
     def _restart(self) -> None:
         """Start the node anew after the simulator was reset: in a node, time must not go back."""
@@ -320,13 +320,14 @@ class Run:
         print(f"not yet: {why}")
         self._end()
 
-    def _why(self, ended: str) -> str:
+    def _why(self, ended: Reason) -> str:
         """Return why a run is over, with the line that holds a deaf node up, or with the last words of another."""
-        if not ended.startswith(DEAF):
+        if ended.kind is not Kind.HANGS:
             return f"{ended}{_last_line(self._process)}"
         from grader.quality.analyse import analyse_package
 
-        return ended + holding_on(analyse_package(self._workspace.package, course(), lint=False))
+        text = analyse_package(self._workspace.package, course(), lint=False)
+        return f"{ended}{holding_on(text.habits)}"
 
     def _end(self) -> None:
         process, self._process, self._stage = self._process, None, None

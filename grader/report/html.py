@@ -149,7 +149,7 @@ def _row(trial: Trial) -> TrialRow:
         pace=one_line(trial.pace),
         sim_seconds=f"{trial.samples[-1].t:.1f}" if trial.samples else "",
         wall_seconds=f"{trial.wall_seconds:.1f}",
-        ended=one_line(trial.ended or ("complete" if trial.ready else "the node did not come up")),
+        ended=one_line(str(trial.ended or ("complete" if trial.ready else "the node did not come up"))),
     )
 
 

@@ -19,6 +19,7 @@ from pathlib import Path
 from grader import evidence, sandbox
 from grader.course import Course
 from grader.errors import GraderError
+from grader.evidence import Kind, Reason
 from grader.host import namespaces, ros_env, shortage, turns
 from grader.settings import FORK_FROM
 from grader.trials.cpu_affinity import Cores
@@ -26,9 +27,7 @@ from grader.trials.plan import TrialPlan
 from grader.trials.request import (
     CANNOT,
     LATE_VARIABLE,
-    NO_NODE,
     NODE_ENVIRONMENT,
-    OBSERVER_ENDED,
     PATIENCE_S,
     TrialRequest,
     not_started,
@@ -182,7 +181,7 @@ class _Trials:
             for trial in list(self.found.values())
             if trial.node == plan.node and bool(trial.launch) == bool(plan.launch)
         ]
-        absent = sum(trial.ended.startswith(NO_NODE) for trial in earlier)
+        absent = sum(trial.ended is not None and trial.ended.kind is Kind.NOT_UP for trial in earlier)
         return SHORT_PATIENCE_S if absent >= 2 and not any(trial.ready for trial in earlier) else PATIENCE_S
 
 
@@ -255,7 +254,7 @@ class _Worker(threading.Thread):
             if not has_crashed:
                 return self._run_trial(plan, has_crashed=True)
             # Once may be chance. A submission that crashes the observer every time scores nothing.
-            return not_started(plan, trials.seed, "", ended=OBSERVER_ENDED)
+            return not_started(plan, trials.seed, ended=Reason(Kind.OBSERVER_CRASHED))
         return not_started(plan, trials.seed, f"the trial's worker ended (answer {answer!r}, status {status})")
 
     def _stop(self) -> bool:

@@ -9,11 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from grader.building import Built
-from grader.evidence import Flag, Trial
+from grader.evidence import Flag, Kind, Trial
 from grader.settings import Settings
 from grader.source import Collected, Phase, Subject
 from grader.trials import catalog, scheduler
-from grader.trials.request import LATE_VARIABLE, OBSERVER_ENDED
+from grader.trials.request import LATE_VARIABLE
 from grader.trials.worker_start import Workers
 
 
@@ -75,8 +75,8 @@ def integrity_flags(ran: Mapping[str, Trial]) -> list[Flag]:
             seen.setdefault(("foreign publisher", what), []).append(name)
         if trial.dropped:
             seen.setdefault(("flood", "the node sent more messages than could be kept"), []).append(name)
-        if trial.ended == OBSERVER_ENDED:
-            seen.setdefault(("observer", trial.ended), []).append(name)
+        if trial.ended is not None and trial.ended.kind is Kind.OBSERVER_CRASHED:
+            seen.setdefault(("observer", str(trial.ended)), []).append(name)
         if trial.stopped:
             seen.setdefault(("limit", f"the node exceeded its limit of {trial.stopped}"), []).append(name)
     return [Flag(kind, what, where=", ".join(names[:5])) for (kind, what), names in seen.items()]

@@ -19,6 +19,7 @@ from rclpy.qos import QoSProfile, qos_profile_action_status_default
 
 from grader import evidence, sandbox
 from grader.course import Course
+from grader.evidence import Kind, Reason
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
 from grader.trials.goal import SentGoal
@@ -129,17 +130,17 @@ class Stage(Observation):
         client = self._clients[service]
         asked = self.t
         if not self._found(service, client.service_is_ready):
-            return self._note_call(
-                asked, service, fields, None, f"there is no service {service} of the contract's type"
-            )
+            return self._note_call(asked, service, fields, None, Reason(Kind.NO_SERVICE, service))
         future = client.call_async(fill(self._service_types[service].Request(), dict(fields)))
         self._await(future.done)
         if not future.done():
             client.remove_pending_request(future)
-            return self._note_call(asked, service, fields, None, f"no answer within {_ANSWER_WITHIN_S:g} s")
+            return self._note_call(
+                asked, service, fields, None, Reason(Kind.NO_ANSWER, service, seconds=_ANSWER_WITHIN_S)
+            )
         response = future.result()
         self.bridge.settle()
-        return self._note_call(asked, service, fields, plain(response), "")
+        return self._note_call(asked, service, fields, plain(response))
 
     def proxy_services(self, services: Iterable[str]) -> None:
         """Offer services in the node's place and forward the calls to it, so that calls made by others are recorded.
@@ -149,7 +150,7 @@ class Stage(Observation):
         targets = {service: (self._service_types[service], self.plan.remappings[service]) for service in services}
 
         def note(service: str, request: Any, answer: Any) -> None:
-            self._note_call(self.t, service, plain(request), plain(answer), "")
+            self._note_call(self.t, service, plain(request), plain(answer))
 
         self._service_proxy = ServiceProxy(self._domain_id, targets, note)
         self.run_until(self._service_proxy.is_ready, _ANSWER_WITHIN_S)
@@ -160,11 +161,11 @@ class Stage(Observation):
         goal = SentGoal(self, x, y, tolerance)
         self.goals.append(goal)
         if not found:
-            goal.problem = f"there is no action {self.action_name} of the contract's type"
+            goal.problem = Reason(Kind.NO_ACTION, self.action_name)
             return goal
         self._await(lambda: goal.answered)
         if not goal.answered:
-            goal.problem = f"the goal was neither accepted nor rejected within {_ANSWER_WITHIN_S:g} s"
+            goal.problem = Reason(Kind.NO_VERDICT, self.action_name, seconds=_ANSWER_WITHIN_S)
         elif goal.accepted:
             # A navigation loop that sleeps by wall time would fall behind a clock that races ahead.
             self.bridge.await_feedback()

@@ -26,6 +26,7 @@ from rclpy.type_support import check_for_type_support
 from grader import building, evidence, sandbox
 from grader.course import Course, load
 from grader.errors import GraderError
+from grader.evidence import Kind, Reason
 from grader.host import namespaces, shortage
 from grader.sandbox import warm_imports, warm_python
 from grader.trials import catalog, cpu_affinity, parameter_files, wire_layout
@@ -123,7 +124,7 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
     install = Path(request.install)
     missing = _missing(plan, install, request.ros_name)
     if missing:
-        _save(request, not_started(plan, request.seed, "", ended=missing))
+        _save(request, not_started(plan, request.seed, ended=missing))
         return
     simulator = Simulator(_transformed_world(plan, request.seed), seed=request.seed)
     box, telltales = _sandbox(course, plan, request)
@@ -145,12 +146,12 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
         for name, remappings in plan.beside.items():
             stage.others[name] = stage.start(_node_command(request.ros_name, name, remappings))
         stage.choices.update(telltales)
-        ended = script_error = ""
+        ended, script_error = None, ""
         try:
             stage.open()
             plan.script(stage)
         except TrialOver as over:
-            ended = str(over)
+            ended = over.reason
         except Exception as error:
             if _host_problem(error):
                 raise
@@ -197,16 +198,14 @@ def _readers(install: Path, course: Course) -> dict[str, wire_layout.Reader]:
     return {topic: read for topic, read in found.items() if read}
 
 
-def _missing(plan: TrialPlan, install: Path, package: str) -> str:
-    """Return in words what the trial needs and the package has not installed, "" if nothing is missing."""
-    if plan.launch and not plan.namespace:
-        found = building.shared_file(_share(install, package), f"launch/{plan.launch}")
-        return "" if found else f"there is no launch/{plan.launch} in share/{package}"
-    if not (install / "lib" / package / plan.node).is_file():
-        return f"there is no executable {plan.node} in lib/{package}"
-    if plan.params_file and not building.shared_file(_share(install, package), f"config/{plan.params_file}"):
-        return f"there is no config/{plan.params_file} in share/{package}"
-    return ""
+def _missing(plan: TrialPlan, install: Path, package: str) -> Reason | None:
+    """Return what the trial needs and the package has not installed, None if nothing is missing."""
+    own_launch = bool(plan.launch and not plan.namespace)
+    if not own_launch and not (install / "lib" / package / plan.node).is_file():
+        return Reason(Kind.NO_PROGRAM, plan.node, package)
+    file = f"launch/{plan.launch}" if own_launch else plan.params_file and f"config/{plan.params_file}"
+    there = not file or building.shared_file(_share(install, package), file)
+    return None if there else Reason(Kind.NO_FILE, file, package)
 
 
 def _share(install: Path, package: str) -> Path:

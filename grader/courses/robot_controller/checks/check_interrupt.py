@@ -2,6 +2,7 @@
 
 from grader import tracebacks
 from grader.checks.judge import Judge, NotReached
+from grader.evidence import Kind, Reason
 
 from . import motion
 
@@ -63,7 +64,8 @@ def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
     tries = dict.fromkeys(try_ for _, try_ in wrong)
     judge.expect(not wrong, "; ".join(seen for seen, _ in wrong), "; ".join(tries))
     if not moved:
-        raise NotReached("not tried yet: the robot stood still whenever Ctrl-C came, so there was nothing to stop")
+        said = "the robot stood still whenever Ctrl-C came, so there was nothing to stop"
+        raise NotReached(Reason(Kind.UNTRIED, said=said))
     for node, complaint in collected.items():
         judge.remark(
             f"{node} ends well, and no point is lost; Python's garbage collection complains afterwards: {complaint}",

@@ -118,7 +118,7 @@ def _far_sighted_robot(judge: Judge) -> list[str]:
     came, end = trial.marks["obstacle"], trial.marks["end"]
     before = motion.odometry_speed(trial.samples, came - 0.5, came)
     if before < 0.05:
-        raise NotReached(f"the robot drove at {before:.2f} m/s before the obstacle came (F2)")
+        raise NotReached(f"the robot drove at {before:.2f} m/s before the obstacle came", "F2")
     last = motion.between(trial.commands, end - 0.3, end)  # F4 judges how soon it stops
     if any(abs(command.v) > motion.ZERO for command in last):
         seen = f"the robot drove on with an obstacle {trial.choices['distance']:g} m ahead"
@@ -135,7 +135,7 @@ def _slow_fusion(judge: Judge) -> list[str]:
     start = max([1.0, *(m.t for m in trial.messages[:1])])
     after = sum(start < m.t <= 2.5 for m in trial.messages) / max(2.5 - start, 0.1)
     if not before:
-        raise NotReached("no fused data came with the default fusion_frequency (F13)")
+        raise NotReached("no fused data came with the default fusion_frequency", "F13")
     if 0.4 * before <= after <= 0.6 * before:
         return []
     return [f"fused data came at {before:.1f} Hz, and with half the fusion_frequency at {after:.1f} Hz"]
