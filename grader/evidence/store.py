@@ -13,7 +13,6 @@ import cattrs
 
 from grader.evidence.model import Build, Evidence, Flag, FunctionAnswer, Intake
 from grader.evidence.quality import Quality
-from grader.evidence.reasons import Kind, Reason
 from grader.evidence.tests import Mutation, StudentTests
 from grader.evidence.trial import Trial
 
@@ -58,15 +57,7 @@ def _converter() -> cattrs.Converter:
     converter.register_unstructure_hook(float, _float_to_json)
     converter.register_unstructure_hook_func(_is_untyped, _plain)
     converter.register_structure_hook_func(_is_untyped, lambda value, _: _unplain(dict(value)))
-    converter.register_structure_hook_func(lambda kind: kind == Reason | None, _reason)
     return converter
-
-
-def _reason(value: Any, _: Any) -> Reason | None:
-    """Return a reason. Earlier kits wrote a sentence, and nothing else is known of such a reason."""
-    if not isinstance(value, str):
-        return None if value is None else _CONVERTER.structure(value, Reason)
-    return Reason(Kind.DEPENDS, said=value) if value else None
 
 
 _CONVERTER = _converter()

@@ -157,6 +157,11 @@ class Trial:
     ended: Reason | None
     script_error: str = ""
     choices: dict[str, float] = field(default_factory=dict)
+    """What the script has chosen, by the seed or for good."""
+    measured: dict[str, float] = field(default_factory=dict)
+    """What the script has measured: wall seconds, counts."""
+    in_files: dict[str, float] = field(default_factory=dict)
+    """The parameters that were changed in the package's own files, with their values there."""
     marks: dict[str, float] = field(default_factory=dict)
     commands: list[Command] = field(default_factory=list)
     samples: list[Sample] = field(default_factory=list)

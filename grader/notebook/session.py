@@ -201,7 +201,7 @@ class Run:
                 return NodeExit(0.0, None, None)
             started = time.monotonic()
             stage.interrupt()
-            seconds = stage.choices.get("seconds_to_end", round(time.monotonic() - started, 2))
+            seconds = stage.measured.get("seconds_to_end", round(time.monotonic() - started, 2))
             code, commands = process.exit_code(), self._recorded["cmd_vel"]
         self.close()
         return NodeExit(seconds, code, commands[-1][1] if commands else None)

@@ -88,9 +88,9 @@ def _why(loss: Loss, grading: Grading) -> str | Reason | None:
         return _why_not_started(trial, reason, evidence)
     if result.outcome is Outcome.FAILED:
         return None
-    if reason is not None and len(reason.requirements) == 1:
-        return reason.requirements[0]
-    return result.because
+    if reason is None:
+        return result.because
+    return reason.requirements[0] if len(reason.requirements) == 1 else _common(reason)
 
 
 def _why_not_started(trial: Trial, reason: Reason | None, evidence: Evidence) -> str | Reason | None:
@@ -98,8 +98,12 @@ def _why_not_started(trial: Trial, reason: Reason | None, evidence: Evidence) ->
     if reason is not None and reason.fault is not None:
         return f"{sentence(reason.fault)} ({reason.fault.cure})"
     output = trial.process.output_tail if trial.process is not None else ""
-    # Trials wait longer for a node that may still come.
-    return _exception(output, evidence.build.package) or (trial.ended and replace(trial.ended, seconds=0.0))
+    return _exception(output, evidence.build.package) or (trial.ended and _common(trial.ended))
+
+
+def _common(reason: Reason) -> Reason:
+    """Return what a reason has in common with others like it: trials wait longer for a node that may still come."""
+    return replace(reason, seconds=0.0, fault=None)
 
 
 def _exception(output: str, package: str) -> str:
@@ -131,4 +135,7 @@ def _sentence(why: str | Reason, found: Sequence[Loss], grading: Grading) -> str
         return f"No node started: {why}"
     # A node that started by itself was not what kept a launch file from starting both.
     nodes = sorted(tried - started)
-    return f"{' and '.join(nodes)} did not start: {why}" if nodes else f"{why}"[:1].upper() + f"{why}"[1:]
+    if nodes:
+        return f"{' and '.join(nodes)} did not start: {why}"
+    words = why if isinstance(why, str) else found[0].result.because or str(why)
+    return words[:1].upper() + words[1:]

@@ -151,7 +151,12 @@ class Observation:
         self.interrupted = False
         self.recorded = not_started(plan, simulator.seed)
         """The lists and dictionaries of the trial's facts, filled as it goes; `facts` completes them."""
-        self.choices, self.marks, self.commands = self.recorded.choices, self.recorded.marks, self.recorded.commands
+        self.choices, self.measured, self.in_files = (
+            self.recorded.choices,
+            self.recorded.measured,
+            self.recorded.in_files,
+        )
+        self.marks, self.commands = self.recorded.marks, self.recorded.commands
         self.goals: list[SentGoal] = []
         self.graph: evidence.Graph | None = None
         self.other_graph: evidence.Graph | None = None

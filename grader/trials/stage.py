@@ -93,14 +93,14 @@ class Stage(Observation):
             self._tick()
 
     def run_timed(self, name: str, seconds: float) -> None:
-        """Let simulated time pass, and record how long the node kept it waiting for each second, without computing.
+        """Let simulated time pass, and measure how long the node kept it waiting for each second, without computing.
 
         In wall seconds that exclude the time that it ran or waited for a CPU: what a node sleeps away in its callbacks.
         """
         clock = CpuClock(self.process, [os.getpid()])
         before = clock.read() - clock.ran
         self.run(seconds)
-        self.choices[name] = round((clock.read() - clock.ran - before) / seconds, 3)
+        self.measured[name] = round((clock.read() - clock.ran - before) / seconds, 3)
 
     def run_slowly(self, seconds: float) -> None:
         """Let simulated time pass, and for each tick four times as much wall time."""
@@ -303,7 +303,7 @@ class Stage(Observation):
             # The clock goes on: a node that waits for its next message handles the signal only once that has come.
             self.bridge.tick_by_wall()
         if self.process.has_ended():
-            self.choices["seconds_to_end"] = round(clock.read(), 2)
+            self.measured["seconds_to_end"] = round(clock.read(), 2)
             self.bridge.spin_until(lambda: self.process.exit_code() is not None, _EXIT_CODE_WALL_S)
         # The node's last messages may still be on their way, above all the zero that it should end with.
         self.bridge.alive = lambda: True

@@ -127,7 +127,7 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
         _save(request, not_started(plan, request.seed, ended=missing))
         return
     simulator = Simulator(_transformed_world(plan, request.seed), seed=request.seed)
-    box, telltales = _sandbox(course, plan, request)
+    box, in_files = _sandbox(course, plan, request)
     one_thread = _has_one_thread(request.package)
     cpu_affinity.take_turns(one_thread)
     with (
@@ -145,7 +145,7 @@ def run_trial(course: Course, plan: TrialPlan, request: TrialRequest, warm: sand
         stage.has_one_thread = one_thread
         for name, remappings in plan.beside.items():
             stage.others[name] = stage.start(_node_command(request.ros_name, name, remappings))
-        stage.choices.update(telltales)
+        stage.in_files.update(in_files)
         ended, script_error = None, ""
         try:
             stage.open()
@@ -172,9 +172,9 @@ def _sandbox(course: Course, plan: TrialPlan, request: TrialRequest) -> tuple[sa
     visible = {install: str(building.INSTALL)}
     if request.package and plan.shows_source:
         visible[Path(request.package)] = str(source_folder(course))
-    telltales: dict[str, float] = {}
+    in_files: dict[str, float] = {}
     if plan.launch or plan.params_file:
-        copies, telltales = parameter_files.write_changed(
+        copies, in_files = parameter_files.write_changed(
             _share(install, request.ros_name),
             Path(f"{request.out}.config"),
             course.telltales,
@@ -186,7 +186,7 @@ def _sandbox(course: Course, plan: TrialPlan, request: TrialRequest) -> tuple[sa
     if plan.namespace:
         visible |= {course.folder / "trials" / "launch": "/ws/launch"}
     environment = {**NODE_ENVIRONMENT, "ROS_DOMAIN_ID": str(request.domain_id)}
-    return sandbox.Sandbox(read_only=visible, environment=environment, network=True), telltales
+    return sandbox.Sandbox(read_only=visible, environment=environment, network=True), in_files
 
 
 def _readers(install: Path, course: Course) -> dict[str, wire_layout.Reader]:

@@ -167,7 +167,7 @@ def test_a_relative_path_is_why_a_launch_file_sets_no_parameters():
                      "`ros2 launch` is started, not in the package", "os.path.join(...)",
                      shown_as=["config/robot_params.yaml"])  # fmt: skip
     output = "[WARNING] [launch_ros.actions.node]: Parameter file path is not a file: config/robot_params.yaml\n"
-    ran = trial("launch_both", launch="robot_controller_launch.py", choices={"safety_margin": 0.4},
+    ran = trial("launch_both", launch="robot_controller_launch.py", in_files={"safety_margin": 0.4},
                 parameters=[ParameterAnswer(0.1, "safety_margin", value=0.3, node="robot_controller")],
                 process=ProcessEnd("us", None, 9.0, output))  # fmt: skip
     evidence = evidence_with(trials={"launch_both": ran}, quality=text(relative))
@@ -254,7 +254,7 @@ def test_a_refusal_for_want_of_a_declaration_is_not_taken_for_a_callback_that_is
 def test_a_key_of_another_node_is_named_with_its_line():
     answers = [ParameterAnswer(0.1, "max_linear_speed", value=0.5)]
     trials = {
-        "file_controller": trial("file_controller", parameters=answers, choices={"max_linear_speed": 0.375}),
+        "file_controller": trial("file_controller", parameters=answers, in_files={"max_linear_speed": 0.375}),
         "file_processor": trial("file_processor", node="sensor_processor"),
     }
     said = ask(

@@ -116,7 +116,7 @@ def test_a_package_named_robot_controller_is_not_said_to_lack_it_where_the_other
     """The package's own name in `lib/robot_controller` was taken for the executable."""
     no_entry = Fault("setup.py", 6, "install", "no entry point makes the executable `robot_controller`", "",
                      lacks=["robot_controller"])  # fmt: skip
-    trial = down("", "there is no executable sensor_processor in lib/robot_controller", node="sensor_processor")
+    trial = down("", Reason(Kind.NO_PROGRAM, "sensor_processor", "robot_controller"), node="sensor_processor")
     said = first_words(Quality(facts(lab(tmp_path)).manifest, faults=[no_entry]), trial)
     assert said.startswith("there is no executable sensor_processor")
 

@@ -11,7 +11,7 @@ def test_timers_and_stamps_follow_the_clock(judge: Judge) -> None:
     """With `use_sim_time` the timers and stamps follow `/clock`."""
     for name in ("standing_clock", "standing_clock_processor"):
         trial = judge.trial(name)
-        held = int(trial.choices["held"])
+        held = int(trial.measured["held"])
         judge.expect(trial.pace == "lockstep", f"{trial.node} publishes while the clock is stopped", _TRY)
         seen = f"{trial.node} published {held} messages in 1 s of wall time while the clock was stopped"
         judge.expect(held <= 1, seen, _TRY)
@@ -40,7 +40,7 @@ def _expect_one_pace(judge: Judge, trial: Trial) -> None:
         )
         judge.expect(abs(fast - slow) <= _SAME_S, seen, _TRY)
     # A callback that sleeps takes the time that its wall clock shows, so the two paces look alike.
-    waited = trial.choices.get("waited", 0.0)
+    waited = trial.measured.get("waited", 0.0)
     seen = f"the node goes by another clock, and sleeps until that has gone on{shown}"
     judge.expect(not clocks or waited <= _SLEEPS, seen, _TRY)
 

@@ -40,7 +40,7 @@ def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
         process = trial.process
         assert process is not None
         when = f"{trial.node}, {name.partition('_')[2]}"
-        took = trial.choices.get("seconds_to_end")
+        took = trial.measured.get("seconds_to_end")
         if process.by != "interrupt" or took is None or took > 2.0:
             seen = "still running 2 s after SIGINT" if took is None else f"ended {took:.2f} s after SIGINT"
             wrong.append((f"{when}: {seen}", _TRY_CATCH if took is None else _TRY_SOONER))

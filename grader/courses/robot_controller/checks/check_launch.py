@@ -42,16 +42,16 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
         trial = judge.trial(name)
         output = trial.process.output_tail if trial.process is not None else ""
         for node in sorted({answer.node for answer in trial.parameters}):
-            own = [p for p in trial.choices if (p in _OF_PROCESSOR) == (node == "sensor_processor")]
+            own = [p for p in trial.in_files if (p in _OF_PROCESSOR) == (node == "sensor_processor")]
             seen = f"no file in config/ sets a parameter of {node}"
             judge.expect(bool(own), seen, "list the node's parameters in its file")
             for parameter in own:
                 value = next(a.value for a in _answers(trial, parameter) if a.node == node)
-                seen = f"{parameter} was {trial.choices[parameter]:g} in the file and {value} in {node}"
+                seen = f"{parameter} was {trial.in_files[parameter]:g} in the file and {value} in {node}"
                 try_ = "does the launch file pass this file, and is its key the node's name?"
                 if (cause := shown_by(judge.faults("parameters"), output)) is not None:
                     seen, try_ = f"{sentence(cause)}\n{seen}", cause.cure
-                judge.expect(value == trial.choices[parameter], seen, try_)
+                judge.expect(value == trial.in_files[parameter], seen, try_)
 
 
 def test_a_remapping_in_a_launch_file_works(judge: Judge) -> None:

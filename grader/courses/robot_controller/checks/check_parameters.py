@@ -22,7 +22,7 @@ def test_parameter_files_load_on_both_nodes(judge: Judge) -> None:
     judge.expect(not missing, f"not declared: {', '.join(missing)}", _try_declare(first))
     for trial in trials:
         for answer in trial.parameters:
-            set_to = trial.choices.get(answer.name, answer.value)
+            set_to = trial.in_files.get(answer.name, answer.value)
             seen = f"{answer.name} was {set_to} in the file and {answer.value} in {trial.node}"
             faults = [fault for fault in judge.faults("parameters") if fault.path == _FILES[trial.node]]
             if faults:
@@ -37,9 +37,9 @@ def test_overrides_change_the_behaviour(judge: Judge) -> None:
         try:
             wrong += override(judge)
         except NotReached as because:
-            unreached.append(str(because))
+            unreached.append(because)
     if len(unreached) == 3:
-        raise NotReached(unreached[0])
+        raise unreached[0]
     if wrong or unreached:
         lost = len(wrong) + len(unreached)
         seen = "; ".join([*wrong, *(f"not reached: {because}" for because in unreached)])

@@ -38,7 +38,7 @@ def _get_parameters(stage: Stage, nodes: tuple[str, ...]) -> None:
     """Ask each node for use_sim_time and for the parameters that were changed in the package's files."""
     for node in nodes:
         stage.get_parameter("use_sim_time", node)
-        for name in stage.choices:
+        for name in stage.in_files:
             stage.get_parameter(name, node)
 
 
@@ -100,7 +100,7 @@ def standing_clock(stage: Stage) -> None:
     stage.call("set_speed", speed=0.5)  # the same again, while the wall clock runs ahead of the simulated one
     stage.mark("slow")
     stage.run_slowly(0.8)
-    stage.choices["held"] = stage.freeze_clock(1.0)
+    stage.measured["held"] = stage.freeze_clock(1.0)
     stage.run(1.0)
 
 
@@ -108,7 +108,7 @@ def standing_clock(stage: Stage) -> None:
 def standing_clock_processor(stage: Stage) -> None:
     """Stop the clock for a while as the sensor processor runs."""
     stage.run(2.0)
-    stage.choices["held"] = stage.freeze_clock(1.0)
+    stage.measured["held"] = stage.freeze_clock(1.0)
     stage.run(1.0)
 
 
