@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -244,12 +243,8 @@ def run_load(args: argparse.Namespace) -> int:
 def _for_node(document: Any, node: str) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, body in (document or {}).items():
-        if not isinstance(body, dict) or "ros__parameters" not in body:
-            continue
-        # "**" matches any namespaces, "*" one.
-        pattern = re.escape(full_name(key)).replace(r"/\*\*", "(/.*)?").replace(r"\*", "[^/]*")
-        if re.fullmatch(pattern, node):
-            found.update(_flat(body["ros__parameters"] or {}))
+        if full_name(key) in ("/**", node) and isinstance(body, dict):
+            found.update(_flat(body.get("ros__parameters") or {}))
     return found
 
 
