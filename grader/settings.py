@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
 from grader.course import Course, kits_own
 from grader.scoring.rubric import Requirement, Rubric
@@ -56,6 +57,18 @@ class Settings:
     fresh: bool = False
     overwrite: bool = True
     progress: Callable[[str], None] = lambda _what: None
+
+    def plain(self) -> dict[str, Any]:
+        """Return as JSON can hold it all but the rubric, the course and the progress, which are objects."""
+        objects = ("rubric", "course", "progress")
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in objects}
+        return values | {"cache": str(self.cache)}
+
+    @classmethod
+    def of_plain(cls, plain: Mapping[str, Any], rubric: Rubric, **objects: Any) -> Settings:
+        """Return the settings of which `plain` has returned this, with these objects."""
+        told = {**plain, "cache": Path(plain["cache"]), "requirements": tuple(plain["requirements"])}
+        return cls(rubric=rubric, **told, **objects)
 
     @property
     def wanted(self) -> list[Requirement]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from grader.evidence import FunctionAnswer
 from grader.functions.call import call_functions
 from grader.settings import Settings
-from grader.source import Collected, Phase, Subject, served
+from grader.source import Collected, Phase, Source, Subject, served
 
 
-class FunctionCalls:
+class FunctionCalls(Source):
     """Calls the functions of the contract with the course's cases."""
 
     name = "functions"

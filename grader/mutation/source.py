@@ -5,11 +5,12 @@ from __future__ import annotations
 from grader.evidence import Mutation
 from grader.mutation.mutant_run import mutate
 from grader.settings import Settings
-from grader.source import Collected, Phase, Subject, served
+from grader.source import Collected, Phase, Source, Subject, served
 from grader.student_tests.source import StudentTestRuns, keep_runs, mutants_key, runs_to_keep
+from grader.student_tests.suite_run import SuiteRun
 
 
-class Mutants:
+class Mutants(Source):
     """Mutates the package and runs its own tests on the mutants."""
 
     name = "mutation"
@@ -25,6 +26,7 @@ class Mutants:
         settings, ran = subject.settings, subject.earlier[StudentTestRuns.name]
         if (kept := subject.kept.find(Mutation, *mutants_key(subject))) and ran is None:
             return Collected({"mutation": kept[0]}, kept={"mutants": kept[1]})
+        assert isinstance(ran, SuiteRun)
         settings.progress("mutating the package to see whether its own tests notice")
         kept_runs = runs_to_keep(subject)
         found = mutate(
