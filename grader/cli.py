@@ -134,7 +134,8 @@ def _add_grade(verbs: Any) -> None:
         help="the package to grade, if the submission has several: its folder in there",
     )
     parser.add_argument("--force", action="store_true", help="replace another submission's report in --out")
-    parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
+    parser.add_argument("--rubric", type=Path, help="a rubric other than the course's own")
+    add_course(parser)
     seconds = _number(1, 3600, "seconds")
     parser.add_argument("--build-timeout", type=seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
     parser.add_argument(
@@ -161,9 +162,16 @@ def _add_check(verbs: Any) -> None:
     )
     parser.add_argument("requirements", nargs="+", metavar="REQUIREMENT", help="such as F4")
     parser.add_argument("--package", type=Path, default=Path(), help="the package's folder (default: this one)")
+    add_course(parser)
     _add_seed_and_cache(parser)
     _add_fresh(parser)
     parser.set_defaults(run=_check, interrupted="nothing was written.")
+
+
+def add_course(parser: argparse.ArgumentParser) -> None:
+    """Add the option that chooses the course; `grader.course.find` reads it."""
+    words = "the folder of the course (default: the one with a course.yaml here or above, else the kit's own)"
+    parser.add_argument("--course", type=Path, metavar="DIR", help=words)
 
 
 def _add_fresh(parser: argparse.ArgumentParser) -> None:
@@ -226,7 +234,8 @@ def _add_similar(verbs: Any) -> None:
 def _add_handout(verbs: Any) -> None:
     parser = verbs.add_parser("handout", help="write the assignment for students, from the rubric, as Markdown")
     parser.add_argument("--out", type=Path, help="the file (default: standard output)")
-    parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
+    parser.add_argument("--rubric", type=Path, help="a rubric other than the course's own")
+    add_course(parser)
     parser.set_defaults(run=_handout)
 
 
@@ -270,15 +279,17 @@ def _grade(options: argparse.Namespace) -> int:
     # Imported here, so that `grader --help` and `grader doctor` answer at once, even on hosts that lack half of this.
     from grader import building, pipeline, report
     from grader.checks import checks_run
-    from grader.course import kits_own
+    from grader.course import find
     from grader.report import console
     from grader.scoring import rubric
 
+    course = find(options.course)
     if options.unsafe_no_sandbox:
         os.environ[namespaces.UNSAFE_VARIABLE] = "1"
     progress = _Progress()
     settings = pipeline.Settings(
-        rubric=rubric.load(options.rubric or rubric.RUBRIC, checks_run.known(kits_own())),
+        rubric=rubric.load(options.rubric or course.rubric, checks_run.known(course)),
+        course=course,
         cache=options.cache or building.cache_folder(),
         seed=options.seed,
         build_seconds=options.build_timeout,
@@ -308,10 +319,12 @@ def _grade(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     from grader import building, pipeline
+    from grader.course import find
     from grader.report import console
     from grader.scoring import rubric
 
-    whole = rubric.load(rubric.RUBRIC)
+    course = find(options.course)
+    whole = rubric.load(course.rubric)
     known = {requirement.id for requirement in whole.requirements}
     unknown = [name for name in options.requirements if name not in known]
     if unknown:
@@ -322,6 +335,7 @@ def _check(options: argparse.Namespace) -> int:
     progress = _Progress()
     settings = pipeline.Settings(
         rubric=whole,
+        course=course,
         cache=options.cache or building.cache_folder(),
         seed=options.seed,
         requirements=tuple(options.requirements),
@@ -390,11 +404,11 @@ def _shown(path: Path) -> str:
 
 def _handout(options: argparse.Namespace) -> int:
     from grader.checks import checks_run
-    from grader.course import handout, kits_own
+    from grader.course import find, handout
     from grader.scoring import rubric
 
-    course = kits_own()
-    text = handout.render(rubric.load(options.rubric or rubric.RUBRIC, checks_run.known(course)), course)
+    course = find(options.course)
+    text = handout.render(rubric.load(options.rubric or course.rubric, checks_run.known(course)), course)
     if options.out is None:
         print(text, end="")
     else:

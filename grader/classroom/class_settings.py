@@ -87,7 +87,7 @@ def settle(folder: ClassFolder, given: Given) -> ClassSettings:
                 raise UsageError(_refusal(folder, had, replace(had, **{name: value}), name))
         earlier = () if "source" in given.change else had.added
     else:
-        had = ClassSettings("", (), rubric.RUBRIC.read_text(encoding="utf-8"), 0, None, "")
+        had = ClassSettings("", (), "", 0, None, "")
         earlier = ()
     settings = replace(had, **new)
     known = {Path(settings.source).resolve(): settings.source}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -24,11 +25,13 @@ class Parameter:
         default: a number, or a text.
         meaning: what it is for, with its unit.
         telltale: another sensible value, to see whether a parameter file reaches the node; None for none.
+        refuses: values that make no sense, and that the node has to refuse.
     """
 
     default: float | str
     meaning: str = ""
     telltale: float | None = None
+    refuses: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,6 @@ class Node:
         config: the path of its parameter file, "" for none.
         answers_on: the topic that it publishes when it has taken in a tick, by which simulated time goes on.
         answers_every_s: the default period of these messages, s.
-        idle_trial: the name of the trial that shows the node while nothing is asked of it.
     """
 
     name: str
@@ -52,7 +54,6 @@ class Node:
     config: str = ""
     answers_on: str = ""
     answers_every_s: float = 0.05
-    idle_trial: str = ""
     subscribes: Mapping[str, str] = field(default_factory=dict)
     publishes: Mapping[str, str] = field(default_factory=dict)
     services: Mapping[str, str] = field(default_factory=dict)
@@ -74,6 +75,21 @@ class Node:
         """Return the defaults of its numeric parameters."""
         return {name: p.default for name, p in self.parameters.items() if not isinstance(p.default, str)}
 
+    @property
+    def telltales(self) -> dict[str, float]:
+        """Return the telltales of its parameters that have one."""
+        return {name: p.telltale for name, p in self.parameters.items() if p.telltale is not None}
+
+    @property
+    def refused(self) -> list[tuple[str, float]]:
+        """Return the values that it has to refuse, each with the parameter's name."""
+        return [(name, value) for name, p in self.parameters.items() for value in p.refuses]
+
+    @property
+    def refused_at_start(self) -> dict[str, float]:
+        """Return one of these values, of its first parameter that has some."""
+        return dict([value for value in self.refused if value[0] == self.refused[0][0]][-1:])
+
 
 @dataclass(frozen=True)
 class Functions:
@@ -90,6 +106,7 @@ class Course:
     Attributes:
         package: the name of the package that students write.
         layout: the paths that the package has to have.
+        launch: the launch files by their paths in the package, each with the nodes that it starts.
         interfaces: the course's own types, such as "srv/SetSpeed"; their files are in `contract`.
         words: further names that code has from the contract, such as frames and states.
     """
@@ -99,6 +116,7 @@ class Course:
     package: str
     nodes: Mapping[str, Node]
     layout: tuple[str, ...]
+    launch: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     interfaces: tuple[str, ...] = ()
     functions: Functions | None = None
     words: tuple[str, ...] = ()
@@ -115,6 +133,11 @@ class Course:
     def checks(self) -> Path:
         """Return the folder of the course's own checks."""
         return self.folder / "checks"
+
+    def world(self, name: str) -> str:
+        """Return what `sim.load_world` takes for a world: a file of the course's own, or else its name."""
+        own = self.folder / "worlds" / f"{name}.yaml"
+        return str(own) if own.is_file() else name
 
     @property
     def interfaces_package(self) -> str:
@@ -134,7 +157,7 @@ class Course:
     @cached_property
     def launch_files(self) -> tuple[str, ...]:
         """Return the paths of the launch files."""
-        return tuple(path for path in self.layout if path.startswith("launch/"))
+        return tuple(self.launch)
 
     @cached_property
     def shared(self) -> tuple[str, ...]:
@@ -154,8 +177,7 @@ class Course:
     @cached_property
     def telltales(self) -> dict[str, float]:
         """Return the telltales of all parameters that have one."""
-        parameters = [item for node in self.nodes.values() for item in node.parameters.items()]
-        return {name: parameter.telltale for name, parameter in parameters if parameter.telltale is not None}
+        return {name: value for node in self.nodes.values() for name, value in node.telltales.items()}
 
     @cached_property
     def function_names(self) -> tuple[str, ...]:
@@ -191,6 +213,11 @@ class Course:
         names = (self.package, package)
         folder = next((name for name in names if any(path.startswith(f"{name}/") for path in paths)), self.package)
         return [path.replace(f"{self.package}/", f"{folder}/") for path in self.layout]
+
+
+def launch_stem(path: str) -> str:
+    """Return what a launch file is called for short: "bringup" for "launch/bringup_launch.py"."""
+    return re.sub(r"[._]launch$", "", PurePosixPath(path).stem)
 
 
 def role(path: str, package: str) -> str:

@@ -9,13 +9,13 @@ from . import motion
 
 def test_timers_and_stamps_follow_the_clock(judge: Judge) -> None:
     """With `use_sim_time` the timers and stamps follow `/clock`."""
-    for name in ("standing_clock", "standing_clock_processor"):
+    for name in ("standing_clock_robot_controller", "standing_clock_sensor_processor"):
         trial = judge.trial(name)
         held = int(trial.choices["held"])
         judge.expect(trial.pace == "lockstep", f"{trial.node} publishes while the clock is stopped", _TRY)
         seen = f"{trial.node} published {held} messages in 1 s of wall time while the clock was stopped"
         judge.expect(held <= 1, seen, _TRY)
-    trial = judge.trial("standing_clock")
+    trial = judge.trial("standing_clock_robot_controller")
     _expect_one_pace(judge, trial)
     hertz = motion.rate(trial.commands, 0.5, trial.samples[-1].t)
     judge.expect(bool(trial.commands), "no cmd_vel under simulated time", _TRY)

@@ -5,7 +5,7 @@ from grader.checks.judge import Judge, NotReached
 
 from . import motion
 
-_CONTROLLER = ("interrupted_idle", "interrupted_driving", "interrupted_navigating")
+_CONTROLLER = ("interrupted_robot_controller", "interrupted_driving", "interrupted_navigating")
 _TRY_CATCH = (
     "catch KeyboardInterrupt and ExternalShutdownException around spin, then destroy the node; with a signal handler "
     "of your own, rclpy.init(signal_handler_options=SignalHandlerOptions.NO), or rclpy's shuts the context down"
@@ -34,7 +34,7 @@ def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
     wrong = []  # (seen, try) of everything at once, so that a student need not fix one to learn of the next
     collected = {}
     moved = False
-    for name in (*_CONTROLLER, "interrupted_processor"):
+    for name in (*_CONTROLLER, "interrupted_sensor_processor"):
         trial = judge.trial(name)
         process = trial.process
         assert process is not None
@@ -52,7 +52,7 @@ def test_ctrl_c_ends_each_node_cleanly(judge: Judge) -> None:
             uncaught = any(word in lines[-1] for word in ("KeyboardInterrupt", "ExternalShutdownException"))
             seen = f"a traceback after SIGINT, ending {lines[-1].strip()[:200]!r}"
             wrong.append((f"{when}: {seen}", _TRY_CATCH if uncaught else _TRY_SHUTDOWN))
-        if trial.node == "robot_controller" and (trial.commands or name != "interrupted_idle"):
+        if trial.node == "robot_controller" and (trial.commands or name != "interrupted_robot_controller"):
             # F1 judges a robot that publishes nothing without a command.
             judge.expect(bool(trial.commands), "no cmd_vel at all", "publish in every control cycle")
             moved = moved or not all(map(motion.is_zero, trial.commands))

@@ -10,12 +10,12 @@ _OF_PROCESSOR = ("fusion_frequency", "battery_low_threshold")
 
 def test_the_launch_files_start_the_nodes(judge: Judge) -> None:
     """`robot_controller_launch.py` starts both nodes, `sensor_processor_launch.py` the second one alone."""
-    wanted = {"launch_both": set(NODES), "launch_processor": {"sensor_processor"}}
+    wanted = {"launch_robot_controller": set(NODES), "launch_sensor_processor": {"sensor_processor"}}
     for name, nodes in wanted.items():
         trial = judge.trial(name, complete=False)
         found, seen = _started(trial)
         judge.expect(found == nodes, seen, _try_nodes(nodes))
-    for name, nodes in (("launch_plain", wanted["launch_both"]), ("launch_processor_plain", {"sensor_processor"})):
+    for name, nodes in (("launch_plain_robot_controller", wanted["launch_robot_controller"]), ("launch_plain_sensor_processor", {"sensor_processor"})):
         found, seen = _started(judge.started(name))
         if found != nodes:
             try_ = "give each DeclareLaunchArgument a default_value; nobody types arguments that have a usual value"
@@ -24,21 +24,21 @@ def test_the_launch_files_start_the_nodes(judge: Judge) -> None:
 
 def test_each_launch_file_takes_use_sim_time(judge: Judge) -> None:
     """Each launch file declares `use_sim_time`."""
-    for name in ("launch_both", "launch_processor"):
+    for name in ("launch_robot_controller", "launch_sensor_processor"):
         trial = judge.trial(name)
         for answer in _answers(trial, "use_sim_time"):
             seen = f"{trial.launch} use_sim_time:=true left {answer.node} with use_sim_time = {answer.value}"
             try_ = "DeclareLaunchArgument('use_sim_time'), and LaunchConfiguration in each node's parameters"
             judge.expect(answer.value is True, seen, try_)
         _expect_declared(judge, trial)
-    for answer in _answers(judge.trial("launch_by_wall"), "use_sim_time"):
+    for answer in _answers(judge.trial("launch_by_wall_robot_controller"), "use_sim_time"):
         seen = f"use_sim_time:=false left {answer.node} with use_sim_time = {answer.value}"
         judge.expect(answer.value is False, seen, "pass LaunchConfiguration('use_sim_time') on, not True")
 
 
 def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
     """Parameters come from the YAML files."""
-    for name in ("launch_both", "launch_processor"):
+    for name in ("launch_robot_controller", "launch_sensor_processor"):
         trial = judge.trial(name)
         output = trial.process.output_tail if trial.process is not None else ""
         for node in sorted({answer.node for answer in trial.parameters}):
@@ -57,12 +57,12 @@ def test_parameters_come_from_the_yaml_files(judge: Judge) -> None:
 def test_a_remapping_in_a_launch_file_works(judge: Judge) -> None:
     """A remapping given in the launch file works."""
     # I4 judges a name that the node does not have without a launch file either.
-    usual = {name: {endpoint.topic for endpoint in judge.graph(name).endpoints} for name in ("idle", "idle_processor")}
+    usual = {name: {endpoint.topic for endpoint in judge.graph(name).endpoints} for name in ("idle_robot_controller", "idle_sensor_processor")}
     trial = judge.trial("launch_remapped")
     tried = 0
     for graph, without, moved in (
-        (trial.graph, "idle", {"cmd_vel": "base/cmd_vel", "scan": "front/scan"}),
-        (trial.other_graph, "idle_processor", {"raw_scan": "front/scan", "obstacle_distance": "front/distance"}),
+        (trial.graph, "idle_robot_controller", {"cmd_vel": "base/cmd_vel", "scan": "front/scan"}),
+        (trial.other_graph, "idle_sensor_processor", {"raw_scan": "front/scan", "obstacle_distance": "front/distance"}),
     ):
         topics = {endpoint.topic.removeprefix(f"{NAMESPACE}/") for endpoint in graph.endpoints} if graph else set()
         for old, new in moved.items():

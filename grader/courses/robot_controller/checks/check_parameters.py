@@ -14,7 +14,7 @@ _TRY_CALLBACK = "register add_on_set_parameters_callback before you declare the 
 
 def test_parameter_files_load_on_both_nodes(judge: Judge) -> None:
     """The YAML files load on both nodes."""
-    trials = [judge.trial(name) for name in ("file_controller", "file_processor")]
+    trials = [judge.trial(name) for name in ("file_robot_controller", "file_sensor_processor")]
     missing = [
         f"{trial.node}: {answer.name}" for trial in trials for answer in trial.parameters if answer.value is None
     ]
@@ -49,7 +49,7 @@ def test_overrides_change_the_behaviour(judge: Judge) -> None:
 def test_invalid_values_are_refused_at_run_time(judge: Judge) -> None:
     """A value that makes no sense (negative, zero rate) is refused by a parameter callback at run time."""
     asked, accepted = 0, []
-    for name in ("senseless_settings", "senseless_settings_processor"):
+    for name in ("senseless_settings_robot_controller", "senseless_settings_sensor_processor"):
         trial = judge.trial(name)
         for answer in trial.parameters[:-1]:
             asked += 1
@@ -68,7 +68,7 @@ def test_invalid_values_are_refused_at_run_time(judge: Judge) -> None:
 
 def _remark_on_a_change_without_effect(judge: Judge) -> None:
     """Say if a rate that is changed at run time is accepted, and stays what it was; the contract asks for overrides."""
-    trial = judge.evidence.trials["senseless_settings_processor"]
+    trial = judge.evidence.trials["senseless_settings_sensor_processor"]
     start = trial.marks.get("changed", math.inf) + 0.5  # a timer that is made anew takes a moment
     hertz = sum(m.t > start for m in trial.messages) / (trial.samples[-1].t - start) if math.isfinite(start) else 0.0
     if abs(hertz - 20.0) <= 2.0:
@@ -81,9 +81,9 @@ def _remark_on_a_change_without_effect(judge: Judge) -> None:
 def test_invalid_values_are_refused_at_start(judge: Judge) -> None:
     """A value that makes no sense (negative, zero rate) is refused by a parameter callback at start."""
     for name, parameter, value in (
-        ("senseless_start", "max_linear_speed", -1.0), ("senseless_start_processor", "fusion_frequency", 0.0),
+        ("senseless_start_robot_controller", "max_linear_speed", -1.0), ("senseless_start_sensor_processor", "fusion_frequency", 0.0),
     ):  # fmt: skip
-        usual = "idle" if name == "senseless_start" else "idle_processor"
+        usual = "idle_robot_controller" if name == "senseless_start_robot_controller" else "idle_sensor_processor"
         judge.trial(usual, complete=False)  # a node that never starts has refused nothing
         trial = judge.started(name)
         if trial.ready:
