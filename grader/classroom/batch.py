@@ -196,7 +196,9 @@ def _prepared(
     before = folder.facts() if remembered else None
     course = named(before.course) if before else find(options.course)
     if options.course and load(options.course).folder != course.folder:
-        raise UsageError(f"{folder.path} is a class of {course.folder}.", "Leave out --course, or choose another --out.")
+        raise UsageError(
+            f"{folder.path} is a class of {course.folder}.", "Leave out --course, or choose another --out."
+        )
     path = options.rubric or (folder.path / RUBRIC if remembered else course.rubric)
     whole = rubric.load(path, checks_run.known(course))
     given = Given(
@@ -241,9 +243,7 @@ def _prepared(
             names = ", ".join(entry.id for entry in facts.entries)
             raise UsageError(f"The class has no submission {', '.join(unknown)}.", f"It has {names}.")
         known = (hand_ins.hand_in(entry, now, decided) for entry in now.entries)
-        jobs = [
-            _job(entry, each, settings, facts, options) for entry, each in zip(found.entries, known, strict=True)
-        ]
+        jobs = [_job(entry, each, settings, facts, options) for entry, each in zip(found.entries, known, strict=True)]
         records = {entry.id: folder.record(entry.id) for entry in found.entries}
         wanted = Wanted(options.only, options.regrade, options.fresh)
         actions = {job.entry.id: plan.decide(job.entry, records[job.entry.id], job.record, wanted) for job in jobs}

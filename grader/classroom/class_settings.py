@@ -13,7 +13,6 @@ from grader.classroom import lateness
 from grader.classroom.class_folder import CLASS, RUBRIC, ClassFolder
 from grader.classroom.roster import Person
 from grader.errors import GraderError, UsageError
-from grader.scoring import rubric
 
 _REGRADED = "makes all grades void: every submission is graded again"
 _DEDUCTIONS = "changes only the deductions for lateness"

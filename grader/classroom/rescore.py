@@ -70,7 +70,9 @@ def rescore(
         records = [record for entry in facts.entries if (record := folder.record(entry.id)) is not None]
         graded = [record for record in records if record.status is Status.GRADED]
         wanted = [r.id for r in whole.requirements if r.checks and (not only or r.id in only)]
-        _require_evidence(folder, graded, Settings(rubric=whole, cache=folder.path, course=course, requirements=tuple(wanted)))
+        _require_evidence(
+            folder, graded, Settings(rubric=whole, cache=folder.path, course=course, requirements=tuple(wanted))
+        )
         rubric_hash = hashlib.sha256(text.encode()).hexdigest()
         decided = overrides.of_class(folder, facts, whole)
         known = {
@@ -79,7 +81,10 @@ def rescore(
         judged: list[tuple[Record, dict[str, Decimal]]] = []
         with ProcessPoolExecutor(jobs or os.cpu_count() or 1) as pool:
             made = {record.id: folder.working(record.id) for record in graded}
-            orders = ((folder.submission(r.id), made[r.id], text, r.seed, tuple(only), known[r.id], facts.course) for r in graded)
+            orders = (
+                (folder.submission(r.id), made[r.id], text, r.seed, tuple(only), known[r.id], facts.course)
+                for r in graded
+            )
             results = pool.map(_judge, orders, chunksize=_TOGETHER)
             for record, points in zip(graded, results, strict=True):
                 judged.append((record, points))
@@ -94,7 +99,9 @@ def rescore(
                     for name in dict.fromkeys([*before, *points])
                     if before.get(name) != points.get(name)
                 ]
-                folder.keep(made[record.id], replace(record, rubric=rubric_hash, judge=provenance.kit_hash(course.folder)))
+                folder.keep(
+                    made[record.id], replace(record, rubric=rubric_hash, judge=provenance.kit_hash(course.folder))
+                )
             folder.write_facts(replace(facts, rubric=rubric_hash))
             write_atomically(folder.path / RUBRIC, text)
     return Rescored(len(graded), tuple(changes))

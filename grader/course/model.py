@@ -66,6 +66,11 @@ class Node:
         return {**self.services, **self.actions}
 
     @property
+    def command(self) -> str:
+        """Return the topic on which it commands the robot's velocity, "" if it does not."""
+        return next((name for name, type_ in self.publishes.items() if type_ == "geometry_msgs/msg/Twist"), "")
+
+    @property
     def names(self) -> list[str]:
         """Return the names of its topics, services and actions."""
         return [*self.subscribes, *self.publishes, *self.offers]

@@ -412,7 +412,9 @@ def test_a_topic_beyond_the_contract_needs_a_row(tmp_path: Path):
     graph = trials["idle_robot_controller"].graph
     assert graph is not None
     extra = evidence.Endpoint("path", "publisher", "robot_controller", "nav_msgs/msg/Path", "", "reliable")
-    trials["idle_robot_controller"] = replace(trials["idle_robot_controller"], graph=replace(graph, endpoints=[*graph.endpoints, extra]))
+    trials["idle_robot_controller"] = replace(
+        trials["idle_robot_controller"], graph=replace(graph, endpoints=[*graph.endpoints, extra])
+    )
     assert "path (Path) is not in a table" in compared(tmp_path, TRUE, trials=trials).seen
     row = "| `robot_controller` | publishes | `path` | `nav_msgs/msg/Path` | |\n"
     complete = TRUE.replace(

@@ -55,7 +55,9 @@ def test_only_the_node_that_did_not_start_is_named(rubric):
     fuses = not_up(node="sensor_processor")
     trials = {"drive_at_a_wall": fuses, "launch_robot_controller": not_up(), "other": drive_at_a_wall()}
     first, *others = waiting(rubric, DIED, "drive_at_a_wall")
-    made = grading(rubric, [replace(first, trial="launch_robot_controller"), *others], Evidence(INTAKE, BUILD, trials=trials))
+    made = grading(
+        rubric, [replace(first, trial="launch_robot_controller"), *others], Evidence(INTAKE, BUILD, trials=trials)
+    )
     assert str(cause.find(made)).startswith("sensor_processor did not start: ModuleNotFoundError")
 
 

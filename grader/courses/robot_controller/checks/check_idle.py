@@ -11,7 +11,7 @@ def test_publishes_zero_without_a_command(judge: Judge) -> None:
     """With no command, `robot_controller` publishes a zero `cmd_vel`."""
     trial = judge.trial("idle_robot_controller")
     judge.expect(bool(trial.commands), "no message on cmd_vel in 5 s", _TRY)
-    bad = next((command for command in trial.commands if not motion.is_zero(command)), None)
+    bad = next((command for command in trial.commands if not command.is_zero), None)
     if bad is not None:
         seen = f"v = {bad.v:.3g} m/s, omega = {bad.omega:.3g} rad/s at {bad.t:.2f} s, before any command"
         raise Failed(seen, "which value does the speed start with, and where is it changed?")
