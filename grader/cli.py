@@ -209,6 +209,7 @@ def _add_release(verbs: Any) -> None:
     parser.add_argument(
         "--without-solutions", action="store_true", help="leave out the packed solutions; `start_at` then does nothing"
     )
+    add_course(parser)
     parser.set_defaults(run=_release)
 
 
@@ -364,8 +365,12 @@ def _submit(options: argparse.Namespace) -> int:
 
 def _release(options: argparse.Namespace) -> int:
     from grader.authoring.release import release
+    from grader.course import find
+    from grader.course.reader import VARIABLE
 
-    written = release(options.out, solutions=not options.without_solutions)
+    course = find(options.course)
+    os.environ[VARIABLE] = str(course.folder)  # what the notebooks give and ask for goes by it
+    written = release(options.out, course, solutions=not options.without_solutions)
     print(f"{len(written.files)} files, {written.bytes / 1e6:.1f} MB; {written.words}")
     print(f"Kit: {options.out}")
     return EXIT_GRADED

@@ -169,6 +169,11 @@ class Course:
         """Return the paths of the files that are installed in the package's share folder."""
         return tuple(path for path in self.layout if path.startswith(("launch/", "config/")))
 
+    @property
+    def builds(self) -> tuple[str, ...]:
+        """Return the files without which no package builds."""
+        return ("package.xml", "CMakeLists.txt" if "CMakeLists.txt" in self.layout else "setup.py")
+
     @cached_property
     def offered(self) -> dict[str, str]:
         """Return all services and actions with their types."""
@@ -203,7 +208,7 @@ class Course:
         """Return what notebooks.yaml says: the notebooks with their files, and what checks in them need."""
         path = self.folder / "notebooks.yaml"
         found = yaml.safe_load(path.read_text(encoding="utf-8")) if path.is_file() else {}
-        return {name: found.get(name, {}) for name in ("notebooks", "needs", "later", "stand_ins")}
+        return {name: found.get(name, {}) for name in ("notebooks", "needs", "later", "stand_ins", "edits")}
 
     def full_type(self, type_: str) -> str:
         """Return a type with its package: "my_package/srv/SetSpeed"."""

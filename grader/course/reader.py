@@ -27,9 +27,14 @@ _OTHERS = ("config", "answers_on", "answers_every", "parameters")
 
 @cache
 def kits_own() -> Course:
-    """Return the kit's own course."""
-    (path,) = (KIT / "grader" / "courses").glob(f"*/{COURSE}")
-    return load(path.parent)
+    """Return the kit's own course.
+
+    Raises:
+        GraderError: this is the students' kit of another course.
+    """
+    for path in (KIT / "grader" / "courses").glob(f"*/{COURSE}"):
+        return load(path.parent)
+    raise GraderError("Work in the folder of the course, which has a course.yaml, or name it with --course.")
 
 
 def named(name: str) -> Course:
@@ -39,7 +44,7 @@ def named(name: str) -> Course:
 
 def name_of(course: Course) -> str:
     """Return the name by which `named` finds a course, on another machine, too, if the kit's own is meant."""
-    return "" if course.folder == kits_own().folder else str(course.folder)
+    return "" if course.folder.is_relative_to(KIT / "grader" / "courses") else str(course.folder)
 
 
 def find(chosen: Path | None = None) -> Course:
@@ -104,7 +109,7 @@ class _Reader(YamlReader):
     def place(self, folder: Path, node: yaml.Node) -> Path:
         """Return a path that is written relative to the course's folder, if it is there."""
         path = (folder / self.text(node)).resolve()
-        if not path.exists() and (KIT / "grader" / "courses") not in folder.parents:  # a kit may leave its solution out
+        if not path.exists() and path.suffix:  # a students' kit leaves the folder of the solution out
             self.fail(node, f"there is no {path}; correct the path, which is relative to {COURSE}")
         return path
 
