@@ -97,7 +97,7 @@ check("B1", "B2")
 # %%
 with run_node(world="hall") as run:
     print(run.patrol(True).message)
-    print(f"{run.drive(14.0).final_pose.x:.1f} m")
+    print(f"{run.drive(14.0).x[-1]:.1f} m")
 
 # %% tags=["check"]
 check("B3")
