@@ -10,7 +10,6 @@ import json
 import zlib
 from functools import cache
 
-from grader import KIT
 from grader.authoring import notebook_source
 from grader.errors import GraderError
 from grader.notebook import checkpoints

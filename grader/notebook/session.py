@@ -91,7 +91,9 @@ class Run:
         self._workspace = workspace
         self._program = program
         self._parameters, self._remappings = dict(parameters), dict(remappings)
-        self.simulator = Simulator(load_world(course().world(world)) if isinstance(world, str) else world, PROFILES[profile], seed=seed)
+        self.simulator = Simulator(
+            load_world(course().world(world)) if isinstance(world, str) else world, PROFILES[profile], seed=seed
+        )
         self._lock = threading.RLock()  # a live view's thread and a cell
         self._stage: WatchedStage | None = None
         self._process: NodeProcess | None = None

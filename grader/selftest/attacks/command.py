@@ -34,7 +34,9 @@ def add(verbs: Any) -> None:
     parser.add_argument("--from", dest="first", metavar="NAME", help="leave out those before this one: to continue")
     parser.add_argument("--list", action="store_true", help="list the attacks and run none")
     parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course (default: as for grade)")
-    parser.add_argument("--reference", type=Path, help="the package to build attacks into (default: the course's solution)")
+    parser.add_argument(
+        "--reference", type=Path, help="the package to build attacks into (default: the course's solution)"
+    )
     parser.add_argument("--cache", type=Path, help="the folder for builds (default: in the user's cache folder)")
     parser.set_defaults(run=main)
 
