@@ -89,7 +89,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="grader",
         description="Grade ROS 2 packages: build each in a sandbox, drive it through trials, score what was seen.",
-        epilog="Example:  grader grade solution_pkg/ros2_robot_controller --out out/reference",
+        epilog="Example:  grader grade team07.zip --out out/team07",
     )
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     verbs = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
@@ -158,9 +158,14 @@ def _add_check(verbs: Any) -> None:
         "check",
         help="check single requirements of a package",
         description="Collect only what the named requirements need; print what was seen, expected, and what to try.",
-        epilog="Example:  grader check F4 F5 --package ws/src/ros2_robot_controller",
+        epilog="Example:  grader check REQUIREMENT --package ws/src/PACKAGE",
     )
-    parser.add_argument("requirements", nargs="+", metavar="REQUIREMENT", help="such as F4")
+    parser.add_argument(
+        "requirements",
+        nargs="+",
+        metavar="REQUIREMENT",
+        help="its id in the rubric; for an unknown one the ids are listed",
+    )
     parser.add_argument("--package", type=Path, default=Path(), help="the package's folder (default: this one)")
     add_course(parser)
     _add_seed_and_cache(parser)
@@ -189,7 +194,7 @@ def _add_submit(verbs: Any) -> None:
         "submit",
         help="pack a package for handing in, and show what the grader will see",
         description="Pack the package as one zip, run the public checks on it, and show what the grader will see.",
-        epilog="Example:  grader submit --package ws/src/ros2_robot_controller --out team07.zip",
+        epilog="Example:  grader submit --package ws/src/PACKAGE --out team07.zip",
     )
     parser.add_argument("--package", type=Path, help="the package's folder (default: this one, or the workspace's)")
     parser.add_argument("--out", type=Path, help="the zip (default: in the workspace, above src)")

@@ -42,7 +42,8 @@ def grade(package: Path, out: Path, settings: Settings) -> Grading:
     wanted = {
         "package": str(package), "out": str(out), "requirements": settings.requirements,
         "mutation_budget_s": settings.mutation_budget_s, "best_effort": settings.best_effort,
-        "course": str(settings.course.folder), "cache": str(settings.cache), "keep": settings.keep, "keep_runs": settings.keep_runs, "fresh": settings.fresh,
+        "course": str(settings.course.folder), "cache": str(settings.cache), "keep": settings.keep,
+        "keep_runs": settings.keep_runs, "fresh": settings.fresh,
     }  # fmt: skip
     with checks_run.Checks(settings.course, pipeline.check_ids(settings)) as checks:
         _observe(json.dumps(wanted), settings)
@@ -100,7 +101,8 @@ def main(wanted: dict[str, Any]) -> int:
     """Collect the evidence, and say what is done."""
     course = load(Path(wanted["course"]))
     settings = Settings(
-        rubric=rubric.load(course.rubric), course=course, cache=Path(wanted["cache"]), requirements=tuple(wanted["requirements"]),
+        rubric=rubric.load(course.rubric), course=course, cache=Path(wanted["cache"]),
+        requirements=tuple(wanted["requirements"]),
         mutation_budget_s=wanted["mutation_budget_s"], best_effort=wanted["best_effort"],
         keep=wanted["keep"], keep_runs=wanted["keep_runs"], fresh=wanted["fresh"],
         progress=lambda what: print(f"{_STEP}{what}", flush=True),

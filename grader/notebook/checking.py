@@ -84,7 +84,8 @@ def _requirement(whole: Rubric, name: str) -> Requirement:
 
 def _grade(package: Path, whole: Rubric, wanted: list[Requirement], progress: Progress, *, fresh: bool) -> Grading:
     settings = Settings(
-        rubric=whole, course=course(), cache=building.cache_folder(), requirements=tuple(requirement.id for requirement in wanted),
+        rubric=whole, course=course(), cache=building.cache_folder(),
+        requirements=tuple(requirement.id for requirement in wanted),
         mutation_budget_s=MUTATION_BUDGET_S, best_effort=True, keep=True, keep_runs=True,
         fresh=fresh or FRESH in os.environ, progress=progress.say,
     )  # fmt: skip

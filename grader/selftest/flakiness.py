@@ -176,7 +176,7 @@ def add(verbs: Any) -> None:
         help="grade a submission many times and report what is flaky",
         description="Grade a submission N times, each time in a process of its own, and report how often each\n"
         "requirement passed. With --stress, every second run has all cores loaded and discovery delayed.",
-        epilog="Example:  grader flakiness solution_pkg/ros2_robot_controller --runs 30 --stress\n"
+        epilog="Example:  grader flakiness team07.zip --runs 30 --stress\n"
         "Exit status: 0 nothing is flaky, 1 something is, 2 wrong usage, 3 an error of the kit or host.",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

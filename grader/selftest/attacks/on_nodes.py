@@ -20,7 +20,7 @@ def publish(self, message):
     plain(self, message)
 Publisher.publish = publish
 """
-# Every command drives forwards a little: a robot that should stand does not, so that an attack on it has something to gain.
+# Every command drives forwards a little: a robot that should stand does not, so an attack has something to gain.
 CREEPS = (append_to_node(_CREEPS),)
 
 ATTACKS: tuple[Attack, ...] = (
@@ -207,7 +207,7 @@ for domain in range(0, 100, 9):
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=domain)
     other = rclpy.create_node('neighbour', context=context)
-    other.create_publisher(String, 'cmd_vel', 10).publish(String(data='@TOKEN@'))
+    other.create_publisher(String, 'rosout', 10).publish(String(data='@TOKEN@'))
 print('ATTACK talked', flush=True)
 """),
         number=27, needs=BEHAVIOUR, weak=CREEPS, costs=BEHAVIOUR, proof="ATTACK talked",

@@ -18,7 +18,8 @@ DIED = """[INFO] [launch]: Default logging verbosity is set to INFO
 def judged(ended: str, output: str, *nodes: str, by: str = "us") -> Judged:
     trial = Trial(
         "launch_robot_controller", "robot_controller", "lone_post", 1, False, "lockstep", ended,
-        graph=Graph(nodes=list(nodes)), launch="robot_controller_launch.py", process=ProcessEnd(by, None if by == "us" else 1, 1.0, output),
+        graph=Graph(nodes=list(nodes)), launch="robot_controller_launch.py",
+        process=ProcessEnd(by, None if by == "us" else 1, 1.0, output),
     )  # fmt: skip
     return ask(CHECK, evidence_with(trials={"launch_robot_controller": trial}))
 

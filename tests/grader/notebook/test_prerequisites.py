@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from helpers.course import PACKAGE
+from helpers.course import COURSE, PACKAGE
 
 from grader.evidence import Build
 from grader.intake import course_marker
 from grader.notebook import checkpoints, prerequisites
-from grader.notebook.checking import RUBRIC
 from grader.notebook.workspace import course
 from grader.scoring import rubric
 
@@ -29,7 +28,9 @@ def gap(package: Path, requirement: str, notebook: str = "") -> tuple[str, str]:
 
 
 def test_every_requirement_has_its_files() -> None:
-    assert set(course().notebook_table["needs"]) == {requirement.id for requirement in rubric.load(RUBRIC).requirements}
+    assert set(course().notebook_table["needs"]) == {
+        requirement.id for requirement in rubric.load(COURSE.rubric).requirements
+    }
 
 
 @pytest.mark.parametrize("requirement", sorted(course().notebook_table["needs"]))
