@@ -113,6 +113,7 @@ class Course:
         layout: the paths that the package has to have.
         launch: the launch files by their paths in the package, each with the nodes that it starts.
         interfaces: the course's own types, such as "srv/SetSpeed"; their files are in `contract`.
+        demonstration: the path of the script that shows the nodes at work, "" for none.
         words: further names that code has from the contract, such as frames and states.
     """
 
@@ -124,6 +125,7 @@ class Course:
     launch: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     interfaces: tuple[str, ...] = ()
     functions: Functions | None = None
+    demonstration: str = ""
     words: tuple[str, ...] = ()
     rubric: Path = Path()
     solution: Path = Path()

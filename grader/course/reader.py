@@ -115,7 +115,7 @@ class _Reader(YamlReader):
 
     def contract(self, root: yaml.Node, package: str) -> dict[str, Any]:
         """Return the fields of a Course that its contract decides."""
-        optional = ("interfaces", "launch", "functions", "words")
+        optional = ("interfaces", "launch", "functions", "demonstration", "words")
         fields = self.fields(root, root, ("nodes", "layout"), "a contract", optional)
         layout = self._texts(fields["layout"])
         interfaces = self._texts(fields["interfaces"]) if "interfaces" in fields else ()
@@ -136,6 +136,9 @@ class _Reader(YamlReader):
             module = self.text(functions["module"])
             self.require_known(module, functions["module"], layout, "a path of the layout")
             found["functions"] = Functions(module, self._texts(functions["names"]))
+        if "demonstration" in fields:
+            found["demonstration"] = self.text(fields["demonstration"])
+            self.require_known(found["demonstration"], fields["demonstration"], layout, "a path of the layout")
         if "words" in fields:
             found["words"] = self._texts(fields["words"])
         return found

@@ -27,10 +27,9 @@ def gap(package: Path, requirement: str, notebook: str = "") -> tuple[str, str]:
     return (found.seen, found.try_) if found else ("", "")
 
 
-def test_every_requirement_has_its_files() -> None:
-    assert set(course().notebook_table["needs"]) == {
-        requirement.id for requirement in rubric.load(COURSE.rubric).requirements
-    }
+def test_files_are_named_for_requirements_that_there_are() -> None:
+    ids = {requirement.id for requirement in rubric.load(COURSE.rubric).requirements}
+    assert set(course().notebook_table["needs"]) <= ids
 
 
 @pytest.mark.parametrize("requirement", sorted(course().notebook_table["needs"]))
