@@ -155,7 +155,9 @@ class Run:
             if stage is None or not stage.takes_goals:
                 print(f"not yet: {_no_action()}")
                 return GoalResult("no server", False, _pose())
-            goal = stage.navigate(x, y, tolerance)
+            goal = self._asked(lambda: stage.navigate(x, y, tolerance))
+            if goal is None:
+                return GoalResult("no server", False, _pose())
         begin, canceled = self.t, False
         while not (goal.ended or goal.problem) and self.t < begin + limit - 1e-9 and self._active_stage():
             if cancel_after is not None and not canceled and self.t >= begin + cancel_after - 1e-9:
@@ -178,8 +180,8 @@ class Run:
             stage = self._active_stage()
             if stage is None:
                 return False, "there is no node"
-            answer = stage.set_parameter(name, value)
-        return bool(answer.accepted), answer.reason
+            answer = self._asked(lambda: stage.set_parameter(name, value))
+        return (False, self.trouble) if answer is None else (bool(answer.accepted), answer.reason)
 
     def messages(self, topic: str) -> list[tuple[float, Any]]:
         """Return (t, message) for each message on a topic that the contract's nodes publish.
@@ -276,15 +278,21 @@ class Run:
         with self._lock:
             stage = self._active_stage()
             if stage is not None:
-                from grader.notebook.watched_stage import TrialOver
-
-                try:
-                    stage.tick()
+                self._asked(stage.tick)
+                if not self.trouble:
                     return
-                except TrialOver as over:  # before the tick: from here on the robot stands still
-                    self.simulator.command(0.0, 0.0)
-                    self._give_up(self._why(str(over)))
             self._recorder.take(self.simulator.step(TICK_S))
+
+    def _asked(self, question: Callable[[], Any]) -> Any:
+        """Return what `question` returns; None if the node has ended, after which the robot stands still."""
+        from grader.notebook.watched_stage import TrialOver
+
+        try:
+            return question()
+        except TrialOver as over:
+            self.simulator.command(0.0, 0.0)
+            self._give_up(self._why(str(over)))
+            return None
 
     def _active_stage(self) -> WatchedStage | None:
         """Return the stage while its node runs, else None."""
@@ -294,7 +302,9 @@ class Run:
         """Return a service's response, or None and the reason."""
         with self._lock:
             stage = self._active_stage()
-            return (None, f"no node offers {service}") if stage is None else stage.ask(service, fields)
+            if stage is None:
+                return None, f"no node offers {service}"
+            return self._asked(lambda: stage.ask(service, fields)) or (None, self.trouble)
 
     def _click(self, x: float, y: float) -> str:
         """Send the clicked place (m, map frame) as a goal, and return in words whether the node accepted it."""
@@ -303,7 +313,9 @@ class Run:
             if stage is None or not stage.takes_goals:
                 return _no_action()
             place = self.simulator.odom_origin.inverse().compose(Pose(x, y, 0.0))
-            goal = stage.navigate(place.x, place.y, 0.1)
+            goal = self._asked(lambda: stage.navigate(place.x, place.y, 0.1))
+        if goal is None:
+            return self.trouble
         if goal.accepted:
             return f"goal sent: ({x:z.2f}, {y:z.2f}) m"
         return goal.problem or "the node rejected the goal"
