@@ -24,6 +24,7 @@ from grader.scoring.rubric import Rubric
 NOTEBOOKS = KIT / "notebooks"
 SOURCE = NOTEBOOKS / "source"
 EXERCISE, SKELETON, PIECE, GIVEN, CHECK = "exercise", "skeleton", "piece", "given", "check"
+DESIGN = "design"  # a piece of which learners decide how it works: without a third hint, with two designs afterwards
 
 _NAME = re.compile(r"\d\d_\w+")
 _WRITES = re.compile(r"%%writefile +(\S+) *\n?")

@@ -158,11 +158,13 @@ class Bench:
                 self._executor.spin_once(timeout_sec=0.0)
         return self._commands[before:]
 
-    def hear(self, topic: str, message: Any) -> list[tuple[float, float]]:
-        """Give the node a message on a topic that it subscribes."""
+    def hear(self, topic: str, message: Any, age: float = 0.0) -> list[tuple[float, float]]:
+        """Give the node a message on a topic that it subscribes, measured `age` seconds ago."""
         found = [s for s in self.node.subscriptions if s.topic_name == f"/{topic}"]
         if not found:
             raise LookupError(f"the node does not subscribe to {topic}")
+        stamp = message.header.stamp
+        stamp.sec, stamp.nanosec = divmod(self._now_ns - round(age * 1e9), 10**9)
         return self.commands_of(found[0].callback, message)
 
     def ask(self, service: str, **fields: object) -> Any:
