@@ -13,6 +13,7 @@ import time
 import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import SimpleNamespace, TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
@@ -97,6 +98,7 @@ class Run:
         self._live: weakref.ref[Live] | None = None
         self._output = ""
         self._closed = False
+        self._sources: dict[Path, int] = {}
         self._begin()
 
     # ------------------------------------------------------------- time
@@ -108,6 +110,11 @@ class Run:
 
     def drive(self, seconds: float, until: Callable[[], object] | None = None) -> Recording:
         """Let simulated time pass, `seconds` or until `until()` is true, and return everything recorded so far."""
+        if self._process is not None and self._sources != (now := _sources(self._workspace.package)):
+            self._sources = now
+            print(
+                "your package has changed since this run began, and the node is still the old one; call run_node again"
+            )
         for _ in range(max(1, round(seconds / TICK_S))):
             self._tick()
             if until is not None and until():
@@ -238,7 +245,7 @@ class Run:
 
     def _begin(self) -> None:
         """Build and start the node, and wait until it is on the graph; without one the robot stands still."""
-        self._recorder = Recorder(self.simulator)
+        self._recorder, self._sources = Recorder(self.simulator), _sources(self._workspace.package)
         self._recorded = {topic: [] for topic in _published()}
         with Progress() as progress:
             self._start_node(progress)
@@ -351,6 +358,11 @@ class Run:
         self._live = None
         if view is not None:
             view.stop()
+
+
+def _sources(package: Path) -> dict[Path, int]:
+    """Return when each module of the package was changed last."""
+    return {path: path.stat().st_mtime_ns for path in package.rglob("*.py")}
 
 
 def _finish(process: NodeProcess, stage: WatchedStage) -> None:

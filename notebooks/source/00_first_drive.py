@@ -15,8 +15,8 @@
 #
 # ![A robot's way through three offices, and the graph of the nodes and topics of the finished package](pictures/00.png)
 #
-# By the end of this course you have written what stands in blue: two programs that drive this robot safely through these offices.
-# Today you only get to know it.
+# By the end of this course you will have written what is drawn in blue: two programs that drive this robot safely through these offices.
+# Today you meet the robot.
 # You drive it by hand, look through its eyes, and listen to what its parts say to each other.
 #
 # **You will be able to**
@@ -27,13 +27,13 @@
 # - explain why a program that never spins hears nothing;
 # - say what a requirement of the contract is, and where to read it.
 #
-# **Time:** about 45 minutes.
+# **Time:** 45 to 65 minutes.
 #
 # **Your package so far:** nothing.
 # The first cell makes the folder in which it will grow.
 #
 # Run the cells from top to bottom, with Shift+Enter.
-# Some ask *What will it be?* first.
+# Some ask *What will it be?* or begin with **Predict** first.
 # Say your answer aloud or write it down before you run the cell: a guess that fails teaches more than one that was never made.
 
 # %%

@@ -30,7 +30,7 @@
 # - make a changed value take effect, also where something was made from the old one;
 # - start both nodes with one command, and two robots with another.
 #
-# **Time:** about 60 minutes for parameters (part 1), and 40 for launch files (part 2).
+# **Time:** 60 to 90 minutes for parameters (part 1), and 40 to 70 for launch files (part 2).
 #
 # **Your package so far**, and what comes today:
 #
@@ -60,12 +60,31 @@ begin("08")
 # %% [markdown]
 # The last line makes the folders for today; those that are there stay as they are.
 # If the lines above say that files are missing, and you would rather start here than go back, run `start_at("08")` in a cell of its own.
+
+# %% [markdown]
+# ## Three questions first
 #
+# Answer them aloud, then unfold.
+#
+# <details><summary>Notebook 05: why does <code>_limits()</code> read the parameters in each step, and not once in <code>__init__</code>?</summary>
+#
+# So that a change takes effect at once. A value that was copied is a photograph.
+# </details>
+# <details><summary>Notebook 07: a goal runs, and the client cancels. Which two things must your node do?</summary>
+#
+# Take the cancel (`cancel_callback`), and end the goal itself with `handle.canceled()`.
+# </details>
+# <details><summary>Notebook 04: why is the topic called <code>raw_scan</code> in your code, and not <code>/raw_scan</code>?</summary>
+#
+# A relative name can be moved: into a namespace, or to another name.
+# </details>
+
+# %% [markdown]
 # ## Ask a running node
 #
 # To look at parameters you need a node that is easy to see through.
 # Here is one: a cart that can do nothing but say how fast it would like to go.
-# Its file lies in the workspace, beside `src/`; it is no part of your package.
+# Its file lies in the workspace, beside `src/`; it is not part of your package.
 
 # %%
 # %%writefile ../../cart.py
@@ -554,7 +573,7 @@ tries({
 # Go through the list; look each one up in `settings` by its `.name`; return a sentence for the first whose `.value` is not sensible, such as `'pace must be above 0 and at most 1000 Hz, not -2.0'`.
 # An empty text means that all are accepted.
 #
-# `use_sim_time` comes by here, too, and is in nobody's `settings`: what you do not know is none of your business, let it pass.
+# `use_sim_time` comes by here, too, and is not in `settings`: let pass what you do not know.
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/settings.py
@@ -872,7 +891,7 @@ robot:
 #
 # <details><summary>Hint 2: the form</summary>
 #
-# The key is `/**/` and the name that the node gives itself.
+# The key is `/**/` and the name that the node gives itself. (`/**:` alone reaches every node; the check takes both, and a reader prefers the name.)
 # Floats need a point: `1.0`.
 # </details>
 #
@@ -922,6 +941,16 @@ check("I6")
 # ## Start it all with one command
 #
 # A launch file is a Python function that returns a list of what to start.
+# It has three kinds of parts, and the file below uses each once:
+#
+# | part | what it says |
+# |---|---|
+# | `Node(executable=..., namespace=..., parameters=[...], remappings=[...])` | start this program, under these names, with these settings |
+# | `DeclareLaunchArgument('speed', default_value='0.2')` | whoever starts the file may give a `speed` |
+# | `LaunchConfiguration('speed')` | a placeholder: here the `speed` goes in |
+#
+# `**cart` hands over the items of a dictionary as named arguments, so `Node(**cart, ...)` is `Node(executable='python3', arguments=['cart.py'], ...)`.
+#
 # Look at one for the cart: a robot called `left` and a robot called `right`.
 #
 # **Which speed will each have**, when `cart.yaml` says 0.3 and nobody gives an argument?
@@ -955,7 +984,7 @@ write_settings("/**/cart")
 # Ctrl-C there sends every process SIGINT, the same signal that Ctrl-C sends to a single node.
 # A process that has not ended 5 s later gets SIGTERM, and 5 s after that SIGKILL, which nobody can ignore; then there is no last zero.
 #
-# (In this kit `ros2 launch` and the `launch` package are its own, written for ROS from wheels. They read the same launch files; what differs stands in [docs/launch.md](../docs/launch.md).)
+# (In this kit `ros2 launch` and the `launch` package are its own, written for ROS from wheels. They read the same launch files; [docs/launch.md](../docs/launch.md) lists the differences.)
 
 # %%
 import signal
@@ -993,7 +1022,7 @@ with launched("two_carts_launch.py", "speed:=0.1"):
 # - The **remapping** renamed a single topic: `/right/wheels/cmd_vel`.
 #
 # A `LaunchConfiguration` is a placeholder.
-# When your function runs, nobody knows yet what will be typed; so it returns a description, and the values are put in when the node is started.
+# When your function runs, it is not known yet what will be typed; so it returns a description, and the values are put in when the node is started.
 # That is why `f'speed is {LaunchConfiguration("speed")}'` does not do what it looks like.
 #
 # ### Names that cannot be moved

@@ -29,7 +29,8 @@
 # - make mutants of your code, and improve the tests until they are noticed;
 # - let a linter read your code before a person does.
 #
-# **Time:** about 45 minutes for tests that notice (part 1), 60 for the controller on a bench (part 2), and 50 for the other node, coverage, mutants and the linter (part 3).
+# **Time:** 45 to 75 minutes for tests that notice (part 1), 60 to 90 for the controller on a bench (part 2), and 50 to 90 for the other node, coverage, mutants and the linter (part 3).
+# Part 2 has a good place for a break before "F7: the pose", part 3 before "Which lines were reached".
 #
 # **Your package so far**, and what comes today:
 #
@@ -56,7 +57,26 @@ begin("09")
 
 # %% [markdown]
 # The last line keeps pytest from loading every plug-in that lies on this machine: it starts in a tenth of the time, and the grader's runs do the same.
+
+# %% [markdown]
+# ## Three questions first
 #
+# Answer them aloud, then unfold.
+#
+# <details><summary>Notebook 05: why are <code>ramp</code> and <code>make_safe</code> plain functions in a file of their own?</summary>
+#
+# They can be called without a robot, a network or a clock: a table of cases tests them in a millisecond.
+# </details>
+# <details><summary>Notebook 08: a parameter's callback refuses NaN at run time. Does it also refuse NaN in a parameter file?</summary>
+#
+# Only if it was registered before the parameter was declared.
+# </details>
+# <details><summary>Notebook 04: why do two nodes on one machine need a while until a message arrives, and what follows for a test?</summary>
+#
+# They have to discover each other first. A test that waits for a fixed time is right only on a fast day.
+# </details>
+
+# %% [markdown]
 # ## Three tests that lie
 #
 # ### All lines reached, nothing noticed

@@ -28,7 +28,7 @@
 # - read a report as an instructor reads it, and decide what to fix first;
 # - pack the package and know what is in it.
 #
-# **Time:** about 30 minutes for the demonstration and its results (part 1), and 35 for the README, your report and the hand-in (part 2).
+# **Time:** 30 to 50 minutes for the demonstration and its results (part 1), and 35 to 60 for the README, your report and the hand-in (part 2).
 #
 # **Your package so far**, and what comes today:
 #
@@ -48,6 +48,24 @@ from grader.notebook import begin, check, run_node, start_at
 begin("10")
 # !mkdir -p scripts
 # %env PYTEST_DISABLE_PLUGIN_AUTOLOAD=1
+
+# %% [markdown]
+# ## Three questions first
+#
+# Answer them aloud, then unfold.
+#
+# <details><summary>Notebook 09: all lines are covered, and a mutant survives. How can that be?</summary>
+#
+# The line was reached, and no assert looked at what it changed.
+# </details>
+# <details><summary>Notebook 08: <code>ros2 launch</code> starts your nodes with the old parameters. Which file does it read?</summary>
+#
+# The installed one, in the share folder. What was changed in `src/` counts after the next build.
+# </details>
+# <details><summary>Notebook 05: what is your node's last message when it is ended by Ctrl-C, and who sees to that?</summary>
+#
+# A zero on `cmd_vel`: `spin_until` calls `stop` while the context is still alive, because `run` has kept rclpy's own signal handler away.
+# </details>
 
 # %% [markdown]
 # ## What a hundred points are made of
@@ -995,11 +1013,25 @@ for name in lost:
 # Probably one: something that all three need.
 # Read what they are "not reached" because of.
 # </details>
-#
-# **What comes next**
+
+# %% [markdown]
+# ## What you can do now
 #
 # That was the last notebook.
-# You began with a robot that somebody else drove, and end with a package that builds, drives, sees, answers, arrives, is configured, tested, documented and handed in.
-# It has grown file by file, and you know why each is as it is.
+# Tick off what you could do tomorrow, without looking it up:
 #
-# From here the road goes on in three directions: to the real robot (the boxes along the way say what changes), to Nav2, which does what your `navigator.py` does with a map and a planner, and to C++, where the same four ideas, nodes, topics, services and actions, have the same names.
+# - [ ] make a package that builds anywhere, with interfaces of its own (01, 02)
+# - [ ] read a heading, a scan and a stamp, and find what is wrong with each (03, 04)
+# - [ ] write a node that stops in time, and say why it does (05)
+# - [ ] offer a service that refuses in words, and an action that can be cancelled (06, 07)
+# - [ ] start two robots with one command, each with its own settings (08)
+# - [ ] show that a test would notice a mistake, by making one (09)
+# - [ ] hand over a package that somebody else can use from its README (10)
+#
+# A tick that you hesitate over is the notebook to open again: each begins with questions and ends with some.
+#
+# **Three next steps**, from an evening to a term:
+#
+# - **Surprise your robot.** A world is a file of a few lines ([docs/simulator.md](../docs/simulator.md); `sim/worlds` has the examples). Make one that no trial has, a narrow door, a pole, a cart that cuts in, and drive your node through it with `run_node(world=...)`. An evening.
+# - **Drive a real one.** Begin with the boxes "On a real TurtleBot 4", in the order of the notebooks: a remapping, a `TwistStamped`, a lidar that is turned by 90 degrees.
+# - **Let Nav2 drive.** It does with a map and a planner what your `navigator.py` does with a straight line. Its action has the same four parts as yours, and its controllers the same questions as your `_control`.

@@ -344,6 +344,26 @@ report(t=run.t, v=run.simulator.twist.v, trouble=run.trouble, said=run.set_speed
 
 
 @pytest.mark.slow  # a build, a kernel and a node
+def test_a_run_says_that_its_node_is_older_than_the_package(laid_out: Callable[[str], Path]) -> None:
+    """A file was mended, and the run under way went on with the old one without a word."""
+    facts = play(
+        laid_out("10"),
+        f"""
+from pathlib import Path
+run = run_node()
+run.drive(0.1)
+path = Path("{PACKAGE}/driver.py")
+path.write_text(path.read_text() + "# mended")
+run.drive(0.1)
+run.drive(0.1)
+""",
+    )
+    assert [line for line in facts["said"] if "has changed" in line] == [
+        "your package has changed since this run began, and the node is still the old one; call run_node again"
+    ]
+
+
+@pytest.mark.slow  # a build, a kernel and a node
 def test_a_node_that_dies_of_a_question_is_reported_and_no_traceback(laid_out: Callable[[str], Path]) -> None:
     """`run.status()` ended in TrialOver, and the words were "Extension modules: numpy..."."""
     root = laid_out("10")
