@@ -58,7 +58,7 @@ def timeline(*nodes: Any) -> list[tuple[str, float, float, float]]:
         for name, measured, start, end in noted:
             row = names.index(name)
             axes.barh(row, start - measured, 0.5, measured - begun, color="#E69F00", alpha=0.5)
-            axes.barh(row, max(end - start, 0.006), 0.5, start - begun, color="#0072B2")
+            axes.barh(row, max(end - start, 0.006), 0.5, start - begun, color="#0072B2", edgecolor="white", lw=0.5)
         axes.set(yticks=range(len(names)), yticklabels=names, title=kind.__name__)
         axes.invert_yaxis()
         calls += noted

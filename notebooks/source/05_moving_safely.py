@@ -24,7 +24,7 @@
 # - work out how far a robot rolls after it has seen something, and find the speed that is too fast;
 # - decide what is safe in plain functions that are tested without a robot;
 # - publish at a fixed rate with a timer, and say why a robot needs a stream of commands;
-# - say what a slow callback does to all the others;
+# - say what a slow callback does to all the others, and see it in a timeline;
 # - end a node so that its robot stands still.
 #
 # This notebook has three parts, with a day between two of them if you like:
@@ -61,7 +61,7 @@ begin("05")
 # <details><summary>Notebook 04: the readings are 0.4, NaN and 3.0 m. What do <code>min</code> and <code>np.min</code> say, and what should a robot believe?</summary>
 #
 # `min` says 0.4 or NaN, depending on the order; `np.min` says NaN in any order.
-# The NaN is no measurement, so it is dropped first, and 0.4 m is the nearest thing.
+# NaN means that nothing was measured, so it is dropped first, and 0.4 m is the nearest thing.
 # </details>
 # <details><summary>Notebook 04: a sensor publishes best effort. Your subscription asks for reliable. What arrives?</summary>
 #
@@ -69,7 +69,7 @@ begin("05")
 # </details>
 # <details><summary>Notebook 03: what does <code>clamp(v, low, high)</code> do with a NaN?</summary>
 #
-# It hands the NaN on: no comparison with it is true. Whoever accepts a number from outside has to ask `math.isfinite` first.
+# Yours hands the NaN on, and does not hide it. (`max(low, min(high, v))` would make `high` of it: full speed.) So ask `math.isfinite` where a number comes in.
 # </details>
 
 # %% [markdown]
@@ -199,13 +199,13 @@ from grader.notebook.sliders import slide
 
 
 def room_left(delay, brake):
-    left = ROOM - stop_distance(speeds, delay, brake)
-    safe_up_to = max([v for v, room in zip(speeds, left) if room > 0.0], default=0.0)
+    left = ROOM - stop_distance(candidates, delay, brake)
+    safe_up_to = candidates[left > 0.0].max()
     _, axes = plt.subplots(figsize=(7.5, 3), layout="constrained")
-    axes.plot(speeds, left, color="#0072B2")
+    axes.plot(candidates, left, color="#0072B2")
     axes.axhline(0, color="#D55E00")
     axes.axvline(0.5, color="#7d8590", linestyle=":")
-    axes.set(xlabel="speed (m/s)", ylabel="clearance left (m)", ylim=(-0.6, 0.4))
+    axes.set(xlabel="speed (m/s)", ylabel="clearance left (m)", xlim=(0, 1.5), ylim=(-0.6, 0.4))
     axes.set_title(f"safe up to {safe_up_to:.2f} m/s")
     return f"Clearance left over speed: with {delay:.2f} s and {brake:.1f} m/s² safe up to {safe_up_to:.2f} m/s"
 
@@ -650,7 +650,7 @@ except AttributeError:
 # And now your functions drive: no node yet, one function from what the robot sees to what it does.
 # In Jupyter the next cell is a live view; two seconds have passed when you see it, and time runs on.
 # Drag the box in front of the robot, and away again.
-# (Where nobody watches, as on a web page, it is a picture.)
+# (On a web page, without a kernel, it is a picture.)
 
 # %%
 from sim import Box, Twist as Speeds
@@ -1108,7 +1108,7 @@ tries({
 })
 
 # %% [markdown]
-# In the third row the speed in force is still 0.5, and after half a second without a scan the robot is told to stop.
+# In the third row the speed in force is still 0.5, and after half a second without a scan the command is zero.
 #
 # ### Step 5: a scan need not wait
 #
@@ -1174,14 +1174,14 @@ tries({
 # %% [markdown]
 # ### Start it
 #
-# The executable still needs a node to start, and somebody who says how fast.
+# The executable still needs a node to start, and a speed.
 # This file is given.
 # It takes the speed from a parameter, and, so that the grader can ask, from a temporary service that accepts every number, even NaN.
 # In notebook 06 you write a better one.
 
 # %% tags=["given"]
 # %%writefile ros2_robot_controller/robot_controller.py
-"""The node that drives the robot, as far as it goes: it takes any speed it is told."""
+"""The node that drives the robot, as far as it goes: it takes any speed."""
 
 from typing import Any, Optional
 
@@ -1194,7 +1194,7 @@ class RobotController(Driver):
     """
     Drive at the speed that the parameter `speed` says at the start, in m/s, or `set_speed` later.
 
-    A makeshift: the service that replaces it can say no.
+    For now: the service that replaces it can say no.
     """
 
     def __init__(self, **node_options: Any) -> None:
@@ -1640,7 +1640,7 @@ counter.destroy_node()
 # - rclpy leaves the signals alone: `rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)`.
 #
 # The rest is there.
-# A `ParameterException` is raised at the start when a parameter makes no sense: that is no traceback but a line in the log (notebook 08).
+# A `ParameterException` is raised at the start when a parameter makes no sense: instead of a traceback there is a line in the log (notebook 08).
 
 # %% tags=["piece"]
 # %%into ros2_robot_controller/utils/running.py

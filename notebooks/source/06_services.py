@@ -16,7 +16,7 @@
 #
 # ![Requests arrive at the node, some are refused; the speed follows those that are not](pictures/06.png)
 #
-# A robot that accepts every number is dangerous, and one that says only "error" is no help.
+# A robot that accepts every number is dangerous, and one that says only "error" does not help.
 # Today yours answers, and can say no.
 #
 # You will be able to
@@ -64,7 +64,7 @@ begin("06")
 # %% [markdown]
 # ## Ask, and get an answer
 #
-# A topic is a radio: somebody talks, whoever wants listens, nobody answers.
+# A topic is a radio: one side talks, any number listen, and there is no answer.
 # Good for a scan, ten times a second; if one is lost, the next one comes.
 #
 # "Drive at 0.3 m/s" is something else.
@@ -326,7 +326,7 @@ print(f"4 s later: x = {simulator.pose.x:.2f} m, still at {simulator.twist.v:.1f
 # **Step 2: why not?**
 # What may be refused is a plain function: it returns the reason, and an empty text if there is none.
 # An empty text counts as false in an `if`.
-# Two reasons: the speed is no finite number, or its size is above the limit (with the tiny tolerance: `limit * (1.0 + FLOAT32_SLACK)`).
+# Two reasons: the speed is not a finite number, or its size is above the limit (with the tiny tolerance: `limit * (1.0 + FLOAT32_SLACK)`).
 # Both state the limit.
 
 # %% tags=["piece"]
@@ -709,7 +709,7 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 # %% [markdown]
 # One thread, `await`, and a group of its own: that works.
 # In the contract's package no service needs another one, and the simplest cure is the best: *do not ask inside a callback; remember what you know*.
-# `_on_get_status` asks nobody. It reads what the last scan and the last odometry left in `self`.
+# `_on_get_status` asks no other node. It reads what the last scan and the last odometry left in `self`.
 #
 # > **On a real TurtleBot 4**
 # >
@@ -748,4 +748,4 @@ print(ask("desk_awaits", MutuallyExclusiveCallbackGroup()))
 # The thread, which `await` frees, and the callback group: the one that waits needs another group than the ones that answer.
 # </details>
 #
-# **Next:** [07 Going there](07_going_there.ipynb). "Drive to the kitchen" takes a minute, can fail on the way, and you may change your mind. That is no service any more.
+# **Next:** [07 Going there](07_going_there.ipynb). "Drive to the kitchen" takes a minute, can fail on the way, and you may change your mind. A service is too little for that.

@@ -484,8 +484,8 @@ tries({
 })
 
 # %% [markdown]
-# **Step 4: nobody can drive there.**
-# A target with NaN or infinity in it is no place, and a tolerance that is not above zero, or not finite, cannot be met.
+# **Step 4: targets that cannot be reached.**
+# A target with NaN or infinity in it is not a place, and a tolerance that is not above zero, or not finite, cannot be met.
 # `goal_refusal` returns the reason in words, empty if one can try, like `speed_refusal` in notebook 06.
 
 # %% tags=["piece"]
@@ -528,7 +528,7 @@ tries({
 # %% [markdown]
 # **Click.** Your functions drive, still without a node.
 # In five seconds the robot has gone to (1, 0.5); then click on the map, and it goes there.
-# (Where nobody watches, as on a web page, it is a picture.)
+# (On a web page, without a kernel, it is a picture.)
 
 # %%
 from sim import room
@@ -731,7 +731,7 @@ print(send_and_cancel(awaiting))
 # %% [markdown]
 # rclpy refuses a cancel unless you accept it.
 # Nothing warns you.
-# It is one line, and a robot that cannot be called back is no robot to stand beside.
+# It is one line, and you would not want to stand beside a robot that cannot be called back.
 #
 # ### The navigator, in six steps
 #
@@ -925,7 +925,7 @@ class Navigator:
 # ```
 # </details>
 #
-# To try it here, `Handle` stands for rclpy's goal handle: it has the goal's `request`, and notes what the server says.
+# To try it here, `Handle` takes the place of rclpy's goal handle: it has the goal's `request`, and notes what the server says.
 
 # %% tags=["nbval-ignore-output"]
 # The log has the time of day.
@@ -1000,7 +1000,7 @@ tries({
 #
 # 1. end the goal that runs, if there is one: `Ending.REPLACED`;
 # 2. make a `Goal` of the handle's request, and keep it in `self._goal`;
-# 3. `await goal.ending`: here the method steps aside until somebody ends the goal;
+# 3. `await goal.ending`: here the method steps aside until the goal is ended;
 # 4. tell the client how it ended: the dictionary in the cell picks the handle's method, and the last pair of brackets calls it;
 # 5. return a `NavigateToPosition.Result` with `success` and `final_pose`.
 
@@ -1239,7 +1239,7 @@ check("F8")
 # In Jupyter the next cell is a live view, and time runs as soon as you see it.
 # Click on the map: a goal.
 # Drag the pillar into the way.
-# (Where nobody watches, as on a web page, it is a picture.)
+# (On a web page, without a kernel, it is a picture.)
 
 # %%
 floor = World("a pillar", obstacles=(Circle((1.0, 0.9), 0.2, name="pillar"),))

@@ -215,7 +215,7 @@ print("-p, then file  ", speed_of_cart(*word, *file))
 #         max_linear_speed: 0.3
 #
 # The first line is a key, and it says *which node* is meant.
-# Somebody writes `kart`.
+# Suppose it says `kart`.
 #
 # **What will the node say?**
 
@@ -225,7 +225,7 @@ print(speed_of_cart(*file))
 
 # %% [markdown]
 # Nothing at all, and 0.5 is the default.
-# One file may hold the settings of many nodes, so a key that matches nobody is no error.
+# One file may hold the settings of many nodes, so a key that matches no node is not an error.
 # This is the most common reason for "my parameter does not work".
 #
 # And there is more to get wrong.
@@ -243,7 +243,7 @@ for key in ("cart", "/left/cart", "/left/**", "/**/cart", "/**"):
 
 # %% [markdown]
 # The plain name reaches the node only outside every namespace.
-# `**` stands for any number of namespaces, also for none, so `/**/cart` means "a cart, wherever it is", and `/**` "everybody".
+# `**` means any number of namespaces, also none, so `/**/cart` means "a cart, wherever it is", and `/**` every node.
 # In a package write the first of the two: whoever uses it chooses the namespace, and you cannot know which.
 #
 # Two more mistakes, one of which is loud.
@@ -296,7 +296,7 @@ axes.legend();
 
 # %% [markdown]
 # One number, three robots.
-# So somebody *will* change it, and it has to work whenever they do.
+# So it *will* be changed, and that has to work at any time.
 # There are two ways to get that wrong.
 #
 # ### Made once, kept for ever
@@ -314,16 +314,16 @@ print("timer every ", cart.timer.timer_period_ns / 1e6, "ms")
 cart.destroy_node()
 
 # %% [markdown]
-# The parameter says 50, the timer does 10, and `ros2 param get` will tell everybody 50.
+# The parameter says 50, the timer does 10, and `ros2 param get` answers 50.
 # A timer keeps the period it was made with.
 # The same holds for every value that you copied: `self.limit = self.get_parameter(...).value` in a constructor is a photograph.
 #
 # Two cures:
 #
 # - **Read it where you use it.** It costs about a microsecond. Your `driver.py` does so with `_limits()`.
-# - **Be told.** `add_post_set_parameters_callback(f)` calls `f(parameters)` after a change was accepted, with the list of the changed parameters. There you make the timer anew.
+# - **Get a call.** `add_post_set_parameters_callback(f)` calls `f(parameters)` after a change was accepted, with the list of the changed parameters. There you make the timer anew.
 #
-# Here is a cart that is told.
+# Here is a cart with such a callback.
 # `destroy_timer` ends the old timer; without it, both would tick.
 
 # %%
@@ -589,7 +589,7 @@ def first_refusal(settings: dict[str, Setting], parameters: list[Parameter]) -> 
 #
 # <details><summary>Hint 2: the API</summary>
 #
-# `settings.get(parameter.name)` gives the setting, or None for somebody else's parameter.
+# `settings.get(parameter.name)` gives the setting, or None for a parameter that is not in `settings`.
 # The sentence: `f'{parameter.name} must be {setting.must_be}, not {parameter.value}'`
 # </details>
 #
@@ -688,7 +688,7 @@ tries({
 # ### The last layer
 #
 # `robot_controller.py` has been a few lines so far, a `main` over the newest layer.
-# Now it becomes the last layer itself: it is told when parameters have changed.
+# Now it becomes the last layer itself: it gets a call when parameters have changed.
 #
 # Three things in your node were made from a parameter, or checked against one, *once*:
 #
@@ -782,7 +782,7 @@ class RobotController:
 # </details>
 #
 # Watch your own robot obey.
-# It drives at 0.4 m/s; after two seconds the limit falls to 0.2, then somebody asks for -1.
+# It drives at 0.4 m/s; after two seconds the limit falls to 0.2, then a limit of -1 is asked for.
 
 # %%
 with run_node(world="open_field") as run:
@@ -858,7 +858,7 @@ with run_node("sensor_processor", world="open_field") as run:
 #
 # Last, two files, each with every parameter of its node, and its unit in a comment.
 # They hold the defaults.
-# That looks useless and is not: this is the page on which somebody looks for what can be set.
+# That looks useless and is not: this is the page on which people look for what can be set.
 #
 # Begin with the small one.
 
@@ -953,7 +953,7 @@ check("I6")
 #
 # Look at one for the cart: a robot called `left` and a robot called `right`.
 #
-# **Which speed will each have**, when `cart.yaml` says 0.3 and nobody gives an argument?
+# **Which speed will each have**, when `cart.yaml` says 0.3 and no argument is given?
 
 # %%
 # %%writefile ../../two_carts_launch.py
@@ -982,7 +982,7 @@ write_settings("/**/cart")
 # Now start it, in the background, and look at the graph.
 # In a terminal you would type `ros2 launch two_carts_launch.py speed:=0.1` and see a line for each process.
 # Ctrl-C there sends every process SIGINT, the same signal that Ctrl-C sends to a single node.
-# A process that has not ended 5 s later gets SIGTERM, and 5 s after that SIGKILL, which nobody can ignore; then there is no last zero.
+# A process that has not ended 5 s later gets SIGTERM, and 5 s after that SIGKILL, which no process can ignore; then there is no last zero.
 #
 # (In this kit `ros2 launch` and the `launch` package are its own, written for ROS from wheels. They read the same launch files; [docs/launch.md](../docs/launch.md) lists the differences.)
 
@@ -1160,7 +1160,7 @@ with launched("src/ros2_robot_controller/launch/robot_controller_launch.py"):
     # !ros2 node list --spin-time 5
 
 # %% [markdown]
-# New folders have to be installed, too, or nobody finds them after `colcon build`: that is the third point of I1.
+# New folders have to be installed, too, or they cannot be found after `colcon build`: that is the third point of I1.
 # And `ros2 launch ros2_robot_controller robot_controller_launch.py`, with the package's name, starts the installed file from anywhere.
 
 # %% tags=["check"]
@@ -1201,7 +1201,7 @@ check("I1", "I5")
 #
 # <details><summary><code>ros2 param get</code> says 5 Hz, <code>ros2 topic hz</code> says 10. What happened?</summary>
 #
-# The timer was made with the old rate, and nobody made it anew.
+# The timer was made with the old rate, and was not made anew.
 # </details>
 #
 # <details><summary>Why is <code>/scan</code> in a node's code a fault, though it works?</summary>

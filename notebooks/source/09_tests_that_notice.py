@@ -16,7 +16,7 @@
 # ![Three tables of mutants and tests: the same code, three sets of tests, more and more mutants noticed](pictures/09.png)
 #
 # Your package works today.
-# Next week somebody turns a `<` round, by accident, in a hurry; perhaps you.
+# Next week a `<` gets turned round, by accident, in a hurry; perhaps by you.
 # A good test suite is the colleague who notices.
 # A bad one says "all passed" and looks the other way, and the two look exactly alike until you try.
 # Today you try: you put small mistakes into code on purpose, and see who notices.
@@ -162,7 +162,7 @@ print("passed")
 # ### A test that waits
 #
 # A node publishes ten times a second.
-# So somebody writes: wait 0.3 s and a little, expect three messages.
+# So the obvious test says: wait 0.3 s and a little, expect three messages.
 # Here is that node; it listens to itself, so that we can count what arrives.
 
 # %%
@@ -1253,7 +1253,7 @@ def test_the_status_tells_the_pose_from_odometry(robot):
 # %% [markdown]
 # #### F9, F10 and I6: four tests of your own design
 #
-# From here the name is all that is given: nobody will describe the tests that you write at work.
+# From here the name is all that is given: the tests that you write at work are not described either.
 # For each, open the contract's sentence in the [handout](../docs/handout.md), and ask two questions:
 #
 # - which mistake in *my* code would break this sentence? (A cancel that is taken, and after which the robot rolls on. Feedback that comes, and is always the same.)
@@ -1835,7 +1835,7 @@ mutant_matrix("ros2_robot_controller/utils/scans.py", "test/test_scans.py", "mea
 check("T1", "T2", "T3")
 
 # %% [markdown]
-# For each mutant that nobody noticed the answer names the file, the line, the mistake, and the tests that ran over it and passed.
+# For each mutant that survived the answer names the file, the line, the mistake, and the tests that ran over it and passed.
 # It is the matrix again: a grey row, and the next test.
 #
 # Is T3 not full?
@@ -1908,7 +1908,7 @@ class Careless( object ):
 check("Q1")
 
 # %% [markdown]
-# Each line names the file, the line, the column and the rule; `F401` is an import that nobody uses, `E501` a line that is too long.
+# Each line names the file, the line, the column and the rule; `F401` is an unused import, `E501` a line that is too long.
 #
 # `# noqa` behind a line makes the linter look away.
 # The grader counts as if it were not there; a reader asks what is being hidden.
@@ -1960,8 +1960,8 @@ check("Q1")
 #
 # <details><summary>What is an equivalent mutant, and what does it mean for the share that you can reach?</summary>
 #
-# A change of the code that nobody can see from outside, so no honest test can fail on it.
+# A change of the code that cannot be seen from outside, so no honest test can fail on it.
 # 100 % of the mutants is therefore not a goal; T3 asks for 75.
 # </details>
 #
-# **Next:** [10 Show and hand in](10_show_and_hand_in.ipynb). Your package works, and you can prove it. Now somebody else has to be able to use it.
+# **Next:** [10 Show and hand in](10_show_and_hand_in.ipynb). Your package works, and you can prove it. Now others have to be able to use it.

@@ -16,15 +16,15 @@
 # ![A simulated robot's drive to three goals in three offices, and the hundred points of the assignment, one box for each requirement](pictures/10.png)
 #
 # Everything works, and the tests support it.
-# What is missing is the other half of every piece of software: somebody *else* must be able to use it.
-# Somebody who has five minutes, your README and no idea what you meant.
+# What is missing is the other half of every piece of software: *others* must be able to use it.
+# Think of a person with five minutes, your README and no idea what you meant.
 # Today you write for that person, look at your own work through the eyes of the one who grades it, and hand it in.
 #
 # **You will be able to**
 #
 # - write a demonstration that ends by itself, and says in its exit status whether it worked;
 # - write a README whose commands run and whose table agrees with the graph;
-# - find out what works only on your machine, before somebody else does;
+# - find out what works only on your machine, before others do;
 # - read a report as an instructor reads it, and decide what to fix first;
 # - pack the package and know what is in it.
 #
@@ -105,7 +105,7 @@ axes.legend();
 # A demonstration shows a stranger in half a minute what the package can do; requirement Q6 asks for one.
 # It is a node like any other, a client this time, so it can fail in a way that you know from notebook 06: **by waiting**.
 #
-# Here is a client for a service that nobody offers.
+# Here is a client for a service that no node offers.
 # **What would `call_async` do now, and how long would you wait for its future?**
 
 # %%
@@ -124,7 +124,7 @@ node.destroy_node()
 
 # %% [markdown]
 # Nothing complains.
-# The request was sent to nobody, and without the time-out the script would stand there for ever.
+# The request reached no server, and without the time-out the script would wait for ever.
 # In front of an audience that is a long silence.
 # So each wait gets a time-out, and each time-out a sentence that says what to do.
 #
@@ -319,7 +319,7 @@ class Demo:
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
 #
-# The cell of the service that nobody offers, above, has the call; here the node is `self`.
+# The cell of the service that no node offers, above, has the call; here the node is `self`.
 # </details>
 #
 # <details><summary>Hint 2: the API</summary>
@@ -338,7 +338,7 @@ class Demo:
 # ```
 # </details>
 #
-# Try it on a future that somebody sets, and on one that nobody ever does.
+# Try it on a future that gets a result, and on one that never does.
 # The first must return 'an answer', the second raise after a tenth of a second.
 
 # %% tags=["nbval-ignore-output"]
@@ -361,8 +361,8 @@ for future, what in ((early, 'The first'), (Future(), 'The second')):
 # %% [markdown]
 # #### Piece 2: call a service, if there is one
 #
-# A request to a service that nobody offers is lost, so ask first: `client.wait_for_service(timeout_sec=...)` returns whether somebody is there.
-# If nobody is, the stranger has forgotten to start the node: say so.
+# A request to a service that no node offers is lost, so ask first: `client.wait_for_service(timeout_sec=...)` returns whether there is a server.
+# If there is none, the stranger has forgotten to start the node: say so.
 
 # %% tags=["piece"]
 # %%into scripts/demo.py
@@ -451,7 +451,7 @@ map_view(recording, title="the way that the demonstration drove")
 # %% [markdown]
 # #### Piece 4: a chair in the way
 #
-# Somebody has put a box 0.6 m before the robot.
+# A box stands 0.6 m before the robot.
 # Your node does the right thing: it stops, and waits until the way is free.
 #
 # **What will the demonstration do?**
@@ -517,7 +517,7 @@ perform(chair, f"cd scripts && python3 -c '{hurried}'");
 # ### Test results
 #
 # `test_results.xml` tells what your tests said when *you* ran them, in a form that every build server reads.
-# Nobody writes it by hand; a command makes it, after the last change.
+# It is not written by hand; a command makes it, after the last change.
 
 # %% tags=["nbval-ignore-output"]
 # Not compared: pytest says how long it took.
@@ -898,7 +898,7 @@ print(pathlib.Path("limits.yaml").read_text().strip())
 # !cd ../../src && python3 ../settings_reader.py 2>&1 | tail -n 1
 
 # %% [markdown]
-# The path was meant "beside this script" and says "wherever somebody stands".
+# The path was meant "beside this script" and says "in the current folder".
 # The cure is to ask for the place instead of knowing it: `Path(__file__).parent` in a script, `get_package_share_directory` for what is installed, `FindPackageShare` in a launch file.
 #
 # These are the usual ways in which a package works only at home:
@@ -927,7 +927,7 @@ check("Q3", "Q5", "Q6")
 # A report has the same three lines for each loss, and they answer an instructor's three questions.
 #
 # - **seen**: what happened? Never "wrong", always something observed, with a number or a line.
-# - **expected**: by which rule? The words of the contract, so that nobody can argue about taste.
+# - **expected**: by which rule? The words of the contract, so that it is not a matter of taste.
 # - **try**: what would I say if the student stood here? A direction, not the solution.
 #
 # When several things are lost, an instructor looks for the *first cause*.
@@ -942,7 +942,7 @@ for name in lost:
     print(f"{name:4} {lost[name]:>9}   {requirement.title}")
 
 # %% [markdown]
-# I3 first: with a wrong type of the action nobody can send a goal, and F8, F9 and F10 are nothing but its echo.
+# I3 first: with a wrong type of the action no client can send a goal, and F8, F9 and F10 are nothing but its echo.
 # Twelve points hang on one wrong field in one file.
 #
 # The full report is made by one command in a terminal, in the kit's folder, and takes some minutes:
@@ -968,9 +968,9 @@ for name in lost:
 # !grader submit --no-check
 
 # %% [markdown]
-# Before you let go of it, three last things, each of which has cost somebody a night:
+# Before you let go of it, three last things, each of which has cost people a night:
 #
-# - Unpack the archive in an empty folder and look: is everything there, and nothing that should not be seen, such as a password or somebody else's name?
+# - Unpack the archive in an empty folder and look: is everything there, and nothing that should not be seen, such as a password or another person's name?
 # - Follow your own README there, word for word, in a new terminal. Your nodes wait for a robot: the cell with `Bridge` in `docs/ros2-session.md` brings one.
 # - Make `test_results.xml` again if anything has changed since.
 #
@@ -978,7 +978,7 @@ for name in lost:
 # >
 # > - The demonstration drives half a metre wherever the robot stands. Look where it is pointing, and let nobody's feet be there.
 # > - In Jazzy the robot's `cmd_vel` takes `TwistStamped`, on the course's robot it is a `Twist`. A README says such things in its first lines, under "needs".
-# > - A base that has heard no command for 0.5 s stops by itself. It saves you when your node dies; it is no reason to leave out the last zero.
+# > - A base that has heard no command for 0.5 s stops by itself. It saves you when your node dies; leave the last zero in all the same.
 # > - Bags are part of a demonstration: `ros2 bag record -a` while it runs, and you can show it again when the battery is empty.
 #
 # ## Go further
@@ -986,13 +986,13 @@ for name in lost:
 # - Press Ctrl-C while the demonstration waits for its goal: the goal goes on without it. Let it cancel first.
 # - Put `grader check` into a CI job of your own repository, and let each push be judged.
 # - Write the README's interface table by a script, from the running graph. Then it cannot become wrong.
-# - Give the package to somebody who was not in the course. Say nothing. Watch where they stop.
+# - Give the package to a person who was not in the course. Say nothing. Watch where they stop.
 #
 # ## Recall
 #
 # <details><summary>Why does each wait in a demonstration need a time-out?</summary>
 #
-# A request to a service that nobody offers is no error.
+# A request to a service that no node offers is not an error.
 # The future is simply never done, and the script stands there without a word.
 # </details>
 #
@@ -1026,7 +1026,7 @@ for name in lost:
 # - [ ] offer a service that refuses in words, and an action that can be cancelled (06, 07)
 # - [ ] start two robots with one command, each with its own settings (08)
 # - [ ] show that a test would notice a mistake, by making one (09)
-# - [ ] hand over a package that somebody else can use from its README (10)
+# - [ ] hand over a package that others can use from its README (10)
 #
 # A tick that you hesitate over is the notebook to open again: each begins with questions and ends with some.
 #
