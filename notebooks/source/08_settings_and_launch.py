@@ -739,20 +739,17 @@ def main(args: Optional[list[str]] = None) -> int:
     return run(RobotController, args)
 
 # %% [markdown]
-# Write the callback.
-# Two decisions are left:
-#
-# 1. What does the first try make of a robot that drives *backwards*, at -0.4 m/s?
-# 2. Which timer belongs to which parameter, and what happens to the other one?
+# **By your own design.** The table says what must be true after a change; how you get there is yours to decide.
+# What does the first try make of a robot that drives *backwards*, at -0.4 m/s?
+# And what must not happen to the timer whose rate has *not* changed?
+# There is no third hint. The two drives below and `check("I6")` accept any design; two of them come after the drives.
 
-# %% tags=["piece"]
+# %% tags=["piece", "design"]
 # %%into ros2_robot_controller/robot_controller.py
 class RobotController:
     def _on_parameters_changed(self, parameters: list[Parameter]) -> None:
-        changed = {parameter.name for parameter in parameters}
         limit = self._value('max_linear_speed')
-        self._speed = clamp(self._speed, 0.0, limit)  # TODO 1: and backwards?
-        # TODO 2: if a rate is in `changed`, end its timer and make it anew. The other one goes on.
+        self._speed = clamp(self._speed, 0.0, limit)  # a first try
 
 # %% [markdown]
 # <details><summary>Hint 1: where to look</summary>
@@ -765,20 +762,6 @@ class RobotController:
 #
 # `clamp(value, low, high)`, with a low end that is negative.
 # `self.destroy_timer(timer)`, then `self.create_timer(self._period('laser_processing_rate'), self._control)`.
-# </details>
-#
-# <details><summary>Hint 3: all but the last line</summary>
-#
-# ```python
-#         changed = {parameter.name for parameter in parameters}
-#         limit = self._value('max_linear_speed')
-#         self._speed = clamp(self._speed, -limit, limit)
-#         if 'laser_processing_rate' in changed:
-#             self.destroy_timer(self._control_timer)
-#             self._control_timer = self.create_timer(self._period('laser_processing_rate'),
-#                                                     self._control)
-#         ...                   # the same for 'fusion_rate' and the other timer
-# ```
 # </details>
 #
 # Watch your own robot obey.
@@ -820,6 +803,33 @@ print(f"backwards, with a limit of 0.2: {backwards:.2f} m/s, wanted -0.20")
 print(f"in 2 s at 5 Hz: {commands} commands, wanted 10 (or 9, or 11)")
 
 # %% [markdown]
+# <details><summary>Two designs for the last layer, once yours obeys</summary>
+#
+# **Make anew what has changed.** The course's: an `if` for each timer.
+#
+# ```python
+# changed = {parameter.name for parameter in parameters}
+# limit = self._value('max_linear_speed')
+# self._speed = clamp(self._speed, -limit, limit)
+# if 'laser_processing_rate' in changed:
+#     self.destroy_timer(self._control_timer)
+#     self._control_timer = self.create_timer(self._period('laser_processing_rate'), self._control)
+# ...  # the same for 'fusion_rate'
+# ```
+#
+# **Never keep what may change.** The timers are asked to follow, and the limit is applied where the speed is used.
+#
+# ```python
+# for rate, timer in (('laser_processing_rate', self._control_timer), ('fusion_rate', self._feedback_timer)):
+#     period = round(self._period(rate) * 1e9)
+#     if timer.timer_period_ns != period:
+#         timer.timer_period_ns = period
+# ```
+#
+# The second one needs no list of what has changed: it compares what is with what should be, which also repairs what another callback has forgotten.
+# But a period that is set in place counts from the last call, so try what happens when it gets shorter; and `get_status` would report a speed above the limit.
+# </details>
+#
 # ### A second look at the other node
 #
 # `sensor_processor` has a timer too, made from `fusion_frequency` in notebook 04; look into the file for a method `_on_parameters_changed`, which you can now read.
