@@ -53,7 +53,7 @@ def timeline(*nodes: Any) -> list[tuple[str, float, float, float]]:
         node = kind(namespace="/timeline")
         noted = _note_calls(node)
         feed_scans(node, topic="/timeline/scan")
-        begun = min(call[1] for call in noted)
+        begun = min((call[1] for call in noted), default=0.0)
         names = list(dict.fromkeys(name for name, *_ in noted))
         for name, measured, start, end in noted:
             row = names.index(name)

@@ -1405,7 +1405,7 @@ if hasattr(mine("driver"), "Driver"):
 
 try:
     timeline(Driver, SlowDriver)
-except NameError:
+except (NameError, AttributeError):
     print("not yet: the picture needs your driver.py")
 
 # %% [markdown]
