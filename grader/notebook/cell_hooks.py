@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from grader import KIT
-from grader.notebook import before_begin, checkpoints, pieces
+from grader.notebook import alt_text, before_begin, checkpoints, pieces
 from grader.notebook.file_backups import FORCE, FileBackups, target
 from grader.notebook.workspace import NOTEBOOK, Workspace, course, prepare
 
@@ -21,6 +21,10 @@ class CellHooks:
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self._backups = FileBackups(workspace)
+
+    def draw(self) -> None:
+        """Give figures that are about to be shown their words."""
+        alt_text.describe_figures(sys.modules["IPython"].get_ipython())
 
     def before(self, info: Any) -> None:
         """Update the environment and the imported modules, and back up a file that the cell overwrites."""
@@ -64,7 +68,11 @@ def install(workspace: Workspace) -> None:
     if shell is None:
         return
     hooks = CellHooks(workspace)
-    for event, callback in (("pre_run_cell", hooks.before), ("post_run_cell", hooks.after)):
+    for event, callback in (
+        ("pre_run_cell", hooks.before),
+        ("post_execute", hooks.draw),
+        ("post_run_cell", hooks.after),
+    ):
         for older in list(shell.events.callbacks[event]):
             if isinstance(getattr(older, "__self__", None), CellHooks):
                 shell.events.unregister(event, older)

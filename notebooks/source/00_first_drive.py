@@ -554,7 +554,7 @@ rclpy.try_shutdown()
 # `begin` has made it beside the notebooks, and changed into the package's folder:
 
 # %%
-# !cd ../.. && find . -type d -not -path "*/.*" -not -path "./log*" | sort
+# !cd ../.. && find . -maxdepth 2 -type d -not -path "*/.*" | sort
 
 # %% [markdown]
 # > **On a real TurtleBot 4**

@@ -541,7 +541,7 @@ check("I2", "Q3")
 
 # %% tags=["nbval-ignore-output"]
 # !cd ../.. && colcon build 2>&1 | cat
-# How long it takes differs each time. (`| cat` removes what is meant for a terminal: colours, a title.)
+# How long it takes differs each time. (`| cat` removes colours and the terminal's title; the lines about progress stay.)
 
 # %% [markdown]
 # When something is wrong, read the *first* error, not the last: the others often follow from it.
