@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import difflib
 import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
@@ -135,9 +136,10 @@ def _broken_module(package: Path, names: Sequence[str], notebook: str) -> Gap | 
             if path in seen or (package / path.removesuffix(".py")).is_dir():
                 continue
             if not (package / path).is_file():
-                return Gap(
-                    f"{name} imports {module}, and there is no {path}", _expected(path), _how_to_get(path, notebook)
-                )
+                there = [str(file.relative_to(package)) for file in package.rglob("*.py")]
+                meant = difflib.get_close_matches(path, there, n=1, cutoff=0.9)
+                try_ = f"did you mean {meant[0]}?" if meant else _how_to_get(path, notebook)
+                return Gap(f"{name} imports {module}, and there is no {path}", _expected(path), try_)
             seen.add(path)
             todo.append(path)
     return None

@@ -14,6 +14,7 @@ import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from types import SimpleNamespace, TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
@@ -101,6 +102,7 @@ class Run:
         self._live: weakref.ref[Live] | None = None
         self._output = ""
         self._closed = False
+        self._sources: dict[Path, int] = {}
         self._begin()
 
     # ------------------------------------------------------------- time
@@ -112,6 +114,11 @@ class Run:
 
     def drive(self, seconds: float, until: Callable[[], object] | None = None) -> Recording:
         """Let simulated time pass, `seconds` or until `until()` is true, and return everything recorded so far."""
+        if self._process is not None and self._sources != (now := _sources(self._workspace.package)):
+            self._sources = now
+            print(
+                "your package has changed since this run began, and the node is still the old one; call run_node again"
+            )
         for _ in range(max(1, round(seconds / TICK_S))):
             self._tick()
             if until is not None and until():
@@ -172,7 +179,9 @@ class Run:
             if stage is None or not stage.takes_goals:
                 print(f"not yet: {_no_action()}")
                 return GoalResult("no server", False, _pose())
-            goal = stage.navigate(x, y, tolerance)
+            goal = self._asked(lambda: stage.navigate(x, y, tolerance))
+            if goal is None:
+                return GoalResult("no server", False, _pose())
         begin, canceled = self.t, False
         while not (goal.ended or goal.problem) and self.t < begin + limit - 1e-9 and self._active_stage():
             if cancel_after is not None and not canceled and self.t >= begin + cancel_after - 1e-9:
@@ -195,8 +204,8 @@ class Run:
             stage = self._active_stage()
             if stage is None:
                 return False, "there is no node"
-            answer = stage.set_parameter(name, value)
-        return bool(answer.accepted), answer.reason
+            answer = self._asked(lambda: stage.set_parameter(name, value))
+        return (False, self.trouble) if answer is None else (bool(answer.accepted), answer.reason)
 
     def messages(self, topic: str) -> list[tuple[float, Any]]:
         """Return (t, message) for each message on a topic that the contract's nodes publish.
@@ -253,7 +262,7 @@ class Run:
 
     def _begin(self) -> None:
         """Build and start the node, and wait until it is on the graph; without one the robot stands still."""
-        self._recorder = Recorder(self.simulator)
+        self._recorder, self._sources = Recorder(self.simulator), _sources(self._workspace.package)
         self._recorded = {topic: [] for topic in _published()}
         with Progress() as progress:
             self._start_node(progress)
@@ -293,15 +302,21 @@ class Run:
         with self._lock:
             stage = self._active_stage()
             if stage is not None:
-                from grader.notebook.watched_stage import TrialOver
-
-                try:
-                    stage.tick()
+                self._asked(stage.tick)
+                if not self.trouble:
                     return
-                except TrialOver as over:  # before the tick: from here on the robot stands still
-                    self.simulator.command(0.0, 0.0)
-                    self._give_up(self._why(str(over)))
             self._recorder.take(self.simulator.step(TICK_S))
+
+    def _asked(self, question: Callable[[], Any]) -> Any:
+        """Return what `question` returns; None if the node has ended, after which the robot stands still."""
+        from grader.notebook.watched_stage import TrialOver
+
+        try:
+            return question()
+        except TrialOver as over:
+            self.simulator.command(0.0, 0.0)
+            self._give_up(self._why(str(over)))
+            return None
 
     def _active_stage(self) -> WatchedStage | None:
         """Return the stage while its node runs, else None."""
@@ -311,7 +326,9 @@ class Run:
         """Return a service's response, or None and the reason."""
         with self._lock:
             stage = self._active_stage()
-            return (None, f"no node offers {service}") if stage is None else stage.ask(service, fields)
+            if stage is None:
+                return None, f"no node offers {service}"
+            return self._asked(lambda: stage.ask(service, fields)) or (None, self.trouble)
 
     def _click(self, x: float, y: float) -> str:
         """Send the clicked place (m, map frame) as a goal, and return in words whether the node accepted it."""
@@ -320,7 +337,9 @@ class Run:
             if stage is None or not stage.takes_goals:
                 return _no_action()
             place = self.simulator.odom_origin.inverse().compose(Pose(x, y, 0.0))
-            goal = stage.navigate(place.x, place.y, 0.1)
+            goal = self._asked(lambda: stage.navigate(place.x, place.y, 0.1))
+        if goal is None:
+            return self.trouble
         if goal.accepted:
             return f"goal sent: ({x:z.2f}, {y:z.2f}) m"
         return goal.problem or "the node rejected the goal"
@@ -356,6 +375,11 @@ class Run:
         self._live = None
         if view is not None:
             view.stop()
+
+
+def _sources(package: Path) -> dict[Path, int]:
+    """Return when each module of the package was changed last."""
+    return {path: path.stat().st_mtime_ns for path in package.rglob("*.py")}
 
 
 def _finish(process: NodeProcess, stage: WatchedStage) -> None:

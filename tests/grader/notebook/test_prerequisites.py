@@ -74,6 +74,15 @@ def test_a_module_that_is_imported_and_missing_is_named_with_its_notebook(tmp_pa
     assert try_.startswith("notebook 05 writes it")
 
 
+def test_a_misspelt_import_is_asked_about(tmp_path: Path) -> None:
+    """It said "there is no navigater.py" and "write it"."""
+    path = lay_out(tmp_path, "08") / PACKAGE / "robot_controller.py"
+    path.write_text(path.read_text().replace("navigator", "navigater"))
+    seen, try_ = gap(tmp_path, "F1", "07")
+    assert seen.endswith(f"there is no {PACKAGE}/navigater.py")
+    assert try_ == f"did you mean {PACKAGE}/navigator.py?"
+
+
 def test_generated_interfaces_and_relative_imports_are_not_missing_modules(tmp_path: Path) -> None:
     lay_out(tmp_path, "10")
     (tmp_path / PACKAGE / "robot_controller.py").write_text(

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
+from grader.checks.judge import Judge
 from grader.course import load
 from grader.evidence import Call, Command, Goal, Sample, Trial
 
@@ -18,6 +19,7 @@ TRY_SECTOR = (
     "negative one; is that direction used at all?"
 )
 TRY_DIRECTION = "a positive set_speed drives forwards (F2): is the sign of cmd_vel's linear.x that of the speed?"
+TRY_TYPES = "give each field a value of its own type, as `0.0` for a float64: ROS ends a node that sends an int there"
 COURSE = load(Path(__file__).parents[1])
 DEFAULTS = COURSE.nodes["robot_controller"].defaults
 """The defaults of the controller's numeric parameters."""
@@ -91,6 +93,13 @@ def on_the_way(trial: Trial, service: str) -> Call | None:
         if call.service == service and any(start < call.t and not end <= call.t for start, end in working):
             return call
     return None
+
+
+def died_after(goals: int, judge: Judge, trial: Trial) -> str:
+    """Return in words how the node ended by itself when its `goals` goals were over, "" if it lived on."""
+    over = len(trial.goals) == goals and all(math.isfinite(goal.ended_t) for goal in trial.goals)
+    by_itself = trial.process is not None and trial.process.by == "itself"
+    return trial.ended + judge.why_ended(trial) if trial.ended and by_itself and over else ""
 
 
 def has_succeeded(goal: Goal) -> bool:
