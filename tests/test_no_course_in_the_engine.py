@@ -18,10 +18,8 @@ from grader import KIT
 from grader.scoring import rubric
 
 STILL = {
-    "grader/classroom/after_grading.py",
     "grader/authoring/checkpoint_texts.py",  # how files of the notebooks differ from the solution
     "grader/checks/judge.py",
-    "grader/classroom/command.py",
     "grader/cli.py",  # examples in --help
     "grader/notebook/__init__.py",
     "grader/notebook/bench.py",

@@ -42,13 +42,12 @@ def write(delivery: Delivery) -> list[str]:
     """Write a file for Grades > Import > CSV; people without any identity Moodle knows are left out."""
     book, title = delivery.book, delivery.title or delivery.book.rubric.title
     rows: list[Sequence[Cell]] = [(*(name for name, _ in _IDENTITY), title, f"Feedback: {title}")]
-    rows += [
-        (*(getattr(row.person, field) for _, field in _IDENTITY), *_grade_and_comment(row, delivery))
-        for row in book.rows
-        if any(getattr(row.person, field) for _, field in _IDENTITY)
-    ]
+    known = [row for row in book.rows if any(getattr(row.person, field) for _, field in _IDENTITY)]
+    rows += [(*(getattr(r.person, field) for _, field in _IDENTITY), *_grade_and_comment(r, delivery)) for r in known]
     cells.write(delivery.out, rows)
-    return _too_many(book)
+    left = [row.person.label for row in book.rows if row not in known]
+    words = "left out, for Moodle finds people by an id, an e-mail or a login; fill in the worksheet with --sheet, or "
+    return [f"{words}give the class a roster: {', '.join(left)}"] * bool(left) + _too_many(book)
 
 
 def fill(delivery: Delivery, path: Path) -> list[str]:
