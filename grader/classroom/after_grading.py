@@ -7,6 +7,7 @@ import json
 import sys
 from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,7 @@ from grader.classroom import (
 )
 from grader.classroom.class_folder import CLASS, RUBRIC, ClassFacts, ClassFolder
 from grader.classroom.gradebook import Gradebook
+from grader.classroom.identity import ANY, Claim, identify
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import all_platforms, plain
 from grader.classroom.regrades import Regrade
@@ -48,7 +50,7 @@ def add(verbs: Any, course_texts: Callable[[], Mapping[str, str]]) -> None:
         verbs, "gradebook", _gradebook, "write grades in the form that a learning platform imports",
         "Write the grades of a class, with overrides.yaml as it is now, for Canvas, Moodle, Gradescope, GitHub or a "
         "spreadsheet. For Gradescope and GitHub, CLASS may also be the folder of one grading.",
-        "class --for canvas --sheet canvas_export.csv --out canvas_import.csv",
+        "class --for canvas --sheet canvas_export.csv --assignment Robots --out canvas_import.csv",
     )  # fmt: skip
     verb("--for", dest="platform", choices=sorted(all_platforms()), default="csv", help="default: csv")
     verb("--out", type=Path, help="the file, or the folder for gradescope, github and --anonymous")
@@ -332,10 +334,15 @@ def _require_undecided(folder: ClassFolder, facts: ClassFacts, whole: Rubric, su
 
 
 def _term(options: argparse.Namespace) -> int:
-    found = term.read(options.term)
+    return _write_term(term.read(options.term), options.out or _beside(options.term) / term.TOTALS)
+
+
+def _beside(path: Path) -> Path:
+    return path if path.is_dir() else path.parent
+
+
+def _write_term(found: term.Term, out: Path) -> int:
     totals = term.add_up(found)
-    beside = options.term if options.term.is_dir() else options.term.parent
-    out: Path = options.out or beside / term.TOTALS
     term.write(found, totals, out)
     for doubt in totals.doubts:
         print(f"doubt: {printable(doubt, 300)}")
@@ -373,8 +380,15 @@ def _forget(options: argparse.Namespace) -> int:
         named = forgetting.still_named(folder, planned.named) if options.yes else []
         for text in (*planned.left, *(f"{each} still names them" for each in named)):
             print(f"  left: {printable(text, 200)}")
-    if not is_class and options.yes:
-        _term(argparse.Namespace(term=options.folder, out=None))
+    if not is_class:
+        listed = term.read(options.folder)
+        roster = tuple(
+            who for who in listed.roster if who not in identify([Claim(ANY, options.person)], listed.roster).people
+        )
+        if len(roster) < len(listed.roster):
+            print("left: the roster of the term has them; without that line they are in no further totals")
+        if options.yes:
+            _write_term(replace(listed, roster=roster), _beside(options.folder) / term.TOTALS)
     print(
         f"left: builds and evidence that this machine keeps without names, {KEPT_DAYS:g} and 30 days after their last "
         "use; `grader cache --prune --older-than 0` removes them now. Exports, rosters, backups and what a platform "

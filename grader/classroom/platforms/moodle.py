@@ -58,14 +58,7 @@ def fill(delivery: Delivery, path: Path) -> list[str]:
     Raises:
         GraderError: it is not such a file, or its maximum is not the rubric's.
     """
-    book, sheet = delivery.book, cells.Sheet(path)
-    columns = worksheet.columns(sheet.header)
-    if columns is None or "grade" not in columns:
-        raise GraderError(
-            f"{path} is not an offline grading worksheet: it lacks the columns Identifier and Grade. "
-            "Download it in English, or use --for moodle without a sheet."
-        )
-    filled = Filled()
+    book, (sheet, columns), filled = delivery.book, _worksheet(path), Filled()
     for number, (row, found) in enumerate(zip(sheet.rows, rows_of(book, _people(sheet, columns)), strict=True)):
         if not any(row):
             continue
@@ -80,6 +73,22 @@ def fill(delivery: Delivery, path: Path) -> list[str]:
                 sheet.set(number, columns["feedback"], _appended(row[columns["feedback"]], comment))
     sheet.write(delivery.out)
     return [*filled.notes(), *_too_many(book)]
+
+
+def _worksheet(path: Path) -> tuple[cells.Sheet, Mapping[str, int]]:
+    """Return a worksheet and the places of its columns.
+
+    Raises:
+        GraderError: it is another file.
+    """
+    sheet = cells.Sheet(path)
+    columns = worksheet.columns(sheet.header)
+    if columns is None or "grade" not in columns:
+        raise GraderError(
+            f"{path} is not an offline grading worksheet: it lacks the columns Identifier and Grade. "
+            "Download it in English, or use --for moodle without a sheet."
+        )
+    return sheet, columns
 
 
 def _require_maximum(cell: str, book: Gradebook) -> None:
@@ -167,13 +176,18 @@ def _write_feedback(delivery: Delivery, path: Path) -> list[str]:
 
     The name means nothing to Moodle, and an underscore in it would hide the number.
     """
+    numbers = {r.person: r.person.lms_id for r in delivery.book.rows if r.person.lms == "moodle" and r.person.lms_id}
+    if delivery.sheet:
+        people = _people(*_worksheet(delivery.sheet))
+        found = zip(rows_of(delivery.book, people), people, strict=True)
+        numbers |= {row.person: claims[0].value for row, claims in found if row and claims[0].kind == "lms_id"}
     files, without = {}, []
     for row in delivery.book.rows:
         page = delivery.pages.get(row.submission)
         if page is None or not row.final:
             continue
-        if row.person.lms == "moodle" and row.person.lms_id.isdecimal():
-            files[f"Participant_{row.person.lms_id}_assignfeedback_file_report.html"] = page.read_bytes()
+        if number := numbers.get(row.person):
+            files[f"Participant_{number}_assignfeedback_file_report.html"] = page.read_bytes()
         else:
             without.append(row.person.label)
     write_zip(path, files)

@@ -18,7 +18,7 @@ from helpers.class_reports import report
 from grader.classroom import cells, gradebook
 from grader.classroom.platform import Delivery
 from grader.classroom.platforms import canvas, github, gradescope, moodle, plain
-from grader.errors import GraderError
+from grader.errors import GraderError, UsageError
 
 EXCUSED = "people: {s4: {excused: {why: ill, by: Ada}}}"
 
@@ -182,7 +182,7 @@ def test_a_row_that_is_not_final_keeps_its_cells(class_of_four, tmp_path, platfo
 
 
 def test_the_assignment_has_to_be_named_where_several_could_be_meant(book, tmp_path):
-    with pytest.raises(GraderError, match=r"--assignment; the sheet has: Quiz \(70\), Robots \(77\)"):
+    with pytest.raises(UsageError, match=r"Quiz \(70\), Robots \(77\)\. Add --assignment"):
         filled(canvas, book, tmp_path, CANVAS_EXPORT)
 
 
