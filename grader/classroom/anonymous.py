@@ -19,6 +19,7 @@ from grader.classroom.overrides import Decisions
 from grader.classroom.platforms import plain
 from grader.classroom.roster import Person
 from grader.classroom.sections import Section
+from grader.course import named
 from grader.errors import UsageError
 from grader.evidence import Trial
 from grader.host import tempdir
@@ -76,7 +77,7 @@ def write(folder: ClassFolder, book: Gradebook, out: Path) -> list[str]:
             )  # fmt: skip
             place = out / SUBMISSIONS / submissions[entry.id]
             place.mkdir(parents=True)
-            result = hand_ins.read_back(folder.submission(entry.id), book.rubric)
+            result = hand_ins.read_back(folder.submission(entry.id), book.rubric, named(facts.course))
             report.write(sanitize.changed(result, hide, _OURS), place, hand_in=sanitize.changed(known, hide, _OURS))
     table = sorted(
         (people[r.person], submissions.get(r.submission, ""), r.submission, *plain.who(r)) for r in book.rows

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -47,7 +48,18 @@ def mine(module: str) -> Any:
 
 
 def _needs_interfaces(module: str) -> bool:
-    return module in ("msg", "srv", "action", "speed_server", "navigator", "robot_controller", "sensor_processor")
+    """Return whether a module is one of the interfaces, or imports them, itself or by another of the package's."""
+    package, seen, todo = workspace.find().package / course().package, {""}, [module]
+    while todo:
+        name = todo.pop()
+        if name.partition(".")[0] in ("msg", "srv", "action"):
+            return True
+        path = package / f"{name.replace('.', '/')}.py"
+        seen.add(name)
+        text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+        imported = re.findall(rf"(?m)^\s*(?:from|import) (?:{course().package})?\.([\w.]+)", text)
+        todo += {*imported} - seen
+    return False
 
 
 def bench(name: str, **parameters: object) -> Any:
@@ -104,8 +116,9 @@ class Bench:
             self.close()
             raise
         self._executor.add_node(self.node)
+        commanded = {node.command for node in course().nodes.values()}
         for publisher in self.node.publishers:
-            if publisher.topic_name == "/cmd_vel":
+            if publisher.topic_name.lstrip("/") in commanded:
                 publisher.publish = self._note
         self.set_clock(0.0)
 

@@ -16,6 +16,7 @@ from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
 
+from grader.course import Course
 from grader.errors import GraderError
 from grader.intake import course_marker
 from grader.notebook.file_backups import FileBackups
@@ -42,14 +43,17 @@ class Checkpoint:
     optional: tuple[str, ...] = ()
 
 
-@cache
 def table() -> Mapping[str, Checkpoint]:
     """Return the course's notebooks, each with its files."""
-    rows = course().notebook_table["notebooks"]
+    return _table(course())
+
+
+@cache
+def _table(course: Course) -> Mapping[str, Checkpoint]:
+    rows = course.notebook_table["notebooks"]
     return {name: Checkpoint(**{kind: tuple(paths) for kind, paths in row.items()}) for name, row in rows.items()}
 
 
-@cache
 def _by_number() -> Mapping[str, Checkpoint]:
     return {name[:2]: checkpoint for name, checkpoint in table().items()}
 
@@ -101,7 +105,8 @@ def start_at(workspace: Workspace, notebook: str) -> str:
     """
     key = number(notebook)
     try:
-        files = files_after(f"{int(key) - 1:02}") if key > "00" else {}
+        earlier = [each for each in _by_number() if each < key]
+        files = files_after(earlier[-1]) if earlier else {}
     except GraderError as error:
         return f"start_at({key!r}): {error}"
     package = workspace.package

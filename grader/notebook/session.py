@@ -13,11 +13,13 @@ import time
 import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from types import SimpleNamespace, TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from grader import building
 from grader.checks.judge import holding_on
+from grader.course import definition
 from grader.errors import KitError
 from grader.notebook import interface_types, node_build
 from grader.notebook.feedback import Progress
@@ -56,7 +58,7 @@ class GoalResult:
 
 @dataclass(frozen=True)
 class NodeExit:
-    """The end of a node after Ctrl-C: wall seconds, exit code (None if it had to be killed), last cmd_vel or None."""
+    """The end of a node after Ctrl-C: wall seconds, exit code (None if it had to be killed), last command or None."""
 
     seconds: float
     exit_code: int | None
@@ -89,7 +91,9 @@ class Run:
         self._workspace = workspace
         self._program = program
         self._parameters, self._remappings = dict(parameters), dict(remappings)
-        self.simulator = Simulator(load_world(world) if isinstance(world, str) else world, PROFILES[profile], seed=seed)
+        self.simulator = Simulator(
+            load_world(course().world(world)) if isinstance(world, str) else world, PROFILES[profile], seed=seed
+        )
         self._lock = threading.RLock()  # a live view's thread and a cell
         self._stage: WatchedStage | None = None
         self._process: NodeProcess | None = None
@@ -133,15 +137,28 @@ class Run:
 
     # ------------------------------------------------------------- client calls
 
-    def set_speed(self, speed: float) -> Any:
-        """Call set_speed and return its response: `.success` and `.message`."""
-        answer, why = self._call("set_speed", speed=float(speed))
-        return answer or SimpleNamespace(success=False, message=why)
+    def __getattr__(self, name: str) -> Any:
+        """Return a function that calls one of the contract's services, by its name with or without "get_"."""
+        services = {} if name.startswith("_") else _services()
+        service = next((service for service in services if name in (service, service.removeprefix("get_"))), None)
+        if service is None:
+            raise AttributeError(f"a run has no {name}; its services are {', '.join(services)}")
+        return partial(self.call, service)
 
-    def status(self) -> Any:
-        """Call get_status and return its response: `.speed`, `.obstacle_detected`, `.pose` and `.status`."""
-        answer, why = self._call("get_status")
-        return answer or SimpleNamespace(speed=math.nan, obstacle_detected=False, pose=_pose(), status=why)
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *(service.removeprefix("get_") for service in _services())]
+
+    def call(self, service: str, *values: object, **fields: object) -> Any:
+        """Call a service and return its response. The values are those of the request's fields, in their order.
+
+        Without an answer, the response says in its text why there is none.
+        """
+        kind = _services()[service]
+        request, response = definition.parts(interface_types.text(kind))
+        given = dict(zip(request, values, strict=False)) | fields
+        typed = {name: float(v) if request[name].startswith("float") else v for name, v in given.items()}  # type: ignore[arg-type]
+        answer, why = self._call(service, **typed)
+        return answer or SimpleNamespace(**{name: _blank(type_, why) for name, type_ in response.items()})
 
     def go_to(
         self, x: float, y: float, tolerance: float = 0.1, cancel_after: float | None = None, limit: float = 60.0
@@ -202,7 +219,7 @@ class Run:
             started = time.monotonic()
             stage.interrupt()
             seconds = stage.choices.get("seconds_to_end", round(time.monotonic() - started, 2))
-            code, commands = process.exit_code(), self._recorded["cmd_vel"]
+            code, commands = process.exit_code(), self._recorded.get(course().nodes[self.node].command, ())
         self.close()
         return NodeExit(seconds, code, commands[-1][1] if commands else None)
 
@@ -356,6 +373,16 @@ def _last_line(process: NodeProcess | None) -> str:
 def _published() -> list[str]:
     """Return the topics that the contract's nodes publish."""
     return [topic for node in course().nodes.values() for topic in node.publishes]
+
+
+def _services() -> dict[str, str]:
+    """Return the services of the contract's nodes with their types."""
+    return {name: type_ for node in course().nodes.values() for name, type_ in node.services.items()}
+
+
+def _blank(type_: str, why: str) -> Any:
+    """Return the value of a field in place of an answer that did not come; a text says why."""
+    return _pose() if type_ == "geometry_msgs/Pose" else {"bool": False, "string": why}.get(type_, math.nan)
 
 
 def _no_action() -> str:

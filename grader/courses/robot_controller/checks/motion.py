@@ -13,7 +13,6 @@ ROUTES = ("navigate_ahead", "navigate_beside", "navigate_behind")
 """The trials that drive to a target in the open."""
 
 _LATE_S = 0.3
-ZERO = 1e-6  # m/s and rad/s: a command below is a zero
 TRY_SECTOR = (
     "use only the beams within 60 degrees of the direction of travel: ahead for a positive speed, behind for a "
     "negative one; is that direction used at all?"
@@ -23,11 +22,6 @@ COURSE = load(Path(__file__).parents[1])
 DEFAULTS = COURSE.nodes["robot_controller"].defaults
 """The defaults of the controller's numeric parameters."""
 THRESHOLD_M = DEFAULTS["obstacle_detection_threshold"]
-
-
-def is_zero(command: Command) -> bool:
-    """Return whether a command is zero in every component. NaN is not."""
-    return all(abs(value) <= ZERO for value in (command.v, command.omega, command.other))
 
 
 def between(commands: Sequence[Command], start: float, end: float) -> list[Command]:
