@@ -24,7 +24,7 @@ from grader.errors import (
     UsageError,
 )
 from grader.host import atomic, namespaces, shortage, supervised
-from grader.sanitize import printable
+from grader.progress import Progress
 from grader.settings import MUTATION_BUDGET_S
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def _supervised(options: argparse.Namespace) -> int:
     pruning.remove_abandoned(getattr(options, "cache", None) or building.cache_folder())
     if out is not None:
         atomic.remove_left(out, new=new)
-    _Progress().done()
+    Progress().done()
     print(f"grader: {words}", file=sys.stderr)
     return status
 
@@ -99,15 +99,12 @@ def _parser() -> argparse.ArgumentParser:
     _add_handout(verbs)
     _add_doctor(verbs)
     _add_cache(verbs)
-    if (KIT / "grader" / "classroom").exists():  # not in the students' kit
-        from grader.classroom import after_grading
+    if (KIT / "grader" / "classroom").exists():  # not in the students' kit, as authoring
+        from grader.authoring import checkpoint_texts
         from grader.classroom import command as classroom
 
-        classroom.add(verbs)
-        after_grading.add(verbs)
-    if (KIT / "grader" / "authoring").exists():  # not in the students' kit
+        classroom.add(verbs, checkpoint_texts.course_texts)
         _add_release(verbs)
-        _add_similar(verbs)
     if (KIT / "grader" / "selftest").exists():
         from grader.selftest import flakiness
         from grader.selftest.attacks import command as attacks
@@ -218,25 +215,6 @@ def _add_release(verbs: Any) -> None:
     parser.set_defaults(run=_release)
 
 
-def _add_similar(verbs: Any) -> None:
-    parser = verbs.add_parser(
-        "similar",
-        help="list the packages of a class that are most alike",
-        description="Compare the Python of all submissions of a class beyond what the course gives, and write "
-        "similar.html with the places side by side. Names, comments and strings do not count. Nothing is run.",
-        epilog="Example:  grader similar class",
-    )
-    parser.add_argument("folder", type=Path, metavar="CLASS", help="the folder that `grader batch` has made")
-    parser.add_argument(
-        "--base",
-        type=Path,
-        metavar="DIR",
-        help="what the course gives (default: the reference package and the files that the notebooks give)",
-    )
-    parser.add_argument("--top", type=int, default=20, metavar="N", help="pairs to list (default 20)")
-    parser.set_defaults(run=_similar)
-
-
 def _add_handout(verbs: Any) -> None:
     parser = verbs.add_parser("handout", help="write the assignment for students, from the rubric, as Markdown")
     parser.add_argument("--out", type=Path, help="the file (default: standard output)")
@@ -292,7 +270,7 @@ def _grade(options: argparse.Namespace) -> int:
     course = find(options.course)
     if options.unsafe_no_sandbox:
         os.environ[namespaces.UNSAFE_VARIABLE] = "1"
-    progress = _Progress()
+    progress = Progress()
     settings = pipeline.Settings(
         rubric=rubric.load(options.rubric or course.rubric, checks_run.known(course)),
         course=course,
@@ -338,7 +316,7 @@ def _check(options: argparse.Namespace) -> int:
             f"grader: no requirement is called {', '.join(unknown)}; the rubric has {_listed(whole)}.", file=sys.stderr
         )
         return EXIT_USAGE
-    progress = _Progress()
+    progress = Progress()
     settings = pipeline.Settings(
         rubric=whole,
         course=course,
@@ -360,7 +338,7 @@ def _check(options: argparse.Namespace) -> int:
 def _submit(options: argparse.Namespace) -> int:
     from grader.notebook import packing
 
-    progress = _Progress()
+    progress = Progress()
     found = packing.submit(options.package, options.out, check=not options.no_check, progress=progress.say)
     progress.done()
     print(found)
@@ -378,31 +356,6 @@ def _release(options: argparse.Namespace) -> int:
     written = release(options.out, course, solutions=not options.without_solutions)
     print(f"{len(written.files)} files, {written.bytes / 1e6:.1f} MB; {written.words}")
     print(f"Kit: {options.out}")
-    return EXIT_GRADED
-
-
-def _similar(options: argparse.Namespace) -> int:
-    from grader.authoring import checkpoint_texts
-    from grader.classroom import gradebook, overview, similarity
-    from grader.classroom.class_folder import ClassFolder
-
-    if options.base is None:
-        base = checkpoint_texts.course_texts()
-    elif options.base.is_dir():
-        base = {str(path): path.read_text(encoding="utf-8") for path in options.base.rglob("*.py")}
-    else:
-        raise UsageError(f"There is no folder {printable(str(options.base))}.", "Check --base.")
-    progress = _Progress()
-    folder = ClassFolder(options.folder)
-    alike = similarity.of_class(folder, base, options.top, progress.say)
-    progress.done()
-    for note in alike.notes:
-        print(f"note: {note}")
-    print(f"{alike.compared} pairs; in half of them at most {alike.usual:.0%} of a package is in the other one, too")
-    for pair in alike.pairs:
-        print(f"{pair.one:<28} {pair.share_of_one:>4.0%}  {pair.other:<28} {pair.share_of_other:>4.0%}")
-    print(f"Places: {similarity.write(folder, alike)}")
-    print(f"Class: {overview.write(folder, gradebook.read(folder))}")
     return EXIT_GRADED
 
 
@@ -462,25 +415,6 @@ def _listed(whole: Rubric) -> str:
     """Return "F1 to F14, Q1 to Q6, ..." for a rubric's requirements."""
     ends = [(c.requirements[0].id, c.requirements[-1].id) for c in whole.criteria]
     return ", ".join(f"{first} to {last}" for first, last in ends)
-
-
-class _Progress:
-    """Shows on standard error what is going on: on a terminal in a single line, in a log line by line."""
-
-    def __init__(self) -> None:
-        self._started = time.monotonic()
-        self._terminal = sys.stderr.isatty()
-
-    def say(self, what: str) -> None:
-        line = f"[{time.monotonic() - self._started:5.1f} s] {printable(what, most=400)}"
-        if self._terminal:
-            print(f"\r\x1b[K{line[:110]}", end="", file=sys.stderr, flush=True)
-        else:
-            print(line, file=sys.stderr, flush=True)
-
-    def done(self) -> None:
-        if self._terminal:
-            print("\r\x1b[K", end="", file=sys.stderr, flush=True)
 
 
 def _fail(error: Exception, status: int, debug: bool) -> int:

@@ -347,6 +347,8 @@ class _Loop:
         self._total = total
         self._done = 0
         self._seconds: list[float] = []
+        self._graded = False
+        self._begun: dict[str, float] = {}  # of what is running, by id
 
     def run(self, jobs: list[Job]) -> bool:
         """Grade all jobs; return whether that was interrupted by Ctrl-C."""
@@ -371,36 +373,39 @@ class _Loop:
                 job = replace(
                     job, order=replace(job.order, out=str(out.resolve())), record=replace(job.record, started=begun)
                 )
+                self._begun[job.entry.id] = time.monotonic()
                 running[self._workforce.submit(job.order)] = job
             ended, _ = wait(running, timeout=_TICK_S, return_when=FIRST_COMPLETED)
             for future in [each for each in running if each in ended]:  # in the order in which they began
                 job = running.pop(future)
+                del self._begun[job.entry.id]
                 ending = future.result()
                 if ending.status is Status.ERROR and attempt < _ATTEMPTS:
                     again.append(job)
                 else:
-                    self._keep(job, ending, attempt, len(waiting) + len(running) + len(again), slots)
-            self._listener.going_on(self._progress(len(waiting) + len(running) + len(again), slots))
+                    self._keep(job, ending, attempt, len(waiting) + len(again), slots)
+            self._listener.going_on(self._progress(len(waiting) + len(again), slots))
         return again
 
-    def _keep(self, job: Job, ending: Ending, attempt: int, left: int, slots: int) -> None:
+    def _keep(self, job: Job, ending: Ending, attempt: int, waiting: int, slots: int) -> None:
         record = replace(
             job.record, status=ending.status, why=ending.why, seconds=round(ending.seconds, 1), attempts=attempt
         )
         self._folder.keep(Path(job.order.out), record)
         self._done += 1
-        if ending.status is Status.GRADED:  # what cannot be graded takes no time worth counting
-            self._seconds.append(ending.seconds)
-        self._listener.finished(record, self._progress(left, slots))
+        self._seconds.append(ending.seconds)
+        self._graded |= ending.status is Status.GRADED
+        self._listener.finished(record, self._progress(waiting, slots))
 
-    def _progress(self, left: int, slots: int) -> Progress:
-        mean = sum(self._seconds) / len(self._seconds) if self._seconds else None
-        return Progress(
-            done=self._done,
-            total=self._total,
-            running=self._workforce.doing(),
-            left_s=None if mean is None else mean * left / min(slots, max(left, 1)),
-        )
+    def _progress(self, waiting: int, slots: int) -> Progress:
+        """Return where the run is; the time that is left is known once something was graded."""
+        left_s = None
+        if self._graded:
+            each = sum(self._seconds) / len(self._seconds)
+            now = time.monotonic()
+            rest = sum(max(0.0, each - (now - begun)) for begun in self._begun.values())
+            left_s = (waiting * each + rest) / min(slots, max(waiting + len(self._begun), 1))
+        return Progress(done=self._done, total=self._total, running=self._workforce.doing(), left_s=left_s)
 
 
 def _job(entry: Entry, known: HandIn, settings: ClassSettings, facts: ClassFacts, options: Options) -> Job:

@@ -73,7 +73,7 @@ def refresh(folder: ClassFolder) -> list[str]:
             for record, known in stale:
                 old, new = folder.submission(record.id), folder.working(record.id)
                 shutil.copytree(old, new, copy_function=os.link, dirs_exist_ok=True)
-                report.write(_read_back(old, book.rubric, named(facts.course)), new, hand_in=known)
+                report.write(read_back(old, book.rubric, named(facts.course)), new, hand_in=known)
                 folder.keep(new, record)
     return [record.id for record, _ in stale]
 
@@ -89,7 +89,7 @@ def _stale(folder: ClassFolder, facts: ClassFacts, book: Gradebook) -> Iterator[
             yield record, known
 
 
-def _read_back(folder: Path, whole: Rubric, course: Course) -> Grading | Refusal:
+def read_back(folder: Path, whole: Rubric, course: Course) -> Grading | Refusal:
     """Return the grading or the refusal that the report in `folder` shows."""
     said = data.read(folder / DATA)
     if said["schema"] == data.REFUSAL_SCHEMA:
