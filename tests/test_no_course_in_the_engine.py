@@ -45,7 +45,7 @@ def requirements() -> set[str]:
 def held(text: str) -> set[str]:
     """Return the course's words that a module's code holds."""
     tree = ast.parse(text)
-    bodies = [node.body for node in ast.walk(tree) if isinstance(getattr(node, "body", None), list)]
+    bodies = [body for node in ast.walk(tree) if isinstance(body := getattr(node, "body", None), list)]
     docstrings = {id(part.value) for body in bodies for part in body if isinstance(part, ast.Expr)}
     said = [node for node in ast.walk(tree) if isinstance(node, ast.Constant) and id(node) not in docstrings]
     strings = [str(node.value) for node in said if isinstance(node.value, str)]
