@@ -20,7 +20,6 @@ from grader.checks import checks_run
 from grader.errors import GraderError, KitError, SubmissionError
 from grader.host import supervised
 from grader.notebook.spare_process import SpareProcess
-from grader.scoring import rubric
 from grader.scoring.grading import Grading
 from grader.settings import Settings
 
@@ -93,9 +92,7 @@ def await_task() -> str:
 
 def main(wanted: dict[str, Any]) -> int:
     """Collect the evidence, and say what is done."""
-    settings = Settings.of_plain(
-        wanted["settings"], rubric.load(rubric.RUBRIC), progress=lambda what: print(f"{_STEP}{what}", flush=True)
-    )
+    settings = Settings.of_plain(wanted["settings"], progress=lambda what: print(f"{_STEP}{what}", flush=True))
     try:
         pipeline.observe(Path(wanted["package"]), Path(wanted["out"]), settings)
     except KitError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import difflib
 import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
@@ -15,8 +16,6 @@ from grader.evidence import Build, Kind, Reason
 from grader.notebook import checkpoints, so_far
 from grader.notebook.workspace import course
 
-BUILDS = ("package.xml", "CMakeLists.txt")
-"""Files without which no package builds."""
 _RUN_IT = "look at what the node does and prints: `run_node()`, then `run.output`"
 _LET_A_TIMER = "return at once and let a timer do the next step; where an answer is needed, `await` the future"
 _LAST_OUTPUT = "the node ended by itself; its last output says where"
@@ -24,8 +23,8 @@ _PROVIDE_IT = "complete the exercise that provides it, and run its cell"
 _ADVICE = {
     Kind.UNTRIED: "make the robot drive first, then check again",
     Kind.UNWRITTEN: "write it, in that folder of the package",
-    Kind.NO_FILE: "install it with install(DIRECTORY launch config ...) in CMakeLists.txt; {built}",
-    Kind.NO_PROGRAM: "install it with install(PROGRAMS ...) in CMakeLists.txt; {built}",
+    Kind.NO_FILE: "install it with {files}; {built}",
+    Kind.NO_PROGRAM: "install it with {programs}; {built}",
     Kind.NO_SERVICE: _PROVIDE_IT,
     Kind.NO_ACTION: _PROVIDE_IT,
     Kind.NO_RESPONSE: "a service's callback must return the response that it was given",
@@ -56,7 +55,7 @@ def first_gap(package: Path, requirement: str, notebook: str = "") -> Gap | None
     """
     own = bool(notebook) and requirement == course().requirement_of("check_structure")
     needs: Mapping[str, Sequence[str]] = course().notebook_table["needs"]
-    wanted = so_far.layout(notebook) if own else needs.get(requirement, BUILDS)
+    wanted = so_far.layout(notebook) if own else needs.get(requirement, course().builds)
     return first_missing(package, wanted, notebook, finished=own and notebook < "10")
 
 
@@ -108,7 +107,12 @@ def advice(reason: Reason | None) -> str:
     if reason.kind in _NEEDS_PLACE and not reason.place:
         return _RUN_IT
     built = course().requirement_of("check_build")
-    return _ADVICE.get(reason.kind, _RUN_IT).format(built=f'`check("{built}")` says more')
+    by_cmake = "CMakeLists.txt" in course().layout
+    return _ADVICE.get(reason.kind, _RUN_IT).format(
+        built=f'`check("{built}")` says more',
+        files="install(DIRECTORY launch config ...) in CMakeLists.txt" if by_cmake else "data_files in setup.py",
+        programs="install(PROGRAMS ...) in CMakeLists.txt" if by_cmake else "entry_points in setup.py",
+    )
 
 
 def _expected(name: str) -> str:
@@ -140,9 +144,10 @@ def _broken_module(package: Path, names: Sequence[str], notebook: str) -> Gap | 
             if path in seen or (package / path.removesuffix(".py")).is_dir():
                 continue
             if not (package / path).is_file():
-                return Gap(
-                    f"{name} imports {module}, and there is no {path}", _expected(path), _how_to_get(path, notebook)
-                )
+                there = [str(file.relative_to(package)) for file in package.rglob("*.py")]
+                meant = difflib.get_close_matches(path, there, n=1, cutoff=0.9)
+                try_ = f"did you mean {meant[0]}?" if meant else _how_to_get(path, notebook)
+                return Gap(f"{name} imports {module}, and there is no {path}", _expected(path), try_)
             seen.add(path)
             todo.append(path)
     return None

@@ -11,8 +11,9 @@ from pathlib import Path
 from grader.building import Built
 from grader.evidence import Flag, Kind, Trial
 from grader.settings import Settings
-from grader.source import Collected, Phase, Source, Subject
+from grader.source import Collected, Phase, Source, Subject, served
 from grader.trials import catalog, scheduler
+from grader.trials.plan import TrialPlan
 from grader.trials.request import LATE_VARIABLE
 from grader.trials.worker_start import Workers
 
@@ -30,22 +31,21 @@ class Trials(Source):
     def serves(self, settings: Settings) -> frozenset[str]:
         """Return the requirements that any trial serves."""
         plans = catalog.trials(settings.course).values()
-        return frozenset(requirement for plan in plans for requirement in plan.serves)
+        return frozenset().union(*(serves(plan, settings) for plan in plans))
 
     @contextmanager
     def prepare(self, settings: Settings, contract: Built, folder: Path) -> Iterator[Source]:
         """Start the processes that observe nodes, and yield the source that uses them."""
         folder.mkdir()
-        trials = len(catalog.serving(settings.course, settings.checked))
-        forks = settings.fork_from
-        with scheduler.start_observers(settings.course, contract.install, folder, trials, forks) as observers:
+        course, trials = settings.course, len(wanted(settings))
+        with scheduler.start_observers(course, contract.install, folder, trials, settings.fork_from) as observers:
             yield Trials(observers)
 
     def collect(self, subject: Subject) -> Collected:
         """Return the trials' facts, by name."""
         assert subject.contract is not None
         settings = subject.settings
-        plans = catalog.serving(settings.course, settings.checked)
+        plans = wanted(settings)
         # LATE_VARIABLE makes trials differ from what they would be without it.
         kept = subject.kept if LATE_VARIABLE not in os.environ else replace(subject.kept, folder=None)
         program = (subject.program, "best effort" if settings.best_effort else "reliable")
@@ -63,6 +63,17 @@ class Trials(Source):
         every = {name: found[name][0] if name in found else ran[name] for name in plans}
         since = {f"trial {name}": when for name, (_, when) in found.items()}
         return Collected({"trials": every}, tuple(integrity_flags(every)), kept=since)
+
+
+def wanted(settings: Settings) -> dict[str, TrialPlan]:
+    """Return the trials that serve at least one of the requirements to judge."""
+    plans = catalog.trials(settings.course)
+    return {name: plan for name, plan in plans.items() if serves(plan, settings) & settings.checked}
+
+
+def serves(plan: TrialPlan, settings: Settings) -> frozenset[str]:
+    """Return the ids of the requirements that a trial serves: those that it names, and those that need its kind."""
+    return frozenset(plan.serves) | (served(settings, plan.kind) if plan.kind else frozenset())
 
 
 def may_be_kept(trial: Trial) -> bool:

@@ -90,4 +90,4 @@ def play(variant: Variant | None, settings, contract, folder: Path, names: list[
         packages = sorted(path.parent for path in make(variant, folder).glob("*/package.xml"))
     install = building.build(packages, settings.cache, COURSE).install
     plans = [catalog.trials(COURSE)[name] for name in names]
-    return trials.run(plans, install=install, contract=contract.install, folder=folder, seed=3)
+    return trials.run(plans, COURSE, install=install, contract=contract.install, folder=folder, seed=3)

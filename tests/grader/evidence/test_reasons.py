@@ -37,6 +37,7 @@ from grader.trials import catalog
 F2, F8 = "check_set_speed::test_drives_at_the_set_speed", "check_navigation::test_reaches_a_target_ahead"
 PLACE = '  File "/ws/install/lib/python3.12/site-packages/ros2_robot_controller/driver.py", line 7, in go\n'
 RAISED = f"Traceback (most recent call last):\n{PLACE}KeyError: 1\n"
+IDLE = "idle_robot_controller"
 ITSELF, US = ProcessEnd("itself", 1, 0.4, RAISED), ProcessEnd("us", None, 9.0, "")
 LOOPS = Finding("ros2_robot_controller/driver.py", 88, "loop-in-callback", "`while` in the callback `on_scan`")
 
@@ -86,7 +87,7 @@ def judged(evidence: Evidence) -> list[CheckResult]:
         how = Outcome.NOT_REACHED if not said.reached else Outcome.PARTIAL if said.share else Outcome.FAILED
         because = "" if said.reached else said.seen
         results.append(
-            CheckResult(check.id, how, said.share, seen=said.seen, because=because, trial="idle", reason=said.reason)
+            CheckResult(check.id, how, said.share, seen=said.seen, because=because, trial=IDLE, reason=said.reason)
         )
     return results
 
@@ -140,6 +141,6 @@ def test_every_kind_of_reason_has_words():
 
 def test_a_trial_recorded_with_sentences_is_refused():
     """What an earlier kit wrote beside them has another meaning now."""
-    trial = to_json(replace(EVIDENCE["hangs"].trials["idle"], ended=None)).replace('"ended": null', '"ended": ""')
+    trial = to_json(replace(EVIDENCE["hangs"].trials[IDLE], ended=None)).replace('"ended": null', '"ended": ""')
     with pytest.raises(ValueError, match="not a Trial"):
         from_json(trial, Trial)
