@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import itertools
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import PurePosixPath
 
 from grader.course import role
@@ -30,7 +30,7 @@ def program_faults(sources: PackageSources, modules: Sequence[Module]) -> Iterat
     texts = "\n".join(map(sources.read, (_CMAKE, _SETUP, "setup.cfg", "pyproject.toml")))
     missing = [node for node in nodes if (node not in made if made is not None else not _names(texts, node))]
     yield from _without(sources, modules, [node for node in missing if not files[node]])
-    if sources.cmake is not None and not sources.by_cmake:
+    if sources.has_cmake and not sources.by_cmake:
         return  # package.xml comes first
     there = {node: files[node] for node in missing if files[node] and made is not None}
     if there and sources.by_cmake:
@@ -46,11 +46,9 @@ def program_faults(sources: PackageSources, modules: Sequence[Module]) -> Iterat
 def programs(sources: PackageSources) -> set[str] | None:
     """Return the names of the programs that the package installs for `ros2 run`, None where they cannot be read off."""
     if sources.by_cmake:
-        assert sources.cmake is not None
         if sources.cmake.unclosed is not None or is_unclear(sources):
             return None
-        installs = sources.cmake.named("install")
-        return {program(sources, command, name) for command in installs for name in installed_files(command)}
+        return _made_by(sources, _installs(sources))
     setup, elsewhere = sources.setup, sources.read("setup.cfg") + sources.read("pyproject.toml")
     if setup is None or not setup.complete or _SCRIPTS.search(elsewhere):
         return None
@@ -138,7 +136,7 @@ def _without_the_bit(sources: PackageSources) -> Iterator[Fault]:
     """Yield the programs that CMakeLists.txt installs as if they were data."""
     for command in _installs(sources):
         if command.is_plain and command.arguments[0] == "FILES" and "PERMISSIONS" not in command.arguments:
-            made = {program(sources, command, name) for name in installed_files(command)}
+            made = _made_by(sources, [command])
             for node in (node for node in sources.course.nodes if node in made):
                 text = f"install(FILES ...) makes `{node}` no program: it lacks the executable bit"
                 cure = "install(PROGRAMS ...) instead of install(FILES ...)"
@@ -216,15 +214,16 @@ def _left_out(sources: PackageSources, modules: Sequence[Module]) -> Iterator[Fa
 
 
 def _installs(sources: PackageSources) -> list[Command]:
-    return sources.cmake.named("install") if sources.cmake is not None and sources.by_cmake else []
+    return sources.cmake.named("install") if sources.by_cmake else []
 
 
 def is_unclear(sources: PackageSources) -> bool:
     """Return whether something may be installed that cannot be read off: by variables, loops or other commands."""
     others = ("ament_python_install_package", "ament_auto_package", "include", "add_subdirectory", "function", "macro")
     unclear = [command for command in _installs(sources) if not command.is_plain]
-    named = sources.cmake.named(*others) if sources.cmake is not None else []
-    return bool(named) or any("${PYTHON_INSTALL_DIR}" not in " ".join(command.arguments) for command in unclear)
+    return bool(sources.cmake.named(*others)) or any(
+        "${PYTHON_INSTALL_DIR}" not in " ".join(command.arguments) for command in unclear
+    )
 
 
 def installed_files(command: Command) -> list[str]:
@@ -234,18 +233,34 @@ def installed_files(command: Command) -> list[str]:
     return list(itertools.takewhile(lambda argument: argument not in _ENDS_INSTALL, command.arguments[1:]))
 
 
-def value(command: Command, keyword: str) -> str:
+def installed(sources: PackageSources, command: Command) -> Iterator[tuple[str, PurePosixPath]]:
+    """Yield each file that an install() names or that is in a folder that it names, and where it puts that."""
+    destination = PurePosixPath(_value(command, "DESTINATION"))
+    for name in installed_files(command):
+        if command.arguments[0] != "DIRECTORY":
+            yield name, destination / (_value(command, "RENAME") or PurePosixPath(name).name)
+            continue
+        top = destination if name.endswith("/") else destination / PurePosixPath(name).name
+        inside = (path for path in sources.paths if path.startswith(f"{name.rstrip('/')}/"))
+        yield from ((path, top / PurePosixPath(path).relative_to(name)) for path in inside)
+
+
+def program_folders(sources: PackageSources) -> list[PurePosixPath]:
+    """Return where `ros2 run` looks for the programs of a package."""
+    return [PurePosixPath("lib", name) for name in sources.names]
+
+
+def _value(command: Command, keyword: str) -> str:
     """Return the argument of a command that follows `keyword`, "" if there is none."""
     after = iter(command.arguments)
     return next((next(after, "") for argument in after if argument == keyword), "")
 
 
-def program(sources: PackageSources, command: Command, name: str) -> str:
-    """Return the name under which install() puts a file where `ros2 run` looks, "" if it does not."""
-    places = {f"lib/{own}" for own in sources.names}
-    if command.arguments[0] == "DIRECTORY" or value(command, "DESTINATION").rstrip("/") not in places:
-        return ""
-    return value(command, "RENAME") or PurePosixPath(name).name
+def _made_by(sources: PackageSources, commands: Iterable[Command]) -> set[str]:
+    """Return the names of the files that install() commands put where `ros2 run` looks."""
+    folders = program_folders(sources)
+    places = (place for command in commands for _, place in installed(sources, command))
+    return {place.name for place in places if place.parent in folders}
 
 
 def program_files(sources: PackageSources) -> set[str]:
