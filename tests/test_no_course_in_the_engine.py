@@ -30,7 +30,6 @@ STILL = {
     "grader/selftest/attacks/on_build.py",
     "grader/selftest/attacks/on_host.py",
     "grader/selftest/attacks/on_nodes.py",
-    "grader/selftest/attacks/weaknesses.py",
     "grader/selftest/flakiness.py",
     "sim/bag.py",
     "sim/bridge.py",  # ROS's usual topics of a robot, as an example

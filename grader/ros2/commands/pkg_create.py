@@ -17,7 +17,6 @@ LICENSES = ("Apache-2.0", "BSL-1.0", "BSD-2.0", "BSD-2-Clause", "BSD-3-Clause", 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare arguments and flags."""
     parser.add_argument("package_name", help="The package name")
-    parser.add_argument("--package-format", "--package_format", choices=("2", "3"), default="3", help="format")
     parser.add_argument("--description", default="TODO: Package description", help="The description of the package")
     parser.add_argument("--license", default="TODO: License declaration", help=f"The license: {', '.join(LICENSES)}")
     parser.add_argument("--destination-directory", default=".", type=Path, help="Directory for the package directory")
@@ -56,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     for title, value in (
         ("package name", name),
         ("destination directory", args.destination_directory.resolve()),
-        ("package format", args.package_format),
+        ("package format", "3"),
         ("version", "0.0.0"),
         ("description", args.description),
         ("maintainer", [f"{args.maintainer_name} <{args.maintainer_email}>"]),
@@ -91,9 +90,9 @@ def _write(root: Path, path: Path, text: str) -> None:
 def _manifest(args: argparse.Namespace, tool: str, *tests: str) -> str:
     lines = [
         '<?xml version="1.0"?>',
-        f'<?xml-model href="http://download.ros.org/schema/package_format{args.package_format}.xsd" '
+        '<?xml-model href="http://download.ros.org/schema/package_format3.xsd" '
         'schematypens="http://www.w3.org/2001/XMLSchema"?>',
-        f'<package format="{args.package_format}">',
+        '<package format="3">',
         f"  <name>{args.package_name}</name>",
         "  <version>0.0.0</version>",
         f"  <description>{escape(args.description)}</description>",

@@ -36,7 +36,6 @@ class ParameterValue:
         self.value, self.value_type = typed.given(value, value_type), value_type
 
     def evaluate(self, context: LaunchContext) -> Any:
-        """Return the current value."""
         return typed.performed(context, self.value, self.value_type)
 
 
@@ -93,7 +92,6 @@ class Parameters:
         self.entries = list(_flat(values, []))
 
     def evaluate(self, context: LaunchContext) -> dict[str, Any]:
-        """Return the current values by dotted names."""
         return {(name := perform(context, parts)): _evaluated(context, name, value) for parts, value in self.entries}
 
 
@@ -134,7 +132,6 @@ class Joined(Substitution):
         self.parts = substitutions(parts)
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the text."""
         return perform(context, self.parts)
 
 

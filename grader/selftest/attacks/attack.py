@@ -77,32 +77,6 @@ def node(payload: str, executable: str = "robot_controller", *, before: str = ""
     return put(f"scripts/{executable}", text, executable=True)
 
 
-def beside(payload: str, executable: str = "robot_controller") -> Change:
-    """Return a change that runs `payload` beside a node; it may use its own `node`, `spin(s)` and `spin_until(f)`.
-
-    The attacked node starts when the payload calls `bites()`, or ends: a trial takes a second or two, and would be over
-    before a side process is up. `observed()` tells whether the observer and its topics have been discovered.
-    """
-    indented = "".join(f"        {line}\n" if line else "\n" for line in payload.strip().splitlines())
-    text = (
-        "context = rclpy.Context()\nrclpy.init(context=context)\n"
-        "node = rclpy.create_node(NAME, context=context, enable_rosout=False)\n"
-        "executor = SingleThreadedExecutor(context=context)\nexecutor.add_node(node)\n\n"
-        "def spin(seconds):\n    end = time.monotonic() + seconds\n    while time.monotonic() < end:\n"
-        "        executor.spin_once(timeout_sec=0.01)\n\n"
-        "def spin_until(holds):\n    end = time.monotonic() + 30.0\n"
-        "    while not holds() and time.monotonic() < end:\n        executor.spin_once(timeout_sec=0.01)\n\n"
-        "def observed():\n"
-        "    return 'simulated_robot' in node.get_node_names() and node.count_subscribers('cmd_vel')\n\n"
-        "up = threading.Event()\nbites = up.set\n\n"
-        "def run():\n    try:\n" + indented + "    except Exception as error:\n"
-        "        print('ATTACK', type(error).__name__, error, flush=True)\n    finally:\n        up.set()\n\n"
-        "threading.Thread(target=run, daemon=True).start()\nup.wait()"
-    )
-    before = "import rclpy\nfrom rclpy.executors import SingleThreadedExecutor\nNAME = 'helper'\n"
-    return node(text, executable, before=before)
-
-
 def cmake(text: str) -> Change:
     """Return a change that adds commands to CMakeLists.txt before its end."""
     return replace("CMakeLists.txt", "\nament_package()", f"\n{text.strip()}\n\nament_package()")
