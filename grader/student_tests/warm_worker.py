@@ -1,6 +1,6 @@
-"""Warm workers: each waits in a sandbox and runs one module of the package's own tests at a time, as requested.
+"""Start workers in sandboxes, hand them requests to run test modules, and read what they report.
 
-The host's side of `worker.py`: it hands in requests and collects what was reported.
+This is the host's side of `worker.py`. A worker is warm: it has imported pytest and ROS 2 before the first request.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _NOT_COPIED = shutil.ignore_patterns("__pycache__", ".pytest_cache", ".git", "*.
 
 @dataclass(frozen=True)
 class WarmWorker:
-    """A worker that waits for requests. Made by `start_team`."""
+    """A worker that waits for requests. Made by `start_workers`."""
 
     package: Path
     process: sandbox.Process
@@ -70,7 +70,7 @@ class WarmWorker:
         self._hand_in(number, request)
         began = time.monotonic()
         done = self.out / f"{number}.done"
-        # The worker keeps the time itself; this is for a worker that the submission has stopped or killed.
+        # The worker itself enforces the time limits; this loop notices a worker that a test has stopped or killed.
         ran_last = looked = began
         while not done.exists() and self.alive:
             time.sleep(_POLL_S)
@@ -135,10 +135,10 @@ class WarmWorker:
             file.unlink(missing_ok=True)
 
 
-class Team:
-    """Warm workers that share the runs among them, with another in the place of one that a test has killed.
+class WorkerPool:
+    """A fixed number of warm workers. One that a test has killed is replaced, so that later tests lose nothing.
 
-    The tests after that one lose nothing. Safe to use from several threads.
+    Safe to use from several threads.
     """
 
     def __init__(self, start: Callable[[int], WarmWorker], size: int) -> None:
@@ -150,7 +150,7 @@ class Team:
 
     @property
     def folder(self) -> Path:
-        """Return the folder of a worker, with its coverage settings."""
+        """Return the folder of one of the workers, which has the coverage settings."""
         worker = self._idle.get()
         self._idle.put(worker)
         return worker.out.parent
@@ -176,16 +176,16 @@ class Team:
 
 
 @contextlib.contextmanager
-def start_team(
+def start_workers(
     package: Path, install: Path, size: int, *, seconds: float, kept_runs: KeptRuns | None = None
-) -> Iterator[Team]:
+) -> Iterator[WorkerPool]:
     """Start `size` workers for a package (its source folder and its install tree), each in a sandbox of its own."""
     with tempdir.folder("own-tests") as folder, contextlib.ExitStack() as stack:
 
         def start(number: int) -> WarmWorker:
             return stack.enter_context(_start(package, install, folder / str(number), seconds, kept_runs))
 
-        yield Team(start, size)
+        yield WorkerPool(start, size)
 
 
 @contextlib.contextmanager
