@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from grader.mutation.equivalent_mutants import WEAK, compiles, equivalent_mutants
-from grader.mutation.jobs import Job, JobRunner, JobResult
+from grader.mutation.jobs import Job, JobResult, JobRunner
 from grader.mutation.selection import Selection
 from grader.mutation.source_text import Change
 from grader.mutation.verdicts import Verdicts

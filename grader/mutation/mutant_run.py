@@ -11,7 +11,7 @@ from grader.course import Course
 from grader.evidence import Mutant, Mutation, short_name
 from grader.host import turns
 from grader.mutation.examination import examinations, judge
-from grader.mutation.jobs import Job, JobRunner, JobResult, TestedPackage
+from grader.mutation.jobs import Job, JobResult, JobRunner, TestedPackage
 from grader.mutation.operators import mutants
 from grader.mutation.selection import Selector, choose
 from grader.mutation.source_text import MODULE, Change, is_too_complex, parse

@@ -13,6 +13,7 @@ from grader.evidence import Fault
 from grader.quality.cmake_text import Command
 from grader.quality.package_sources import PackageSources, similar
 from grader.quality.parsed_module import Module, imports
+from grader.quality.reachability import makes_a_node
 
 _CMAKE, _SETUP = "CMakeLists.txt", "setup.py"
 _SCRIPTS = re.compile(r"console_scripts|project\.scripts|^[ \t]*scripts[ \t]*=", re.MULTILINE)
@@ -77,20 +78,11 @@ def _without(sources: PackageSources, modules: Sequence[Module], missing: list[s
     which = f"this is the package `{sources.name}`, and it" if sources.name != course.package else "the package"
     text = f"{which} has no {' and no '.join(f'{node}.py' for node in missing)}"
     cure = f"write {wanted}, or hand in the package that has them"
-    if nodes := [module.path for module in modules if module.stem not in course.nodes and _is_node(module)]:
+    others = [module for module in modules if module.role in ("module", "script") and module.stem not in course.nodes]
+    if nodes := [module.path for module in others if makes_a_node(module.tree)]:
         text += f"; its nodes are in {', '.join(nodes[:3])}"
         cure = f"the assignment's nodes belong in {wanted}"
     yield Fault("package.xml", sources.line_of("package.xml", "<name>"), "install", text, cure, lacks=missing)
-
-
-def _is_node(module: Module) -> bool:
-    """Return whether a module makes a node of its own."""
-    parts = [*ast.walk(module.tree)]
-    makers = [base for part in parts if isinstance(part, ast.ClassDef) for base in part.bases]
-    makers += [part.func for part in parts if isinstance(part, ast.Call)]
-    found = imports(module)
-    names = {found.meaning(maker) for maker in makers}
-    return module.role in ("module", "script") and not names.isdisjoint({"rclpy.node.Node", "rclpy.create_node"})
 
 
 def _not_installed(sources: PackageSources, files: Mapping[str, str], made: Collection[str]) -> Iterator[Fault]:

@@ -199,13 +199,10 @@ def _text(node: ast.expr | None, values: Mapping[str, ast.expr]) -> str | None:
 
     It is a literal, a variable that holds one, a sum of these, or a formatted string.
     """
-    terms: list[ast.expr | None] = []
-    node = _followed(node, values)
-    while isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
-        terms.insert(0, node.right)
-        node = node.left
-    terms = [*node.values, *terms] if isinstance(node, ast.JoinedStr) else [node, *terms]
-    values_of = [part.value if isinstance(part, ast.FormattedValue) else part for part in terms]
+    parts = python_ast.terms(_followed(node, values))
+    if isinstance(parts[0], ast.JoinedStr):
+        parts[:1] = parts[0].values
+    values_of = [part.value if isinstance(part, ast.FormattedValue) else part for part in parts]
     texts = [literal_string(_followed(part, values)) for part in values_of]
     return "".join(texts) if all(texts) else None
 
