@@ -45,8 +45,8 @@ def main() -> int:
     course, package, interfaces, listing = sys.argv[1:]
     sources, starting = json.loads(Path(listing).read_text())
     beside = Path(interfaces) if interfaces else None
-    found = package_facts(Path(package), beside, sources, starting, course=load(Path(course)))
-    print(json.dumps(_cut(json.loads(evidence.to_json(found)))))
+    facts = package_facts(Path(package), beside, sources, starting, course=load(Path(course)))
+    print(json.dumps(_cut(json.loads(evidence.to_json(facts)))))
     return 0
 
 
@@ -81,7 +81,7 @@ def package_facts(
     if len(public) > reading_limits.MAX_DEFINITIONS:
         files.append(evidence.SourceFile(public[reading_limits.MAX_DEFINITIONS].path, 0, reading_limits.TOO_PUBLIC))
     created = list(created_interfaces(graph, course.nodes))[:_MAX_INTERFACES]
-    found = evidence.Quality(
+    facts = evidence.Quality(
         manifest=read_manifest(text, modules),
         paths=[printable(path) for path in paths][:_MAX_ENTRIES],
         files=files,
@@ -103,8 +103,8 @@ def package_facts(
         # The contract's interface files, and what builds them, count wherever they are in the submission.
         moved = ("CMakeLists.txt", "msg", "srv", "action")
         inside = [path for path in package_files(interfaces, course) if path.split("/")[0] in moved]
-        found = replace(found, paths=sorted({*found.paths, *map(printable, inside)}))
-    return found
+        facts = replace(facts, paths=sorted({*facts.paths, *map(printable, inside)}))
+    return facts
 
 
 def _parse(sources: Sources, course: Course) -> tuple[list[Module], list[evidence.SourceFile]]:

@@ -67,22 +67,26 @@ def probe(
     workers: WorkerPool, measured: Sequence[Measured], sources: Sources, rng: random.Random, seconds: float
 ) -> tuple[dict[str, list[str]], set[str]]:
     """Return for each module which probes contradict the reports on it, and the modules whose tests cannot fail."""
-    found: dict[str, list[str]] = {each.module.path: [] for each in measured}
-    probed = [(each, tests) for each in measured if (tests := canary.probed_tests(each.runs[0].tests, each.rng))]
-    probed = [(each, tests) for each, tests in probed if each.text is not None]
+    contradicted: dict[str, list[str]] = {tested.module.path: [] for tested in measured}
+    probed = [
+        (tested, tests) for tested in measured if (tests := canary.probed_tests(tested.runs[0].tests, tested.rng))
+    ]
+    probed = [(tested, tests) for tested, tests in probed if tested.text is not None]
     together = _fit_together(probed, sources)
     shared = _probe_together(workers, together, sources, rng, seconds) if len(together) > 1 else []
     alone = [pair for pair in probed if not shared or pair not in together]
-    runs = {each.module.path: shared for each, _ in probed}
-    for (each, _), own in zip(
+    runs = {tested.module.path: shared for tested, _ in probed}
+    for (tested, _), own in zip(
         alone, workers.map(lambda pair: _probe_alone(workers, *pair, sources, seconds), alone), strict=True
     ):
-        found[each.module.path] += [problem for probe, ran in own if (problem := canary.judge_probe(ran, probe))]
-        runs[each.module.path] = own
-    return found, {
-        each.module.path
-        for each, tests in probed
-        if canary.is_idle(runs[each.module.path], [name for name in tests if name in each.reaching])
+        contradicted[tested.module.path] += [
+            problem for probe, ran in own if (problem := canary.judge_probe(ran, probe))
+        ]
+        runs[tested.module.path] = own
+    return contradicted, {
+        tested.module.path
+        for tested, tests in probed
+        if canary.is_idle(runs[tested.module.path], [name for name in tests if name in tested.reaching])
     }
 
 
@@ -93,13 +97,13 @@ def _fit_together(probed: Sequence[tuple[Measured, list[str]]], sources: Sources
     not those with a name that another one has, for pytest may take one for the other.
     """
     texts = _texts(sources)
-    called = [canary.functions_reached(texts, each.reach) for each, _ in probed]
+    called = [canary.functions_reached(texts, tested.reach) for tested, _ in probed]
     on_import = {place for _, importing in called for place in importing}
-    names = Counter(_name(each) for each, _ in probed)
+    names = Counter(_name(tested) for tested, _ in probed)
     return [
-        (each, tests)
-        for (each, tests), (in_tests, _) in zip(probed, called, strict=True)
-        if not in_tests & on_import and names[_name(each)] == 1
+        (tested, tests)
+        for (tested, tests), (in_tests, _) in zip(probed, called, strict=True)
+        if not in_tests & on_import and names[_name(tested)] == 1
     ]
 
 
@@ -112,14 +116,14 @@ def _probe_together(
 ) -> list[tuple[Probe, ModuleRun]]:
     """Return how all modules ran at once on the probes; [] if they do not agree, so that each is probed alone."""
     reach: dict[str, dict[int, frozenset[str]]] = {}
-    for each, _ in probed:
-        for path, lines in each.reach.items():
+    for tested, _ in probed:
+        for path, lines in tested.reach.items():
             known = reach.setdefault(path, {})
             for line, tests in lines.items():
                 known[line] = known.get(line, frozenset()) | tests
-    first, *others = (each.module.path for each, _ in probed)
+    first, *others = (tested.module.path for tested, _ in probed)
     names = [name for _, tests in probed for name in tests]
-    limits = {name: limit for each, _ in probed for name, limit in _limits(each).items()}
+    limits = {name: limit for tested, _ in probed for name, limit in _limits(tested).items()}
 
     def agrees(probe: Probe, ran: ModuleRun) -> bool:
         # An import that raises keeps all tests from running; else every test must have run.
