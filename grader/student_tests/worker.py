@@ -3,8 +3,8 @@
 The worker imports once what every run needs (pytest, coverage, rclpy, the usual messages), and nothing of the
 submission. For each request it forks twice. The first fork writes the tree under test, which the host hands in, to the
 sandbox's folders and ends; the second runs one module with pytest (`pytest_run`). When that has ended, the worker kills
-everything that it has started. The worker itself never reads the tree: a fork has a copy of its memory, in which tests
-must not find the text that was mutated.
+everything that it has started. No test can stop or kill the worker: it is the first process of its sandbox. It never
+reads the tree itself: a fork has a copy of its memory, in which tests must not find the text that was mutated.
 
 The files in `out` may have been written by the submission, so the host treats them as data and checks them.
 """
@@ -140,7 +140,10 @@ def serve(number: int, request: Request, modules: Path, run_module: RunModule) -
     pid = fork(run)
     end = watch(pid, OUT / f"{number}.report", request)
     with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.kill(-1, signal.SIGKILL)  # everything but this process and the sandbox's init
+        os.kill(-1, signal.SIGKILL)  # everything but this process
+    with contextlib.suppress(ChildProcessError):
+        while True:  # the sandbox's first process is the parent of all that have lost theirs
+            os.waitpid(-1, 0)
     facts = {"status": end.status, "late": end.timed_out, "queued": round(end.queued_s, 3)}
     done = OUT / f"{number}.done"
     done.with_suffix(".part").write_text(json.dumps(facts))
