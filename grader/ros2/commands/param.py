@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -22,14 +21,6 @@ from .spinning import spin
 TYPES = (
     *("not set", "boolean", "integer", "double", "string"),
     *("byte array", "boolean array", "integer array", "double array", "string array"),
-)
-FIELDS = (
-    *("", "bool_value", "integer_value", "double_value", "string_value"),
-    *("byte_array_value", "bool_array_value", "integer_array_value", "double_array_value", "string_array_value"),
-)
-TITLES = (
-    *("", "Boolean value is:", "Integer value is:", "Double value is:", "String value is:"),
-    *("Byte values are:", "Boolean values are:", "Integer values are:", "Double values are:", "String values are:"),
 )
 ANSWER_S = 5.0
 
@@ -136,8 +127,15 @@ def show_get(args: argparse.Namespace) -> int:
         hint = parameters.near(args.parameter_name)
     if not values or values[0].type == 0:
         raise Refusal(f"Parameter not set{hint}")
-    print(f"{TITLES[values[0].type]} {getattr(values[0], FIELDS[values[0].type])}")  # lists as in the message
+    print(shown(values[0]))
     return 0
+
+
+def shown(value: Any) -> str:
+    """Return a value with its type, as `ros2 param get` prints it: lists as in the message."""
+    kind, _, is_list = TYPES[value.type].partition(" ")
+    field = f"{kind.replace('boolean', 'bool')}{'_array' if is_list else ''}_value"
+    return f"{kind.capitalize()} {'values are' if is_list else 'value is'}: {getattr(value, field)}"
 
 
 def run_set(args: argparse.Namespace) -> int:
@@ -244,12 +242,8 @@ def run_load(args: argparse.Namespace) -> int:
 def _for_node(document: Any, node: str) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, body in (document or {}).items():
-        if not isinstance(body, dict) or "ros__parameters" not in body:
-            continue
-        # "**" matches any namespaces, "*" one.
-        pattern = re.escape(full_name(key)).replace(r"/\*\*", "(/.*)?").replace(r"\*", "[^/]*")
-        if re.fullmatch(pattern, node):
-            found.update(_flat(body["ros__parameters"] or {}))
+        if full_name(key) in ("/**", node) and isinstance(body, dict):
+            found.update(_flat(body.get("ros__parameters") or {}))
     return found
 
 

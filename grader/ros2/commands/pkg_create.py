@@ -42,6 +42,8 @@ def run(args: argparse.Namespace) -> int:
             f"Package name '{name}' is not allowed: use lower-case letters, digits and single underscores, "
             "beginning with a letter"
         )
+    if node and args.build_type == "ament_cmake":
+        raise Refusal("--node-name writes a node in Python: add --build-type ament_python")
     if node == "test":
         raise Refusal("'test' cannot be the name of a node: the folder of that name holds the tests")
     folder = args.destination_directory / name
@@ -144,17 +146,9 @@ def _quoted(text: str) -> str:
 
 def _cmake(args: argparse.Namespace) -> dict[str, str]:
     find = "".join(f"find_package({name} REQUIRED)\n" for name in args.dependencies)
-    node, source = "", {}
-    if args.node_name:
-        node = NODE.format(node=args.node_name, name=args.package_name)
-        if args.dependencies:
-            node += f"ament_target_dependencies({args.node_name}\n  {' '.join(args.dependencies)}\n)\n"
-        node += f"install(TARGETS {args.node_name}\n  DESTINATION lib/${{PROJECT_NAME}})\n\n"
-        source = {f"src/{args.node_name}.cpp": CPP.replace("@NAME@", args.package_name)}
     return {
         "package.xml": _manifest(args, "ament_cmake", "ament_lint_auto", "ament_lint_common"),
-        **source,
-        "CMakeLists.txt": CMAKE.format(name=args.package_name, find=find, node=node),
+        "CMakeLists.txt": CMAKE.format(name=args.package_name, find=find),
     }
 
 
@@ -227,19 +221,5 @@ endif()
 # find dependencies
 find_package(ament_cmake REQUIRED)
 {find}
-{node}ament_package()
-"""
-NODE = """add_executable({node} src/{node}.cpp)
-target_compile_features({node} PUBLIC c_std_99 cxx_std_17)
-"""
-CPP = """#include <cstdio>
-
-int main(int argc, char ** argv)
-{
-  (void) argc;
-  (void) argv;
-
-  printf("hello world @NAME@ package\\n");
-  return 0;
-}
+ament_package()
 """

@@ -52,60 +52,41 @@ def _pick(module: ModuleType, *names: str) -> dict[str, Any]:
 
 
 def table() -> dict[str, dict[str, Any]]:
-    """Return the supported names by the module that they are usually imported from."""
-    types = {"SomeSubstitutionsType": entities.SomeSubstitutionsType, "SomeEntitiesType": Any}
-    tuples = {
-        "SomeSubstitutionsType_types_tuple": (str, entities.Substitution, Iterable),
-        "SomeEntitiesType_types_tuple": (Iterable, entities.LaunchDescriptionEntity),
-    }
-    parameter_descriptions = _pick(parameters, "ParameterFile", "ParameterValue")
+    """Return the supported names by the package that has them, the events apart: two of them are called as actions."""
+    failures = ("InvalidLaunchFileError", "InvalidPythonLaunchFileError", "InvalidFrontendLaunchFileError")
     return {
         "launch": {
-            **_pick(entities, "LaunchDescription", "LaunchDescriptionEntity", "Action", "Substitution", "Condition"),
-            **_pick(context, "LaunchContext"),
-            **_pick(service, "LaunchService"),
-            **_pick(include, "LaunchDescriptionSource"),
-            **_pick(events, "Event"),
-            **_pick(event_handling, "EventHandler"),
-            "InvalidLaunchFileError": LaunchError,
-            **types,
-            **tuples,
-        },
-        "launch.actions": _classes(entities.Action, actions, event_handling, include, process),
-        "launch.substitutions": _classes(entities.Substitution, substitutions)
-        | {"TextSubstitution": entities.TextSubstitution, "SubstitutionFailure": SubstitutionFailure},
-        "launch.conditions": _classes(entities.Condition, entities)
-        | {
-            "evaluate_condition_expression": entities.truth,
+            **_classes(entities.Action, actions, event_handling, include, process),
+            **_classes(entities.Substitution, substitutions),
+            **_classes(entities.Condition, entities),
+            **_classes(event_handling.EventHandler, event_handling),
+            **_classes(include.LaunchDescriptionSource, include),
+            **_pick(entities, "LaunchDescription", "LaunchDescriptionEntity", "Action", "Substitution"),
+            **_pick(entities, "TextSubstitution", "SomeSubstitutionsType", "is_substitution"),
+            "LaunchContext": context.LaunchContext,
+            "LaunchService": service.LaunchService,
+            "Event": events.Event,
+            "get_logger": output.get_logger,
+            **dict.fromkeys(failures, LaunchError),
             "InvalidConditionExpressionError": InvalidConditionExpressionError,
-        },
-        "launch.event_handlers": _classes(event_handling.EventHandler, event_handling),
-        "launch.events": _pick(events, "ExecutionComplete", "Shutdown", "TimerEvent"),
-        "launch.events.process": _classes(events.RunningProcessEvent, events),
-        "launch.launch_description_sources": _classes(include.LaunchDescriptionSource, include)
-        | dict.fromkeys(
-            ("InvalidLaunchFileError", "InvalidPythonLaunchFileError", "InvalidFrontendLaunchFileError"), LaunchError
-        ),
-        "launch.logging": _pick(output, "get_logger"),
-        "launch.some_substitutions_type": {**types, **tuples},
-        "launch.some_entities_type": {**types, **tuples},
-        "launch.utilities": {
+            "SubstitutionFailure": SubstitutionFailure,
+            "evaluate_condition_expression": entities.truth,
             "normalize_to_list_of_substitutions": entities.substitutions,
             "perform_substitutions": entities.perform,
-        },
-        "launch.utilities.type_utils": {
-            "is_substitution": entities.is_substitution,
             "normalize_typed_substitution": typed.given,
             "perform_typed_substitution": typed.performed,
+            "SomeSubstitutionsType_types_tuple": (str, entities.Substitution, Iterable),
+            "SomeEntitiesType_types_tuple": (Iterable, entities.LaunchDescriptionEntity),
+            **dict.fromkeys(("SomeEntitiesType", "FilePath"), Any),
         },
-        "launch.utilities.typing_file_path": {"FilePath": Any},
-        "launch_ros.actions": _classes(entities.Action, ros_actions)
-        | {"PushRosNamespace": ros_actions.PushROSNamespace},
-        "launch_ros.substitutions": _classes(entities.Substitution, ros_substitutions),
-        "launch_ros.parameter_descriptions": parameter_descriptions,
-        "launch_ros.descriptions": parameter_descriptions,
-        "launch_ros.parameters_type": {"SomeParameters": Any, "SomeParameterFile": Any, "SomeParameterValue": Any},
-        "launch_ros.remap_rule_type": {"SomeRemapRules": Any},
+        "launch.events": _classes(events.Event, events),
+        "launch_ros": {
+            **_classes(entities.Action, ros_actions),
+            "PushRosNamespace": ros_actions.PushROSNamespace,
+            **_classes(entities.Substitution, ros_substitutions),
+            **_pick(parameters, "ParameterFile", "ParameterValue"),
+            **dict.fromkeys(("SomeParameters", "SomeParameterFile", "SomeParameterValue", "SomeRemapRules"), Any),
+        },
     }
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -82,23 +83,12 @@ def cmake(text: str) -> Change:
     return replace("CMakeLists.txt", "\nament_package()", f"\n{text.strip()}\n\nament_package()")
 
 
-@dataclass(frozen=True)
-class Placeholders:
-    """The values on this host of the placeholders in an attack's texts."""
-
-    values: Mapping[str, str] = field(default_factory=dict)
-
-    def fill(self, text: str) -> str:
-        """Return `text` with the placeholders filled in."""
-        for name, value in self.values.items():
-            text = text.replace(f"@{name}@", value)
-        return text
-
-    def fill_folder(self, package: Path) -> None:
-        """Fill in the placeholders in every file of the package."""
-        for path in package.rglob("*"):
-            if path.is_file() and not path.is_symlink():
-                old = path.read_bytes()
-                new = self.fill(old.decode("utf-8", "surrogateescape")).encode("utf-8", "surrogateescape")
-                if new != old:
-                    path.write_bytes(new)
+def fill_in(package: Path, values: Mapping[str, str]) -> None:
+    """Replace the placeholders, by name, by their values on this host, in every file of the package."""
+    for path in package.rglob("*"):
+        if path.is_file() and not path.is_symlink():
+            old = new = path.read_bytes()
+            for name, value in values.items():
+                new = new.replace(f"@{name}@".encode(), os.fsencode(value))
+            if new != old:
+                path.write_bytes(new)

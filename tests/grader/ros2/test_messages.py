@@ -67,3 +67,10 @@ def test_a_range_without_a_step_is_described_without_one():
     )
     count = ParameterDescriptor(name="n", type=2, integer_range=[IntegerRange(to_value=9, step=3)])
     assert param.described(count).endswith("    Max value: 9\n    Step: 3")
+
+
+def test_a_list_is_shown_as_in_the_message():
+    from rcl_interfaces.msg import ParameterValue
+
+    assert param.shown(ParameterValue(type=8, double_array_value=[1.0])) == "Double values are: array('d', [1.0])"
+    assert param.shown(ParameterValue(type=1, bool_value=True)) == "Boolean value is: True"

@@ -95,7 +95,7 @@ def test_what_changed_in_the_home_folder_is_named(monkeypatch: pytest.MonkeyPatc
 
 def test_a_call_to_the_host_is_damage():
     with planted() as tokens:
-        socket.create_connection(("127.0.0.1", int(tokens.placeholders.values["PORT"]))).close()
+        socket.create_connection(("127.0.0.1", int(tokens.placeholders["PORT"]))).close()
         deadline = time.monotonic() + 5.0
         while not tokens.calls and time.monotonic() < deadline:
             time.sleep(0.01)
