@@ -64,8 +64,8 @@ def _file(sources: PackageSources, modules: Sequence[Module], node: str) -> str:
     """Return the path of the program or the module of a node, "" if there is neither; CMake installs the program."""
     paths = {module.path for module in modules} | {path for path in sources.paths if path.endswith(".py")}
     named = [path for path in paths if PurePosixPath(path).name in (node, f"{node}.py")]
-    found = [path for path in named if role(path, sources.course.package) in ("module", "script")]
-    return min(found, key=lambda path: (path.endswith(".py") == sources.by_cmake, path), default="")
+    files = [path for path in named if role(path, sources.course.package) in ("module", "script")]
+    return min(files, key=lambda path: (path.endswith(".py") == sources.by_cmake, path), default="")
 
 
 def _without(sources: PackageSources, modules: Sequence[Module], missing: list[str]) -> Iterator[Fault]:
@@ -263,20 +263,20 @@ def program_files(sources: PackageSources) -> set[str]:
 
 def defined(tree: ast.Module) -> set[str]:
     """Return the names that a module defines at its top level, with "*" if it may define any."""
-    found: set[str] = set()
+    names: set[str] = set()
     todo: list[ast.AST] = [*tree.body]
     while todo:
         node = todo.pop()
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            found.add(node.name)
+            names.add(node.name)
             if node.name == "__getattr__":
-                found.add("*")
+                names.add("*")
             continue
         if isinstance(node, ast.Import | ast.ImportFrom):
-            found |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
+            names |= {(alias.asname or alias.name).partition(".")[0] for alias in node.names}
         elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            found.add(node.id)
+            names.add(node.id)
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("globals", "exec"):
-            found.add("*")
+            names.add("*")
         todo += ast.iter_child_nodes(node)
-    return found
+    return names

@@ -144,8 +144,8 @@ def similar(name: str, others: Iterable[str]) -> str:
     for at, part in enumerate(parts):
         rest = (parts[:at], parts[at + 1 :])
         near = {theirs[at]: other for theirs, other in split if (theirs[:at], theirs[at + 1 :]) == rest}
-        if found := difflib.get_close_matches(part, near, 1, 0.75):
-            return near[found[0]]
+        if matches := difflib.get_close_matches(part, near, 1, 0.75):
+            return near[matches[0]]
     return ""
 
 
@@ -220,10 +220,10 @@ def _entry_points(node: ast.expr | None, values: Mapping[str, ast.expr]) -> tupl
     )
     scripts = _followed(scripts, values)
     entries = scripts.elts if isinstance(scripts, ast.List | ast.Tuple) else []
-    found = []
+    entry_points = []
     for entry in entries:
         if text := _text(entry, values):
             match = _ENTRY_POINT.fullmatch(text)
-            found.append(EntryPoint(text, entry.lineno, **(match.groupdict() if match else {})))
+            entry_points.append(EntryPoint(text, entry.lineno, **(match.groupdict() if match else {})))
     every = isinstance(scripts, ast.List | ast.Tuple | None) and None not in node.keys
-    return found, every and len(found) == len(entries)
+    return entry_points, every and len(entry_points) == len(entries)

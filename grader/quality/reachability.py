@@ -132,8 +132,8 @@ def _own_module(node: str, modules: Mapping[str, Module], programs: Sequence[Mod
     by_name = {module.name: path for path, module in modules.items()}
     entry_points = [settings, *(text for program in programs for text in _strings(program.tree))]
     for text in entry_points:
-        if (found := re.search(rf"\b{node}\s*=\s*([\w.]+)\s*:", text)) and found[1] in by_name:
-            return by_name[found[1]]
+        if (match := re.search(rf"\b{node}\s*=\s*([\w.]+)\s*:", text)) and match[1] in by_name:
+            return by_name[match[1]]
     started = sorted(imports(program).modules) if program is not None else []
     return next((by_name[name] for name in started if name in by_name and "." in name), "")
 
@@ -141,13 +141,13 @@ def _own_module(node: str, modules: Mapping[str, Module], programs: Sequence[Mod
 def _started_by(program: Module | None, programs: Sequence[Module]) -> list[Module]:
     """Return a program and the files among `programs` that it imports by their names, directly or not."""
     by_stem = {each.stem: each for each in programs if each.role == "script"}
-    found, todo = dict[str, Module](), [program] if program is not None else []
+    started, todo = dict[str, Module](), [program] if program is not None else []
     while todo:
-        here = todo.pop()
-        found[here.stem] = here
-        names = {name.partition(".")[0] for name in imports(here).modules}
-        todo += [by_stem[name] for name in names & by_stem.keys() - found.keys()]
-    return list(found.values())
+        module = todo.pop()
+        started[module.stem] = module
+        names = {name.partition(".")[0] for name in imports(module).modules}
+        todo += [by_stem[name] for name in names & by_stem.keys() - started.keys()]
+    return list(started.values())
 
 
 def makes_a_node(tree: ast.AST) -> bool:
@@ -260,7 +260,7 @@ class _Names:
 
     def classes_in(self, path: str) -> list[ast.ClassDef]:
         """Return the classes that a module defines."""
-        return [class_ for found in self._classes.values() for where, class_ in found if where == path]
+        return [class_ for classes in self._classes.values() for where, class_ in classes if where == path]
 
     def _family(self, name: str) -> tuple[set[str], set[str]]:
         """Return the package's classes that a class is or inherits from, and the names of the others above it."""
@@ -324,10 +324,10 @@ class _Names:
 
     def reach_program(self, program: Module) -> None:
         """A program imports modules and uses names."""
-        found = imports(program)
-        for path in self._imported(found.modules):
+        imported = imports(program)
+        for path in self._imported(imported.modules):
             self.reach_module(path)
-        self.mention(original for _, original in found.names.values() if original)
+        self.mention(original for _, original in imported.names.values() if original)
         self.mention(last_name(part) for part in ast.walk(program.tree))
         for text in _strings(program.tree):
             self.reach_strings(text)
@@ -349,7 +349,7 @@ class _Names:
 
     def unreached(self) -> dict[str, frozenset[int]]:
         """Return the lines of what was not reached, by module."""
-        found: dict[str, frozenset[int]] = {}
+        lines_of: dict[str, frozenset[int]] = {}
         for path, module in self._modules.items():
             if path not in self._reached_modules:
                 last = max((getattr(item, "end_lineno", 0) or 0 for item in module.tree.body), default=0)
@@ -358,8 +358,8 @@ class _Names:
                 left = (each for each in self._definitions[path] if id(each) not in self._reached)
                 lines = {line for each in left for line in each.lines}
             if lines:
-                found[path] = frozenset(lines)
-        return found
+                lines_of[path] = frozenset(lines)
+        return lines_of
 
     def _imported(self, names: Iterable[str]) -> Iterator[str]:
         """Yield the paths of imported modules, with the packages they are in."""

@@ -124,12 +124,12 @@ class KeptRuns:
 
 def _test_files(package: Path) -> dict[str, str]:
     """Return hashes of all files in folders of tests, by their paths in the package."""
-    found = {}
+    hashes = {}
     for path in sorted(package.rglob("*")):
         relative = path.relative_to(package)
         if {"test", "tests"} & set(relative.parts) and "__pycache__" not in relative.parts and path.is_file():
-            found[str(relative)] = hashlib.sha256(untrusted.read_bytes(path) or b"").hexdigest()
-    return found
+            hashes[str(relative)] = hashlib.sha256(untrusted.read_bytes(path) or b"").hexdigest()
+    return hashes
 
 
 def _is_module(path: str) -> bool:

@@ -88,16 +88,16 @@ def run_suite(
 
         # The longest first, or the other workers wait for it at the end.
         longest_first = sorted(wanted, key=lambda module: -module.tests)
-        by_path = {found.module.path: found for found in workers.map(measure, longest_first)}
+        by_path = {made.module.path: made for made in workers.map(measure, longest_first)}
         measured = [by_path[module.path] for module in wanted]
-        runs = {found.module.path: found.runs for found in measured}
+        runs = {made.module.path: made.runs for made in measured}
         every = [run for both in runs.values() for run in both]
         padded = padding(code, [run.reach for run in every])
         contradicted, idle = report_checks.probe(workers, measured, sources, random.Random(f"probes {seed}"), seconds)
         covered, unexplained = combine(
             package, install, workers.folder, every, {path: text for path, (text, _) in sources.items()}, code.unreached
         )
-    doubts = [f"{found.module.path}: {doubt}" for found in measured for doubt in found.doubts]
+    doubts = [f"{made.module.path}: {doubt}" for made in measured for doubt in made.doubts]
     doubts += unexplained
     doubts += [f"{module}: {doubt}" for module, doubted in contradicted.items() for doubt in doubted]
     tests = StudentTests(
@@ -108,8 +108,8 @@ def run_suite(
         nodes=sorted(set[str]().union(*code.homes.values())),
     )
     firsts = {path: both[0] for path, both in runs.items()}
-    found = [*flags(doubts, firsts, code), *padding_flags(padded, [run.reach for run in every])]
-    return SuiteRun(tests, [module_reach(m, *runs[m.path]) for m in wanted], found)
+    flagged = [*flags(doubts, firsts, code), *padding_flags(padded, [run.reach for run in every])]
+    return SuiteRun(tests, [module_reach(m, *runs[m.path]) for m in wanted], flagged)
 
 
 def _measure_steadily(
