@@ -20,7 +20,6 @@ from grader.errors import GraderError
 from grader.evidence import Definition, Finding, Manifest, Quality, Reached, SourceFile, reading_limits
 from grader.quality import source_files
 from grader.quality.bisect_failures import run_python, run_without_culprits
-from grader.quality.definitions import definitions_of_unreadable
 from grader.quality.left_by_build import with_installed
 from grader.quality.source_files import PythonFile
 from grader.sanitize import printable
@@ -63,7 +62,7 @@ def analyse_package(
             docstrings = pool.submit(run_without_culprits, lambda items: _pep257(items, scratch), good)
             (linted, too_hard), (violations, too_hard_too) = style.result(), docstrings.result()
         too_much = {source.path for source in (*unreadable, *too_hard, *too_hard_too)}
-        return _combine(facts, every, too_much, linted or [], violations or {}, course)
+        return _combine(facts, every, too_much, linted or [], violations or {})
 
 
 def _facts(
@@ -146,7 +145,6 @@ def _combine(
     too_much: set[str],
     linted: Sequence[Finding],
     broken: _Violations,
-    course: Course,
 ) -> Quality:
     files = _files(facts, every, too_much)
     readable = {file.path for file in files if not file.problem}
@@ -154,13 +152,6 @@ def _combine(
     style = [finding for finding in linted if _RULES.match(finding.rule)]
     # pydocstyle gives a module and a definition on its first line the same line, as the worker does.
     public = [_with_violations(item, broken) for item in facts.definitions if item.path in readable]
-    # Code in a file that cannot be read counts as undocumented.
-    hidden = [
-        item
-        for source in every
-        if source.path not in readable
-        for item in definitions_of_unreadable(printable(source.path), source.data, course.package)
-    ]
     suppressions = [
         Finding(printable(source.path), line, "suppression", printable(words))
         for source in every
@@ -176,7 +167,7 @@ def _combine(
         style_count=len(style),
         complex=[finding for finding in linted if finding.rule == "C901"][:_MAX_FINDINGS],
         suppressions=suppressions[:_MAX_FINDINGS],
-        definitions=public + hidden[: reading_limits.MAX_DEFINITIONS],
+        definitions=public,
     )
 
 
