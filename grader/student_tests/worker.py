@@ -212,19 +212,12 @@ def watch(pid: int, report: Path, request: Request) -> End:
                 size, seen = report.stat().st_size, now
                 current = latest(report)
         limit = request["limits"].get(current, request["limit"])
-        if now - began > request["total"] or now - seen > limit or is_stopped(pid):
+        if now - began > request["total"] or now - seen > limit:
             os.kill(pid, signal.SIGKILL)
             os.waitpid(pid, 0)
             os.close(end)
             return End(-signal.SIGKILL, current or "collection", queued)
         time.sleep(POLL_S)
-
-
-def is_stopped(pid: int) -> bool:
-    """Return whether a process has been stopped by a signal: it will never end by itself."""
-    with contextlib.suppress(OSError):
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "T"
-    return False
 
 
 def waited_for_core(pid: int) -> float:
