@@ -89,7 +89,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="grader",
         description="Grade ROS 2 packages: build each in a sandbox, drive it through trials, score what was seen.",
-        epilog="Example:  grader grade solution_pkg/ros2_robot_controller --out out/reference",
+        epilog="Example:  grader grade team07.zip --out out/team07",
     )
     parser.add_argument("--debug", action="store_true", help="show the traceback of an error")
     verbs = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
@@ -134,7 +134,8 @@ def _add_grade(verbs: Any) -> None:
         help="the package to grade, if the submission has several: its folder in there",
     )
     parser.add_argument("--force", action="store_true", help="replace another submission's report in --out")
-    parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
+    parser.add_argument("--rubric", type=Path, help="a rubric other than the course's own")
+    add_course(parser)
     seconds = _number(1, 3600, "seconds")
     parser.add_argument("--build-timeout", type=seconds, default=300.0, metavar="S", help="for colcon (default 300 s)")
     parser.add_argument(
@@ -157,13 +158,25 @@ def _add_check(verbs: Any) -> None:
         "check",
         help="check single requirements of a package",
         description="Collect only what the named requirements need; print what was seen, expected, and what to try.",
-        epilog="Example:  grader check F4 F5 --package ws/src/ros2_robot_controller",
+        epilog="Example:  grader check REQUIREMENT --package ws/src/PACKAGE",
     )
-    parser.add_argument("requirements", nargs="+", metavar="REQUIREMENT", help="such as F4")
+    parser.add_argument(
+        "requirements",
+        nargs="+",
+        metavar="REQUIREMENT",
+        help="its id in the rubric; for an unknown one the ids are listed",
+    )
     parser.add_argument("--package", type=Path, default=Path(), help="the package's folder (default: this one)")
+    add_course(parser)
     _add_seed_and_cache(parser)
     _add_fresh(parser)
     parser.set_defaults(run=_check, interrupted="nothing was written.")
+
+
+def add_course(parser: argparse.ArgumentParser) -> None:
+    """Add the option that chooses the course; `grader.course.find` reads it."""
+    words = "the folder of the course (default: the one with a course.yaml here or above, else the kit's own)"
+    parser.add_argument("--course", type=Path, metavar="DIR", help=words)
 
 
 def _add_fresh(parser: argparse.ArgumentParser) -> None:
@@ -181,7 +194,7 @@ def _add_submit(verbs: Any) -> None:
         "submit",
         help="pack a package for handing in, and show what the grader will see",
         description="Pack the package as one zip, run the public checks on it, and show what the grader will see.",
-        epilog="Example:  grader submit --package ws/src/ros2_robot_controller --out team07.zip",
+        epilog="Example:  grader submit --package ws/src/PACKAGE --out team07.zip",
     )
     parser.add_argument("--package", type=Path, help="the package's folder (default: this one, or the workspace's)")
     parser.add_argument("--out", type=Path, help="the zip (default: in the workspace, above src)")
@@ -201,6 +214,7 @@ def _add_release(verbs: Any) -> None:
     parser.add_argument(
         "--without-solutions", action="store_true", help="leave out the packed solutions; `start_at` then does nothing"
     )
+    add_course(parser)
     parser.set_defaults(run=_release)
 
 
@@ -226,7 +240,8 @@ def _add_similar(verbs: Any) -> None:
 def _add_handout(verbs: Any) -> None:
     parser = verbs.add_parser("handout", help="write the assignment for students, from the rubric, as Markdown")
     parser.add_argument("--out", type=Path, help="the file (default: standard output)")
-    parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
+    parser.add_argument("--rubric", type=Path, help="a rubric other than the course's own")
+    add_course(parser)
     parser.set_defaults(run=_handout)
 
 
@@ -270,15 +285,17 @@ def _grade(options: argparse.Namespace) -> int:
     # Imported here, so that `grader --help` and `grader doctor` answer at once, even on hosts that lack half of this.
     from grader import building, pipeline, report
     from grader.checks import checks_run
-    from grader.course import kits_own
+    from grader.course import find
     from grader.report import console
     from grader.scoring import rubric
 
+    course = find(options.course)
     if options.unsafe_no_sandbox:
         os.environ[namespaces.UNSAFE_VARIABLE] = "1"
     progress = _Progress()
     settings = pipeline.Settings(
-        rubric=rubric.load(options.rubric or rubric.RUBRIC, checks_run.known(kits_own())),
+        rubric=rubric.load(options.rubric or course.rubric, checks_run.known(course)),
+        course=course,
         cache=options.cache or building.cache_folder(),
         seed=options.seed,
         build_seconds=options.build_timeout,
@@ -308,10 +325,12 @@ def _grade(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> int:
     from grader import building, pipeline
+    from grader.course import find
     from grader.report import console
     from grader.scoring import rubric
 
-    whole = rubric.load(rubric.RUBRIC)
+    course = find(options.course)
+    whole = rubric.load(course.rubric)
     known = {requirement.id for requirement in whole.requirements}
     unknown = [name for name in options.requirements if name not in known]
     if unknown:
@@ -322,6 +341,7 @@ def _check(options: argparse.Namespace) -> int:
     progress = _Progress()
     settings = pipeline.Settings(
         rubric=whole,
+        course=course,
         cache=options.cache or building.cache_folder(),
         seed=options.seed,
         requirements=tuple(options.requirements),
@@ -350,8 +370,12 @@ def _submit(options: argparse.Namespace) -> int:
 
 def _release(options: argparse.Namespace) -> int:
     from grader.authoring.release import release
+    from grader.course import find
+    from grader.course.reader import VARIABLE
 
-    written = release(options.out, solutions=not options.without_solutions)
+    course = find(options.course)
+    os.environ[VARIABLE] = str(course.folder)  # what the notebooks give and ask for goes by it
+    written = release(options.out, course, solutions=not options.without_solutions)
     print(f"{len(written.files)} files, {written.bytes / 1e6:.1f} MB; {written.words}")
     print(f"Kit: {options.out}")
     return EXIT_GRADED
@@ -390,11 +414,11 @@ def _shown(path: Path) -> str:
 
 def _handout(options: argparse.Namespace) -> int:
     from grader.checks import checks_run
-    from grader.course import handout, kits_own
+    from grader.course import find, handout
     from grader.scoring import rubric
 
-    course = kits_own()
-    text = handout.render(rubric.load(options.rubric or rubric.RUBRIC, checks_run.known(course)), course)
+    course = find(options.course)
+    text = handout.render(rubric.load(options.rubric or course.rubric, checks_run.known(course)), course)
     if options.out is None:
         print(text, end="")
     else:

@@ -25,7 +25,7 @@ from grader.classroom.one_grading import Ending, Order, Runner
 from grader.classroom.plan import Action, Plan, Wanted
 from grader.classroom.roster import Person
 from grader.classroom.times import HandInTime
-from grader.course import kits_own
+from grader.course import find, load, name_of, named
 from grader.errors import UsageError
 from grader.host import provenance, shortage
 from grader.host.atomic import write_atomically
@@ -46,6 +46,7 @@ class Options:
     """What a run's command says. None leaves a setting of the class as it is, and `change` names those to be changed.
 
     Attributes:
+        course: the folder of the course, for a new class.
         added: further sources, read together with the class's own.
         times: when submissions were handed in, where the sources do not say it; the class remembers them.
         only: the submissions to grade; all if it is empty.
@@ -55,6 +56,7 @@ class Options:
         scheduler: a Dask scheduler's address, "" for this machine with `jobs` submissions at a time.
     """
 
+    course: Path | None = None
     rubric: Path | None = None
     seed: int | None = None
     deadline: dt.datetime | None = None
@@ -155,7 +157,7 @@ def run(
         write_atomically(folder.path / RUBRIC, prepared.rubric)
         todo = prepared.todo
         workforce = (
-            cluster.workforce(options.scheduler, facts.kit) if options.scheduler else local(options.jobs or jobs_here())
+            cluster.workforce(options.scheduler, facts) if options.scheduler else local(options.jobs or jobs_here())
         )
         with workforce as grade:
             loop = _Loop(folder, grade, listener, len(facts.entries))
@@ -191,12 +193,18 @@ def _prepared(
 ) -> Iterator[_Prepared]:
     """Yield what will be done; the sources are open meanwhile."""
     remembered = (folder.path / CLASS).exists()
-    path = options.rubric or (folder.path / RUBRIC if remembered else rubric.RUBRIC)
-    whole = rubric.load(path, checks_run.known(kits_own()))
+    before = folder.facts() if remembered else None
+    course = named(before.course) if before else find(options.course)
+    if options.course and load(options.course).folder != course.folder:
+        raise UsageError(
+            f"{folder.path} is a class of {course.folder}.", "Leave out --course, or choose another --out."
+        )
+    path = options.rubric or (folder.path / RUBRIC if remembered else course.rubric)
+    whole = rubric.load(path, checks_run.known(course))
     given = Given(
         source=str(source) if source else None,
         roster=None if people is None else tuple(people),
-        rubric=path.read_text(encoding="utf-8") if options.rubric else None,
+        rubric=path.read_text(encoding="utf-8") if options.rubric or not remembered else None,
         seed=options.seed,
         deadline=options.deadline,
         late=options.late_rule,
@@ -204,7 +212,6 @@ def _prepared(
         change=options.change,
     )
     settings = settle(folder, given)
-    before = folder.facts() if remembered else None
     earlier = before.entries if before else ()
     with _opened(folder, settings.sources, earlier) as roots:
         first, *added = roots.values()
@@ -215,7 +222,7 @@ def _prepared(
             source=settings.source,
             layout=found.layout,
             rubric=settings.rubric_hash,
-            kit=provenance.kit_hash(),
+            kit=provenance.kit_hash(course.folder),
             version=provenance.environment()["ros2-course-kit"],
             commit=provenance.commit(),
             seed=settings.seed,
@@ -228,6 +235,7 @@ def _prepared(
             made=dt.datetime.now().astimezone(),
             roster=settings.roster,
             added=settings.added,
+            course=name_of(course),
         )
         decided = overrides.of_class(folder, facts, whole)
         now = overrides.applied(facts, decided)
@@ -235,9 +243,7 @@ def _prepared(
             names = ", ".join(entry.id for entry in facts.entries)
             raise UsageError(f"The class has no submission {', '.join(unknown)}.", f"It has {names}.")
         known = (hand_ins.hand_in(entry, now, decided) for entry in now.entries)
-        jobs = [
-            _job(entry, each, settings, facts.kit, options) for entry, each in zip(found.entries, known, strict=True)
-        ]
+        jobs = [_job(entry, each, settings, facts, options) for entry, each in zip(found.entries, known, strict=True)]
         records = {entry.id: folder.record(entry.id) for entry in found.entries}
         wanted = Wanted(options.only, options.regrade, options.fresh)
         actions = {job.entry.id: plan.decide(job.entry, records[job.entry.id], job.record, wanted) for job in jobs}
@@ -397,7 +403,7 @@ class _Loop:
         )
 
 
-def _job(entry: Entry, known: HandIn, settings: ClassSettings, kit: str, options: Options) -> Job:
+def _job(entry: Entry, known: HandIn, settings: ClassSettings, facts: ClassFacts, options: Options) -> Job:
     order = Order(
         id=entry.id,
         source=str(entry.path.resolve()),
@@ -408,13 +414,14 @@ def _job(entry: Entry, known: HandIn, settings: ClassSettings, kit: str, options
         mutation_budget_s=options.mutation_budget_s,
         hand_in=asdict(known),
         fresh=options.fresh,
+        course=facts.course,
     )
     record = Record(
         id=entry.id,
         status=Status.ERROR,
         content=entry.content,
         rubric=settings.rubric_hash,
-        kit=kit,
+        kit=facts.kit,
         seed=settings.seed,
         mutation_budget_s=options.mutation_budget_s,
         host=socket.gethostname(),

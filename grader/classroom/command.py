@@ -67,7 +67,8 @@ def _add_batch(verbs: Any) -> None:
         help="when submissions were handed in: a grading worksheet of Moodle, a list of submissions of Canvas (JSON), "
         "or a CSV with a column submitted; a roster with such a column is enough",
     )  # fmt: skip
-    parser.add_argument("--rubric", type=Path, help="a rubric other than the kit's own")
+    parser.add_argument("--rubric", type=Path, help="a rubric other than the course's own")
+    parser.add_argument("--course", type=Path, metavar="DIR", help="the folder of the course, for a new class")
     parser.add_argument("--seed", type=int, help="decides speeds, places and noise (default 0)")
     parser.add_argument(
         "--add", type=Path, nargs="+", default=[], metavar="SOURCE", help="read a further export, such as of late ones"
@@ -167,6 +168,7 @@ def _batch(options: argparse.Namespace) -> int:
     people = roster.load(options.roster) if options.roster else None
     lists = [*options.times, *([options.roster] if options.roster else [])]
     wanted = batch.Options(
+        course=options.course,
         rubric=options.rubric,
         seed=options.seed,
         deadline=options.deadline,
