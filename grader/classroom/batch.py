@@ -157,7 +157,9 @@ def run(
         write_atomically(folder.path / RUBRIC, prepared.rubric)
         todo = prepared.todo
         workforce = (
-            cluster.workforce(options.scheduler, facts) if options.scheduler else local(options.jobs or jobs_here())
+            cluster.workforce(options.scheduler, facts.kit, facts.course)
+            if options.scheduler
+            else local(options.jobs or jobs_here())
         )
         with workforce as grade:
             loop = _Loop(folder, grade, listener, len(facts.entries))

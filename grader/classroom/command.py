@@ -75,11 +75,9 @@ _INTERRUPTED = "grader: interrupted; what is finished is kept. The same command 
 
 
 def _time(text: str) -> dt.datetime:
-    try:
-        time = dt.datetime.fromisoformat(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a time; write it as 2026-11-20T23:59") from None
-    return time if time.tzinfo else time.astimezone()
+    if (time := times.local_time(text)) is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a time; write it as 2026-11-20T23:59")
+    return time
 
 
 def _batch(options: argparse.Namespace) -> int:

@@ -154,6 +154,21 @@ class Platform:
     write: Callable[[Delivery], list[str]]
 
 
+def deliver(
+    delivery: Delivery,
+    write: Callable[[Delivery], list[str]],
+    fill: Callable[[Delivery, Path], list[str]],
+    feedback: Callable[[Delivery], tuple[dict[str, bytes], list[str]]],
+) -> list[str]:
+    """Write a file, or fill in the sheet that the platform exported; and the zip of feedback where one is wanted."""
+    notes = fill(delivery, delivery.sheet) if delivery.sheet else write(delivery)
+    if delivery.feedback:
+        files, remarks = feedback(delivery)
+        write_zip(delivery.feedback, files)
+        notes = [*notes, *remarks]
+    return notes
+
+
 def write_zip(path: Path, members: Mapping[str, bytes]) -> None:
     """Write a zip with these files."""
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -14,6 +14,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 import numpy as np
 
@@ -200,18 +201,23 @@ def compare(
 
 def write(folder: ClassFolder, alike: Alike) -> Path:
     """Write similar.html into a class folder and return its path."""
+    labels = {entry.id: _label(entry) for entry in folder.facts().entries}
+    page = render_page("similar.html.j2", alike=alike, labels=labels, title=folder.facts().title)
+    write_atomically(folder.path / PAGE, page)
+    pairs = [{"one": pair.one, "other": pair.other, "share": round(pair.share, 4)} for pair in alike.pairs]
+    write_atomically(folder.path / DATA, json.dumps({"usual": alike.usual, "pairs": pairs}, indent=2) + "\n")
+    return folder.path / PAGE
+
+
+def render_page(template: str, **shown: Any) -> str:
+    """Return one of the pages about a class as HTML; all text in it is escaped."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
-    labels = {entry.id: _label(entry) for entry in folder.facts().entries}
-    page = environment.get_template("similar.html.j2").render(alike=alike, labels=labels, title=folder.facts().title)
-    write_atomically(folder.path / PAGE, page)
-    pairs = [{"one": pair.one, "other": pair.other, "share": round(pair.share, 4)} for pair in alike.pairs]
-    write_atomically(folder.path / DATA, json.dumps({"usual": alike.usual, "pairs": pairs}, indent=2) + "\n")
-    return folder.path / PAGE
+    return environment.get_template(template).render(**shown)
 
 
 def groups(folder: ClassFolder) -> tuple[Group, ...]:

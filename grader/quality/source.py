@@ -9,7 +9,6 @@ from grader.course import role
 from grader.evidence import Flag, Quality
 from grader.quality.analyse import analyse_package
 from grader.quality.unreadable_code import UNREADABLE
-from grader.settings import Settings
 from grader.source import Collected, Phase, Source, Subject, served
 
 _WHOLE_FILE = re.compile(r"flake8[:=]\s*noqa|skip-file|ruff:\s*noqa|mypy:\s*ignore-errors", re.IGNORECASE)
@@ -22,11 +21,6 @@ class PackageText(Source):
 
     name = "quality"
     phase = Phase.TEXT
-    uses: frozenset[str] = frozenset()
-
-    def serves(self, settings: Settings) -> frozenset[str]:
-        """Return the requirements whose checks read the package's text."""
-        return served(settings, self.name)
 
     def collect(self, subject: Subject) -> Collected:
         """Return the facts of the package's text."""

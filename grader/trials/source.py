@@ -11,7 +11,7 @@ from pathlib import Path
 from grader.building import Built
 from grader.evidence import Flag, Kind, Trial
 from grader.settings import Settings
-from grader.source import Collected, Phase, Source, Subject, served
+from grader.source import Collected, Source, Subject, served
 from grader.trials import catalog, scheduler
 from grader.trials.plan import TrialPlan
 from grader.trials.request import LATE_VARIABLE
@@ -22,8 +22,6 @@ class Trials(Source):
     """Runs every trial that serves a wanted requirement. `observers` are those started beside the build, if any."""
 
     name = "trials"
-    phase = Phase.RUN
-    uses: frozenset[str] = frozenset()
 
     def __init__(self, observers: Workers | None = None) -> None:
         self._observers = observers

@@ -9,6 +9,7 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 from grader.classroom import cells, words, worksheet
@@ -21,12 +22,12 @@ from grader.classroom.platform import (
     Filled,
     HandIn,
     Platform,
+    deliver,
     one_of,
     others,
     rows_of,
     same_number,
     unfolded,
-    write_zip,
 )
 from grader.errors import GraderError
 
@@ -164,17 +165,11 @@ def _recognises(_root: Path, entries: Sequence[Path]) -> bool:
     return any(_ENTRY.fullmatch(entry.name) for entry in entries)
 
 
-def _deliver(delivery: Delivery) -> list[str]:
-    notes = fill(delivery, delivery.sheet) if delivery.sheet else write(delivery)
-    if delivery.feedback:
-        notes += _write_feedback(delivery, delivery.feedback)
-    return notes
+def _feedback(delivery: Delivery) -> tuple[dict[str, bytes], list[str]]:
+    """Return the files of the zip for "Upload multiple feedback files in a zip".
 
-
-def _write_feedback(delivery: Delivery, path: Path) -> list[str]:
-    """Write the zip for "Upload multiple feedback files in a zip": NAME_NUMBER_assignfeedback_file_report.html.
-
-    The name means nothing to Moodle, and an underscore in it would hide the number.
+    They are called NAME_NUMBER_assignfeedback_file_report.html. The name means nothing to Moodle, and an
+    underscore in it would hide the number.
     """
     numbers = {r.person: r.person.lms_id for r in delivery.book.rows if r.person.lms == "moodle" and r.person.lms_id}
     if delivery.sheet:
@@ -190,8 +185,8 @@ def _write_feedback(delivery: Delivery, path: Path) -> list[str]:
             files[f"Participant_{number}_assignfeedback_file_report.html"] = page.read_bytes()
         else:
             without.append(row.person.label)
-    write_zip(path, files)
-    return [f"no participant's number, so no feedback file: {', '.join(without)}"] if without else []
+    return files, [f"no participant's number, so no feedback file: {', '.join(without)}"] if without else []
 
 
-PLATFORM = Platform("moodle", "moodle", "moodle.csv", _recognises, _read, _deliver)
+_DELIVER = partial(deliver, write=write, fill=fill, feedback=_feedback)
+PLATFORM = Platform("moodle", "moodle", "moodle.csv", _recognises, _read, _DELIVER)

@@ -116,7 +116,7 @@ def numbered_by(platform: str, book: gradebook.Gradebook) -> gradebook.Gradebook
 
 def test_a_participants_number_of_moodle_is_no_number_of_canvas(book, tmp_path):
     """It was written into the column ID, by which Canvas looks first: that of another person."""
-    canvas.write(numbered_by("moodle", book), tmp_path / "canvas.csv", "Robots (77)")
+    canvas.write(Delivery(numbered_by("moodle", book), {}, tmp_path / "canvas.csv", title="Robots (77)"))
     assert {line[1] for line in rows(tmp_path / "canvas.csv")[1:]} == {""}
     sheet = CANVAS_EXPORT.replace("99999,,", "12346,,")
     _, notes = filled(canvas, numbered_by("moodle", book), tmp_path, sheet, "Robots")
@@ -124,7 +124,7 @@ def test_a_participants_number_of_moodle_is_no_number_of_canvas(book, tmp_path):
 
 
 def test_canvas_imports_the_grades(book, tmp_path):
-    canvas.write(numbered_by("canvas", book), tmp_path / "canvas.csv", "Robots (77)")
+    canvas.write(Delivery(numbered_by("canvas", book), {}, tmp_path / "canvas.csv", title="Robots (77)"))
     title, number, scores = canvas_import(tmp_path / "canvas.csv")
     assert (title, number) == ("Robots", "77")
     assert scores == {"12345": "98.00", "12346": "98.00", "12347": "0.00", "12348": "EX"}
