@@ -5,14 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from catkin_pkg.condition import evaluate_condition
+
 from grader.intake.xml_reader import read_xml
 
 MAX_BYTES = 256 * 1024  # that of rclcpp, a long one, has 4 KB
+_MAX_CONDITION = 200
+_CONDITION_VALUES = {"ROS_VERSION": "2", "ROS_DISTRO": "jazzy", "ROS_PYTHON_VERSION": "3"}
 
 
 @dataclass(frozen=True)
 class PackageXml:
-    """The content of a package.xml. If it could not be read, `problem` says why (with the line); the rest is empty."""
+    """The content of a package.xml, without what its `condition` leaves out of ROS 2 Jazzy.
+
+    If it could not be read, `problem` says why (with the line); the rest is empty.
+    """
 
     name: str = ""
     format: str = ""
@@ -47,6 +54,7 @@ class _Reader:
     _elements: list[tuple[str, str]] = field(default_factory=list)
     _format: str = ""
     _build_type: str = ""
+    _left_out: bool = False
 
     def result(self) -> PackageXml:
         names = [text for tag, text in self._elements if tag == "name"]
@@ -56,14 +64,24 @@ class _Reader:
         if not self._open:
             self._format = attributes.get("format", "1") if tag == "package" else ""
         self._open.append(tag)
+        self._left_out = not _holds(attributes.get("condition", ""))
         self.text.clear()
 
     def end(self, tag: str) -> None:
         text = "".join(self.text).strip()
-        if self._open[:1] == ["package"]:
+        if self._open[:1] == ["package"] and not self._left_out:
             if len(self._open) == 2:
                 self._elements.append((tag, text))
             elif self._open == ["package", "export", "build_type"]:
                 self._build_type = text
         self._open.pop()
+        self._left_out = False
         self.text.clear()
+
+
+def _holds(condition: str) -> bool:
+    """Return whether a condition of REP 149 holds here; one that cannot be read does, and is reported as invalid."""
+    try:
+        return not condition or len(condition) > _MAX_CONDITION or evaluate_condition(condition, _CONDITION_VALUES)
+    except (ValueError, RecursionError):
+        return True
