@@ -131,7 +131,7 @@ def _is_known(row: _Row, wanted: Sequence[Interface]) -> bool:
 
 def _running(evidence: Evidence, contract: Collection[Node]) -> Iterator[Interface]:
     for node in contract:
-        trial = evidence.trials.get(node.idle_trial)
+        trial = evidence.trials.get(f"idle_{node.name}")
         graph = trial.graph if trial is not None and trial.ready else None
         if graph is None:
             continue

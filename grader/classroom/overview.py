@@ -119,11 +119,14 @@ class Overview:
 
 def write(folder: ClassFolder, book: Gradebook) -> Path:
     """Write the page into the class folder and return its path."""
-    path = folder.path / OVERVIEW
-    overview = summarise(folder, book)
-    write_atomically(path, render(overview, book))
-    write_atomically(folder.path / SECTIONS, _page("sections.html.j2", overview=overview))
-    return path
+    return write_pages(summarise(folder, book), book, folder.path)
+
+
+def write_pages(overview: Overview, book: Gradebook, folder: Path) -> Path:
+    """Write index.html and the page of sections into `folder`, and return the first one's path."""
+    write_atomically(folder / OVERVIEW, render(overview, book))
+    write_atomically(folder / SECTIONS, _page("sections.html.j2", overview=overview))
+    return folder / OVERVIEW
 
 
 def summarise(folder: ClassFolder, book: Gradebook) -> Overview:

@@ -73,7 +73,6 @@ class Delivery:
         out: the file or folder to write.
         sheet: a file that the platform exported, to be filled in.
         title: the assignment's title on the platform, "" if it was not said.
-        anonymous: leave names out.
         feedback: a zip to write with the reports, for Moodle's and Canvas's imports of feedback.
         pages: each submission's report.html by its id.
         sources: the names of what was handed in, by the same.
@@ -84,7 +83,6 @@ class Delivery:
     out: Path
     sheet: Path | None = None
     title: str = ""
-    anonymous: bool = False
     feedback: Path | None = None
     pages: Mapping[str, Path] = field(default_factory=dict)
     sources: Mapping[str, str] = field(default_factory=dict)

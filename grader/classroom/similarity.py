@@ -21,7 +21,7 @@ from grader.classroom import discovery
 from grader.classroom.class_folder import ClassFacts, ClassFolder
 from grader.classroom.entry import Entry
 from grader.classroom.normal_form import normal_form
-from grader.course import kits_own
+from grader.course import Course, named
 from grader.errors import GraderError, SubmissionError
 from grader.host import tempdir
 from grader.host.atomic import write_atomically
@@ -148,7 +148,7 @@ def of_class(
             progress(f"reading {entry.id}")
             try:
                 root = roots[entry.source or facts.source]
-                texts[entry.id], unread = _python_of(root / entry.path, scratch / entry.id)
+                texts[entry.id], unread = _python_of(root / entry.path, scratch / entry.id, named(facts.course))
                 notes += [f"{entry.id} is compared without {one_line(why)}" for why in unread]
                 if discovery.content_hash(root / entry.path) != entry.content:
                     notes.append(f"{entry.id} is compared as it is now; it is not what was graded.")
@@ -243,11 +243,10 @@ def _of_same_people(facts: ClassFacts) -> Callable[[str, str], bool]:
     return lambda one, other: bool(people[one] & people[other])
 
 
-def _python_of(source: Path, into: Path) -> tuple[dict[str, str], list[str]]:
+def _python_of(source: Path, into: Path, course: Course) -> tuple[dict[str, str], list[str]]:
     """Return the texts of a submission's modules and Python programs, by path, and which were not read and why."""
     found: dict[str, str] = {}
     unread = []
-    course = kits_own()
     submission = open_submission(source, into, course)
     for package in filter(None, (submission.package, submission.interfaces)):
         for file in source_files.find(package, course):

@@ -63,6 +63,11 @@ def illegal(kind: str, text: str) -> list[tuple[int, str]]:
     return found
 
 
+def parts(text: str) -> list[dict[str, str]]:
+    """Return the parts of a definition, such as request and response: their fields by name, with their types."""
+    return [{field.name: field.type for field in section} for section in _sections(text)]
+
+
 def _sections(text: str) -> list[list[_Field]]:
     sections: list[list[_Field]] = [[]]
     for number, line in enumerate(text.splitlines()[:_MAX_LINES], 1):

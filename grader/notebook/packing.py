@@ -19,7 +19,6 @@ from grader.notebook import workspace
 from grader.notebook.archive import Entry, write_zip
 from grader.scoring import rubric
 from grader.scoring.grading import Grading, points
-from grader.scoring.rubric import RUBRIC
 from grader.scoring.scorecard import Outcome
 
 _CACHES = {"__pycache__", "htmlcov", "node_modules"}
@@ -101,10 +100,11 @@ def submit(
             f"There is nothing to hand in: {package.name} holds no package.xml. "
             "Write one in notebook 01, or name another folder with `--package`."
         )
-    target = (out or _beside(package) / f"{workspace.course().package}.zip").resolve()
+    course = workspace.course()
+    target = (out or _beside(package) / f"{course.package}.zip").resolve()
     sizes = _pack(package, target)
     with tempfile.TemporaryDirectory(prefix="submit-") as scratch:
-        taken = open_submission(target, Path(scratch) / "submission", workspace.course())
+        taken = open_submission(target, Path(scratch) / "submission", course)
         found = PackedSubmission(
             target,
             sizes,
@@ -115,7 +115,7 @@ def submit(
         )
         if not check:
             return found
-        settings = pipeline.Settings(rubric.load(RUBRIC), building.cache_folder(), progress=progress)
+        settings = pipeline.Settings(rubric.load(course.rubric), building.cache_folder(), course, progress=progress)
         graded = pipeline.grade(target, Path(scratch) / "out", settings)
     return replace(found, grading=graded)
 
@@ -123,8 +123,7 @@ def submit(
 def needed() -> tuple[str, ...]:
     """Return the paths of the files without which no package can be graded."""
     found = workspace.course()
-    builds = ("package.xml", "CMakeLists.txt") if "CMakeLists.txt" in found.layout else ("package.xml", "setup.py")
-    return (*builds, *(node.module for node in found.nodes.values()))
+    return (*found.builds, *(node.module for node in found.nodes.values()))
 
 
 def _workspace_package() -> Path:

@@ -80,13 +80,14 @@ def package_facts(
     if len(public) > reading_limits.MAX_DEFINITIONS:
         files.append(evidence.SourceFile(public[reading_limits.MAX_DEFINITIONS].path, 0, reading_limits.TOO_PUBLIC))
     created = list(created_interfaces(graph, course.nodes))[:_MAX_INTERFACES]
+    unreadable = unreadable_code([*modules, *starters], course.demonstration)
     found = evidence.Quality(
         manifest=read_manifest(package, paths, modules, course),
         paths=[printable(path) for path in paths][:_MAX_ENTRIES],
         files=files,
         definitions=public[: reading_limits.MAX_DEFINITIONS],
         copies=duplicated_blocks(modules),
-        habits=[*unreadable_code([*modules, *starters]), *bad_habits(modules, graph)][:_MAX_ENTRIES],
+        habits=[*unreadable, *bad_habits(modules, graph)][:_MAX_ENTRIES],
         functions=replace(
             function_use(graph, course.functions), calls=function_use(CallGraph(used), course.functions).calls
         ),

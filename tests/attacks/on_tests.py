@@ -10,9 +10,8 @@ from pathlib import Path
 
 from helpers.course import NODES
 
-from attacks.weaknesses import IDLE_ASSERTS
+from attacks.weaknesses import FAILING_TESTS, FEW_TESTS, IDLE_ASSERTS
 from grader.selftest.attacks.attack import Attack, attack
-from grader.selftest.attacks.weaknesses import FAILING_TESTS, FEW_TESTS
 from grader.selftest.package_edits import Change, append, put
 
 _TEST = "test/test_robot_controller.py"

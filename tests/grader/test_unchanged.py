@@ -175,7 +175,7 @@ def test_unchanged_tests_and_mutants_are_not_run_again(subject: Any, runs: Simpl
 
 
 def test_tests_are_run_again_for_mutants_that_were_not_tried_yet(subject: Any, runs: SimpleNamespace):
-    only_tests = SimpleNamespace(**vars(subject) | {"settings": replace(subject.settings, requirements=("T1",))})
+    only_tests: Any = SimpleNamespace(**vars(subject) | {"settings": replace(subject.settings, requirements=("T1",))})
     tests_source.StudentTestRuns().collect(only_tests)
     collect(subject)
     assert runs.count == [2, 1]

@@ -26,7 +26,7 @@ from grader.classroom.platform import (
     write_zip,
 )
 from grader.classroom.roster import Person
-from grader.errors import GraderError
+from grader.errors import GraderError, UsageError
 
 _NUMBERED = re.compile(r"(?P<title>.*)\s\((?P<id>\d+)\)", re.DOTALL)
 # lib/content_zipper.rb: the sortable name in lower case, LATE, the user's number or that of an anonymous submission,
@@ -94,7 +94,9 @@ def _column(sheet: Path, header: Sequence[str], title: str) -> int:
     fits = [i for i, name in assignments.items() if not title or title in (name, header[i].strip())]
     if len(fits) != 1:
         names = ", ".join(header[index] for index in assignments) or "none"
-        raise GraderError(f"{sheet}: name the assignment with --assignment; the sheet has: {names}.")
+        raise UsageError(
+            f"{sheet} has several assignments, or not the one that is named: {names}.", "Add --assignment."
+        )
     return fits[0]
 
 

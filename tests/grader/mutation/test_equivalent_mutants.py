@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from textwrap import dedent
+from typing import Any
 
 import pytest
 from helpers.course import COURSE
@@ -19,7 +20,7 @@ def source(text: str) -> SourceText:
 
 def behaviour(text: str) -> list[object]:
     """Return what the functions of the toy package give for many arguments."""
-    space: dict[str, object] = {}
+    space: dict[str, Any] = {}
     exec(compile(text, "toy", "exec"), space)
     found: list[object] = []
     numbers = [-2.0, -0.6, -0.5, -0.1, 0.0, 0.1, 0.25, 0.5, 0.6, 1.0, 3.0, float("inf")]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 from textwrap import dedent, indent
+from typing import Any
 
 import pytest
 from helpers.course import COURSE
@@ -143,7 +144,7 @@ def reach(made: toy.Toy) -> dict[str, ModuleReach]:
 def mutated(made: toy.Toy, reach: dict[str, ModuleReach]) -> Mutate:
     done: dict[tuple[object, ...], Mutation] = {}
 
-    def run(suite: str, *, again: int = 0, **options: object) -> Mutation:
+    def run(suite: str, *, again: int = 0, **options: Any) -> Mutation:
         key = (suite, again, *sorted(options.items()))
         if key not in done:
             done[key] = mutate(

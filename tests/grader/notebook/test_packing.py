@@ -9,10 +9,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from helpers.course import PACKAGE
+from helpers.course import PACKAGE, REFERENCE
 
 from grader import cli
-from grader.authoring.checkpoint_texts import REFERENCE
 from grader.errors import SubmissionError
 from grader.intake import course_marker
 from grader.notebook import packing

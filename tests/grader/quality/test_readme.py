@@ -39,7 +39,7 @@ def running() -> dict[str, evidence.Trial]:
         ("subscription", "clock", "rosgraph_msgs/msg/Clock"),
     ]
     trials = {}
-    for node, name in (("robot_controller", "idle"), ("sensor_processor", "idle_processor")):
+    for node, name in (("robot_controller", "idle_robot_controller"), ("sensor_processor", "idle_sensor_processor")):
         ends = [
             evidence.Endpoint(topic, kind, node, type_, "", "reliable") for kind, topic, type_ in seen[node] + every
         ]
@@ -436,10 +436,12 @@ def test_columns_under_the_wrong_direction_cost_most(tmp_path: Path):
 
 def test_a_topic_beyond_the_contract_needs_a_row(tmp_path: Path):
     trials = running()
-    graph = trials["idle"].graph
+    graph = trials["idle_robot_controller"].graph
     assert graph is not None
     extra = evidence.Endpoint("path", "publisher", "robot_controller", "nav_msgs/msg/Path", "", "reliable")
-    trials["idle"] = replace(trials["idle"], graph=replace(graph, endpoints=[*graph.endpoints, extra]))
+    trials["idle_robot_controller"] = replace(
+        trials["idle_robot_controller"], graph=replace(graph, endpoints=[*graph.endpoints, extra])
+    )
     assert "path (Path) is not in a table" in compared(tmp_path, TRUE, trials=trials).seen
     row = "| `robot_controller` | publishes | `path` | `nav_msgs/msg/Path` | |\n"
     complete = TRUE.replace(

@@ -33,7 +33,7 @@ def test_stops_within_three_tenths_of_a_second(judge: Judge) -> None:
         near = motion.first_near(trial)
         if math.isinf(near):
             continue  # it stopped before it had to
-        zero = next((c.t for c in trial.commands if c.t >= near - 1e-9 and motion.is_zero(c)), math.inf)
+        zero = next((c.t for c in trial.commands if c.t >= near - 1e-9 and c.is_zero), math.inf)
         delay = zero - near
         zero_came = f"a zero came {delay:.2f} s after" if math.isfinite(delay) else "no zero came after"
         seen = f"{zero_came} the first scan below {motion.THRESHOLD_M} m (at {near:.2f} s){_where(trial)}"
