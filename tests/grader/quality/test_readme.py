@@ -422,7 +422,14 @@ CLOCK = "| `robot_controller` | subscribes | `/clock` | `rosgraph_msgs/msg/Clock
         ENDS,
         TRUE.replace("| `sensor_processor` |", CLOCK + "| `sensor_processor` |", 1),
     ],
-    ids=["like the contract's", "one for each kind", "services without types", "a table of fields", "both ends", "the clock too"],
+    ids=[
+        "like the contract's",
+        "one for each kind",
+        "services without types",
+        "a table of fields",
+        "both ends",
+        "the clock too",
+    ],
 )
 def test_tables_of_other_shapes_agree(tmp_path: Path, text: str):
     result = compared(tmp_path, text)
