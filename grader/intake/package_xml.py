@@ -4,15 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree.ElementTree import Element
+
+from catkin_pkg.condition import evaluate_condition
 
 from grader.intake.xml_reader import read_xml
 
 MAX_BYTES = 256 * 1024  # that of rclcpp, a long one, has 4 KB
+_MAX_CONDITION = 200
+_CONDITION_VALUES = {"ROS_VERSION": "2", "ROS_DISTRO": "jazzy", "ROS_PYTHON_VERSION": "3"}
 
 
 @dataclass(frozen=True)
 class PackageXml:
-    """The content of a package.xml. If it could not be read, `problem` says why (with the line); the rest is empty."""
+    """The content of a package.xml, without what its `condition` leaves out of ROS 2 Jazzy.
+
+    If it could not be read, `problem` says why (with the line); the rest is empty.
+    """
 
     name: str = ""
     format: str = ""
@@ -39,7 +47,16 @@ def read_package_xml(path: Path) -> PackageXml:
         return PackageXml(problem=str(error))
     if root.tag != "package":
         return PackageXml()
-    elements = tuple((child.tag, "".join(child.itertext()).strip()) for child in root)
+    elements = tuple((child.tag, "".join(child.itertext()).strip()) for child in root if _counts(child))
     names = [text for tag, text in elements if tag == "name"]
-    build_types = [(child.text or "").strip() for child in root.findall("export/build_type")]
+    build_types = [(child.text or "").strip() for child in root.findall("export/build_type") if _counts(child)]
     return PackageXml(names[0] if names else "", root.get("format", "1"), (build_types or [""])[-1], elements)
+
+
+def _counts(element: Element) -> bool:
+    """Return whether an element's condition (REP 149) holds here. One that cannot be read does; it is reported."""
+    condition = element.get("condition", "")
+    try:
+        return not condition or len(condition) > _MAX_CONDITION or evaluate_condition(condition, _CONDITION_VALUES)
+    except (ValueError, RecursionError):
+        return True

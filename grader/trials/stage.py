@@ -22,6 +22,7 @@ from grader.course import Course
 from grader.evidence import Kind, Reason
 from grader.sandbox.cpu_clock import CpuClock
 from grader.trials import graph
+from grader.trials.cpu_affinity import hear_at_once
 from grader.trials.goal import SentGoal
 from grader.trials.interfaces import interface
 from grader.trials.messages import LOG_QOS, fill, plain
@@ -298,6 +299,7 @@ class Stage(Observation):
         self.mark("interrupt")
         self.interrupted = True
         clock = CpuClock(self.process, [os.getpid()])
+        hear_at_once()
         self.process.interrupt()
         while not self.process.has_ended() and clock.read() < limit:
             # The clock goes on: a node that waits for its next message handles the signal only once that has come.
