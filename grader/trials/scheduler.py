@@ -98,7 +98,7 @@ def run(
         trials = _Trials(
             observers.start, install, folder, seed, package, progress, ros_name or course.package, best_effort
         )
-        threads = [_Worker((computing, waiting), trials, turns.beside) for _ in range(count)]
+        threads = [_Worker((computing, waiting), trials, turns.free_slot) for _ in range(count)]
         threads += [_Worker((waiting,), trials, contextlib.nullcontext) for _ in range(waiters)]
         for thread in threads:
             thread.start()
@@ -189,15 +189,15 @@ class _Trials:
 class _Worker(threading.Thread):
     """Sends trials to one worker process until the queues are empty, and starts a new process if that one dies.
 
-    Each trial runs in a context from `room`, such as a slot on a core, which it may have to wait for.
+    Each trial runs in a context from `slot`, which it may have to wait for.
     """
 
     def __init__(
-        self, todo: Sequence[Queue], trials: _Trials, room: Callable[[], contextlib.AbstractContextManager[None]]
+        self, todo: Sequence[Queue], trials: _Trials, slot: Callable[[], contextlib.AbstractContextManager[None]]
     ) -> None:
         super().__init__(daemon=True)
         self.problem: Exception | None = None
-        self._todo, self._trials, self._room = todo, trials, room
+        self._todo, self._trials, self._slot = todo, trials, slot
         self._process: Worker | None = None
         # 1 to 100: above that DDS would need ports beyond the range of some kernels' ephemeral ones. None twice in a
         # row: the participants of an ended trial stay on their domain's graph for a while.
@@ -213,8 +213,8 @@ class _Worker(threading.Thread):
             self._stop()
 
     def _run_next(self) -> bool:
-        """Run the next trial once `room` admits it; return False if no trial is left."""
-        with self._room():
+        """Run the next trial once a slot is free; return False if no trial is left."""
+        with self._slot():
             if (plan := self._next()) is None:
                 return False
             self._trials.found[plan.name] = self._run_trial(plan)
