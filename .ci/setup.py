@@ -87,7 +87,7 @@ def set_up(machine: Machine) -> None:
     if wanted and permitted(machine):
         provide(machine, wanted, "")
     STAMP.write_text(fingerprint())
-    say(f"Done in {time.monotonic() - started:.0f} s.")
+    say(f"Done in {time.monotonic() - started:.0f} s. Next: make jupyter, or make grade.")
 
 
 def check_machine(machine: Machine) -> None:

@@ -81,7 +81,7 @@ def test_a_verdict_is_kept_for_its_own_evidence_and_checks(package: Path, tmp_pa
     settings = Settings(load(KIT / "rubric.yaml"), tmp_path / "cache", requirements=("I2",), keep=True)
     checked_in_a_notebook(package, tmp_path / "out", settings)
     with monkeypatch.context() as patched:
-        patched.setattr(provenance, "kit_hash", lambda: "another kit")
+        patched.setattr(provenance, "kit_hash", lambda _course: "another kit")
         assert pipeline.unchanged(package, settings) is None
     with monkeypatch.context() as patched:
         patched.setattr(provenance, "environment", lambda: {"python": "another"})

@@ -5,13 +5,17 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import replace as replace_fields
+from pathlib import Path, PurePosixPath
 from typing import Any
 
-from grader.course import kits_own
-from grader.selftest.package_edits import Change, put, replace
+from grader.course import Course
+from grader.scoring.rubric import Rubric
+from grader.selftest.package_edits import Change, append, put, replace
+from grader.trials import catalog
 
-PACKAGE = kits_own().package
+BEHAVIOUR, BUILD = "BEHAVIOUR", "BUILD"
+"""Stand in an attack for the first requirement that a trial serves, and for the one that the package builds."""
 
 Pack = Callable[[Path, Path], Path]
 """Packs a package into a submission below a folder, and returns the submission."""
@@ -28,7 +32,7 @@ class Attack:
         name: its name on the command line.
         tries: what it tries, as a sentence.
         changes: its edits of the package.
-        needs: the requirements to grade in order to see its effect.
+        needs: the requirements to grade in order to see its effect: BEHAVIOUR, BUILD, or ids of a course.
         costs: the requirements that may lose points by it; all others must keep theirs.
         stopped: what stops it.
         number: its number in the list of known attacks on autograders; 0 for one that the kit has added.
@@ -56,26 +60,82 @@ class Attack:
     not_applicable: str = ""
     build_seconds: float = 0.0
 
+    def on(self, course: Course, rubric: Rubric) -> Attack:
+        """Return the attack with the requirements of a course."""
+        tried = {name for plan in catalog.trials(course).values() for name in plan.serves}
+        first = next((r.id for r in rubric.requirements if r.id in tried), "")
+        ids = {BEHAVIOUR: first, BUILD: course.requirement_of("check_build")}
+        needs = tuple(dict.fromkeys(ids.get(name, name) for name in self.needs))
+        return replace_fields(self, needs=needs, costs=frozenset(ids.get(name, name) for name in self.costs))
+
 
 def attack(name: str, tries: str, *changes: Change, needs: str = "", costs: str = "", **others: Any) -> Attack:
     """Return an attack; `needs` and `costs` are requirements separated by spaces, `others` its other attributes."""
     return Attack(name, tries, changes, tuple(needs.split()), frozenset(costs.split()), **others)
 
 
-def node(payload: str, executable: str = "robot_controller", *, before: str = "") -> Change:
-    """Return a change that runs `payload` when a node starts, and then the node.
+def node(payload: str, executable: str = "", *, before: str = "") -> Change:
+    """Return a change that runs `payload` when a node starts, by default the package's first, and then the node.
 
     The payload may use os, sys, subprocess, threading and time. Its output is in the trial's evidence. A payload that
     fails prints the exception, and the node starts nevertheless.
     """
     indented = "".join(f"    {line}\n" if line else "\n" for line in payload.strip().splitlines())
     text = (
-        "#!/usr/bin/env python3\nimport os\nimport subprocess\nimport sys\nimport threading\nimport time\n"
+        "import os\nimport subprocess\nimport sys\nimport threading\nimport time\n"
         f"{before}\n\ndef attack():\n{indented}\n\ntry:\n    attack()\n"
-        "except Exception as error:\n    print('ATTACK', type(error).__name__, error, flush=True)\n\n"
-        f"from {PACKAGE}.{executable} import main\nsys.exit(main())\n"
+        "except Exception as error:\n    print('ATTACK', type(error).__name__, error, flush=True)\n"
     )
-    return put(f"scripts/{executable}", text, executable=True)
+
+    def change(package: Path) -> None:
+        module = module_of_node(package, executable)
+        script = f"scripts/{PurePosixPath(module).stem}"
+        if (package / script).is_file():
+            imports = f"\nfrom {package.name}.{PurePosixPath(module).stem} import main\nsys.exit(main())\n"
+            put(script, f"#!/usr/bin/env python3\n{text}{imports}", executable=True)(package)
+        else:
+            append(module, f"\n\n{text}")(package)
+
+    return change
+
+
+def append_to_node(text: str) -> Change:
+    """Return a change that adds text to the end of the first node's module."""
+    return lambda package: append(module_of_node(package), text)(package)
+
+
+def module_of_node(package: Path, executable: str = "") -> str:
+    """Return the path of a node's module in a package, by default of the first one that has a `main`."""
+    modules = sorted((package / package.name).glob(f"{executable or '*'}.py"))
+    found = next(path for path in modules if executable or "\ndef main(" in path.read_text())
+    return found.relative_to(package).as_posix()
+
+
+def at_build(script: str) -> Change:
+    """Return a change that runs a shell script when the package is built, and shows at the end what it said.
+
+    Of a build's log only the tail is kept.
+    """
+
+    def change(package: Path) -> None:
+        if (package / "CMakeLists.txt").is_file():
+            cmake(_BY_CMAKE.format(script.strip()))(package)
+        else:
+            append("setup.py", _BY_SETUP.format(script.strip()))(package)
+
+    return change
+
+
+_BY_CMAKE = """execute_process(COMMAND sh -c [[{}]]
+  OUTPUT_FILE ${{CMAKE_BINARY_DIR}}/said.txt ERROR_FILE ${{CMAKE_BINARY_DIR}}/said_too.txt)
+install(CODE "file(READ ${{CMAKE_BINARY_DIR}}/said.txt said)\nfile(READ ${{CMAKE_BINARY_DIR}}/said_too.txt too)
+message(STATUS \\"ATTACK \\${{said}} \\${{too}}\\")")"""
+_BY_SETUP = """
+import subprocess
+import sys
+said = subprocess.run(['sh', '-c', {!r}], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True).stdout
+print('ATTACK', said, file=sys.stderr, flush=True)  # colcon reads what is on standard output
+"""
 
 
 def cmake(text: str) -> Change:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from grader.selftest.attacks.attack import Attack, attack, node
+from grader.selftest.attacks.attack import BEHAVIOUR, BUILD, Attack, append_to_node, attack, node
 from grader.selftest.attacks.honeytokens import SECRET_VARIABLE
-from grader.selftest.package_edits import append
 
 _DETACHED = """
 subprocess.Popen(['sh', '-c', 'touch /tmp/up; while :; do sleep 1; done', '@TOKEN@'], start_new_session=True)
@@ -21,8 +20,8 @@ def publish(self, message):
     plain(self, message)
 Publisher.publish = publish
 """
-# Every command drives forwards a little: F1 is lost, so that an attack on it has something to gain.
-CREEPS = (append("ros2_robot_controller/robot_controller.py", _CREEPS),)
+# Every command drives forwards a little: a robot that should stand does not, so an attack has something to gain.
+CREEPS = (append_to_node(_CREEPS),)
 
 ATTACKS: tuple[Attack, ...] = (
     attack(
@@ -38,7 +37,7 @@ for path in ('@RESULTS@/report.json', '@NEIGHBOUR@', 'report.json', '/results.js
         print('ATTACK', error, flush=True)
 os._exit(0)
 """),
-        number=1, needs="F1", costs="F1", proof="ATTACK",
+        number=1, needs=BEHAVIOUR, costs=BEHAVIOUR, proof="ATTACK",
         stopped="no folder of the host is mounted writable; a node that has exited earns nothing",
     ),
     attack(
@@ -56,7 +55,7 @@ for path in ('/proc/sys/kernel/core_pattern', '/proc/sys/kernel/panic', '/proc/s
 print('ATTACK wrote', len(written), 'settings', flush=True)
 os._exit(0)
 """),
-        needs="F1", costs="F1", proof="ATTACK wrote 0 settings",
+        needs=BEHAVIOUR, costs=BEHAVIOUR, proof="ATTACK wrote 0 settings",
         stopped="the kernel's global settings are mounted read-only; a node that has exited earns nothing",
     ),
     attack(
@@ -71,14 +70,14 @@ for number in range(3, 256):
     except OSError:
         pass
 """),
-        number=12, needs="F1", weak=CREEPS, proof="ATTACK open",
+        number=12, needs=BEHAVIOUR, weak=CREEPS, proof="ATTACK open",
         stopped="a process in the sandbox inherits only its three standard streams",
     ),
     attack(
         "leaves_a_daemon",
         "The node starts a process in a session of its own that outlives it.",
         node(f"{_DETACHED}\nprint('ATTACK started', flush=True)"),
-        number=15, needs="F1", proof="ATTACK started",
+        number=15, needs=BEHAVIOUR, proof="ATTACK started",
         stopped="the sandbox is a pid namespace: when its first process ends, the kernel kills all others",
     ),
     attack(
@@ -94,7 +93,7 @@ for path in ('@KIT@/__init__.py', '@KIT@/evil.txt', site.getsitepackages()[0] + 
     except OSError as error:
         print('ATTACK', error, flush=True)
 """),
-        number=16, needs="F1", weak=CREEPS, proof="ATTACK [Errno",
+        number=16, needs=BEHAVIOUR, weak=CREEPS, proof="ATTACK [Errno",
         stopped="the system, the packages and the install tree are mounted read-only, the kit not at all",
     ),
     attack(
@@ -102,7 +101,7 @@ for path in ('@KIT@/__init__.py', '@KIT@/evil.txt', site.getsitepackages()[0] + 
         "The node reads the roster, the environment, keys and the checks, and prints what it finds.",
         node(f"""
 import glob
-for path in ['@SECRET@', '@NEIGHBOUR@', '@KIT@/checks/check_idle.py', '/etc/shadow', '/proc/1/environ',
+for path in ['@SECRET@', '@NEIGHBOUR@', '@KIT@/checks/check_graph.py', '/etc/shadow', '/proc/1/environ',
              *glob.glob('/root/**', recursive=True)[:50], *glob.glob('/home/*/.ssh/*'), *glob.glob('/tmp/**')]:
     try:
         print('ATTACK read', path, open(path, errors='replace').read(2000), flush=True)
@@ -110,7 +109,7 @@ for path in ['@SECRET@', '@NEIGHBOUR@', '@KIT@/checks/check_idle.py', '/etc/shad
         print('ATTACK', error, flush=True)
 print('ATTACK', os.environ.get('{SECRET_VARIABLE}'), flush=True)
 """),
-        number=17, needs="F1", weak=CREEPS, proof="ATTACK [Errno",
+        number=17, needs=BEHAVIOUR, weak=CREEPS, proof="ATTACK [Errno",
         stopped="none of these files is mounted, and the environment is written from scratch",
     ),
     attack(
@@ -127,7 +126,7 @@ print('ATTACK forks', flush=True)
 if os.fork() == 0:
     bomb()
 """),
-        number=21, needs="F1", costs="F1", flag="limit", proof="ATTACK forks",
+        number=21, needs=BEHAVIOUR, costs=BEHAVIOUR, flag="limit", proof="ATTACK forks",
         stopped="the processes of a sandbox are limited together (cgroup), or those of the user (resource limit)",
     ),
     attack(
@@ -143,7 +142,7 @@ for _ in range(4):
 os.wait()
 time.sleep(1.0)
 """),
-        number=22, needs="F1", costs="F1", flag="limit", proof="ATTACK eats",
+        number=22, needs=BEHAVIOUR, costs=BEHAVIOUR, flag="limit", proof="ATTACK eats",
         stopped="the memory of a sandbox is limited as a whole (cgroup), that of each process by a resource limit",
     ),
     attack(
@@ -159,7 +158,7 @@ for folder in ('/dev/shm', '/tmp', os.environ['HOME'], '/run'):
     except OSError as error:
         print('ATTACK', folder, error, flush=True)
 """),
-        number=22, needs="F1", costs="F1", proof="ATTACK /dev/shm",
+        number=22, needs=BEHAVIOUR, costs=BEHAVIOUR, proof="ATTACK /dev/shm",
         stopped="each of these disks has a size limit, and all of them count as memory of the sandbox",
     ),
     attack(
@@ -176,7 +175,7 @@ print('ATTACK loops', flush=True)
 while True:
     pass
 """),
-        number=23, needs="F1 F14", costs="F1", proof="ATTACK loops",
+        number=23, needs=f"{BEHAVIOUR} {BUILD}", costs=BEHAVIOUR, proof="ATTACK loops",
         stopped="a limit on wall time, then SIGKILL for the whole sandbox",
     ),
     attack(
@@ -195,7 +194,7 @@ for address in (('127.0.0.1', @PORT@), ('1.1.1.1', 443), ('10.0.2.2', @PORT@), (
     except OSError as error:
         print('ATTACK', address, error, flush=True)
 """),
-        number=26, needs="F1", weak=CREEPS, proof="ATTACK ('127.0.0.1'",
+        number=26, needs=BEHAVIOUR, weak=CREEPS, proof="ATTACK ('127.0.0.1'",
         stopped="each trial has a network of its own, with loopback only",
     ),
     attack(
@@ -208,10 +207,10 @@ for domain in range(0, 100, 9):
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=domain)
     other = rclpy.create_node('neighbour', context=context)
-    other.create_publisher(String, 'cmd_vel', 10).publish(String(data='@TOKEN@'))
+    other.create_publisher(String, 'rosout', 10).publish(String(data='@TOKEN@'))
 print('ATTACK talked', flush=True)
 """),
-        number=27, needs="F1", weak=CREEPS, costs="F1", proof="ATTACK talked",
+        number=27, needs=BEHAVIOUR, weak=CREEPS, costs=BEHAVIOUR, proof="ATTACK talked",
         stopped="domains do not isolate, but each trial has its own network, with nothing else in it",
     ),
     attack(
@@ -224,7 +223,7 @@ print('ATTACK found', found, flush=True)
 tool = subprocess.run(['ros2', 'topic', 'list'], capture_output=True, text=True)
 print('ATTACK ros2', tool.returncode, tool.stderr[-200:], flush=True)
 """),
-        number=33, needs="F1", weak=CREEPS, costs="F1", proof="ATTACK found []",
+        number=33, needs=BEHAVIOUR, weak=CREEPS, costs=BEHAVIOUR, proof="ATTACK found []",
         stopped="neither the reference nor the kit's tools are mounted",
     ),
 )  # fmt: skip

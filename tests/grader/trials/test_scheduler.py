@@ -202,7 +202,7 @@ def test_a_crash_on_leaving_the_graph_loses_no_trial(
 ):
     """Fast DDS has been seen to crash there. The evidence is saved before, and the next trial gets another worker."""
     patch_workers(CRASHES_ON_CLOSE, tmp_path, monkeypatch)
-    plans = [catalog.trials(COURSE)[name] for name in ("idle", "idle_processor")]
+    plans = [catalog.trials(COURSE)[name] for name in ("idle_robot_controller", "idle_sensor_processor")]
     built = building.build([reference], settings.cache, COURSE)
     found = scheduler.run(
         plans, COURSE, install=built.install, contract=contract.install, folder=tmp_path, seed=1, workers=1
