@@ -7,6 +7,7 @@ without the folders in `_WITHHELD`.
 from __future__ import annotations
 
 import re
+import time
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from packaging.utils import canonicalize_name
 from grader import KIT
 from grader.authoring import checkpoint_texts
 from grader.errors import GraderError
+from grader.host import provenance
 from grader.notebook import checkpoints
 from grader.notebook.archive import Entry, write_zip
 
@@ -61,7 +63,9 @@ def release(out: Path, *, solutions: bool = True) -> Released:
     if not checkpoint_texts.REFERENCE.is_dir():
         raise GraderError("There is no solution_pkg here. Release the students' kit from a whole checkout.")
     files = contents(solutions=solutions)
-    write_zip(out, {f"{TOP}/{name}": Entry(data, data.startswith(b"#!")) for name, data in sorted(files.items())})
+    entries = {f"{TOP}/{name}": Entry(data, data.startswith(b"#!")) for name, data in sorted(files.items())}
+    # JupyterLab's file browser shows how old a file is.
+    write_zip(out, entries, time.gmtime(provenance.commit_time() or time.time())[:6])
     return Released(tuple(sorted(files)), out.stat().st_size, solutions)
 
 

@@ -41,9 +41,11 @@ def choose() -> int | None:
 
     Each sandbox gets a user of its own, so that limits on a user's processes are not shared.
     """
-    if os.geteuid() != 0 or namespaces.sandbox_disabled() or refusal():
+    if os.geteuid() != 0:
         return None
-    return _id()
+    if namespaces.refusal():  # a submission that kills all it may kill must not be root
+        return _id()
+    return None if namespaces.sandbox_disabled() or refusal() else _id()
 
 
 def runs_as_root() -> bool:

@@ -222,6 +222,7 @@ def _start(
         | ({folder / "modules": str(MODULES)} if modules.is_dir() else {}),
         environment=environment,
         cwd="/ws/package",
+        fed=(folder / "requests",),
     )  # fmt: skip
     command = ["python3", "-s", "-P", "/ws/worker.py"]
     with sandbox.Process(command, box, sandbox.Limits(wall_seconds=seconds)) as process:
