@@ -81,7 +81,7 @@ def _tried(command: Sequence[str]) -> str:
     except (OSError, subprocess.TimeoutExpired) as error:
         return str(error)
     lines = [line.strip() for line in ended.stderr.splitlines() if line.strip()]
-    return "" if ended.returncode == 0 else (lines or [f"bwrap ended with status {ended.returncode}"])[-1][:200]
+    return "" if ended.returncode == 0 else (lines or [f"bwrap ended with status {ended.returncode}"])[-1]
 
 
 def inherited() -> dict[str, str]:

@@ -319,7 +319,7 @@ def require(*, for_points: bool = True) -> None:
                 f"No sandbox that keeps a submission apart works here ({why}), so no points are given. `grader check` "
                 "works for your own package. Run `grader doctor`; it prints the fix."
             )
-        if lacks := users.problem():
+        if lacks := submission_user.lacks():
             raise GraderError(f"No sandbox works here: {why}, and {lacks}. Run `grader doctor`; it prints the fix.")
     tried = run(["true"], Sandbox())
     if not tried.ok:

@@ -18,8 +18,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import warm_python  # beside this file
-from user_command import INFO, STATUS
+import warm_python  # type: ignore[import-not-found]  # beside this file, found because it is run by path
+from user_command import INFO, STATUS  # type: ignore[import-not-found]
 
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446  # <asm/unistd_64.h>
 # <linux/landlock.h>: all rights on files by version of the interface, those on a file that is no folder, reading.

@@ -22,7 +22,6 @@ from grader.sandbox.bwrap import _ETC, _ROOT_FOLDERS, HOME, Sandbox
 from grader.sandbox.syscall_filter import PROGRAM_BYTES
 
 _START = Path(__file__).with_name("user_start.py")
-_PROOT = "proot"
 # Its text is run below proot, which needs some of the calls that the filter refuses.
 _COMMAND = Path(__file__).with_name("user_command.py")
 _DEVICES = ("null", "zero", "full", "random", "urandom", "tty")
@@ -43,15 +42,6 @@ class View:
             host.unlink()
             shutil.move(here, host)
         tempdir.remove(self.folder)
-
-
-def problem() -> str:
-    """Return what this machine lacks for such sandboxes, "" if nothing."""
-    if shutil.which(_PROOT) is None:
-        return "proot is not installed"
-    if os.geteuid() == 0 and (closed := [path for path in _prefixes() if not _is_open(path)]):
-        return f"{closed[0]} is out of reach for other users, so no submission could start Python from there"
-    return ""
 
 
 def lay_out(box: Sandbox, user: int | None) -> View:
@@ -84,18 +74,27 @@ def command_line(
 ) -> list[str]:
     """Return the command line that runs `command` in the view; its first process reports the next one's pid."""
     own = {"/tmp": "tmp", str(HOME): "home", "/dev/shm": "shm", "/run": "run"}
-    binds = {inside: view.folder / name for inside, name in own.items()} | {str(p): p for p in _prefixes()} | view.binds
-    run = [_PROOT, "--verbose=-1", *(f"--bind={host}:{inside}" for inside, host in binds.items()), f"--pwd={box.cwd}"]
+    binds = (
+        {inside: view.folder / name for inside, name in own.items()}
+        | {str(p): p for p in submission_user.prefixes()}
+        | view.binds
+    )
+    run = [
+        submission_user.PROOT,
+        "--verbose=-1",
+        *(f"--bind={host}:{inside}" for inside, host in binds.items()),
+        f"--pwd={box.cwd}",
+    ]
     python = str(ros_env.BASE_PREFIX / "bin" / "python3")
     run += [python, "-I", "-S", "-c", _COMMAND.read_text(), PROGRAM_BYTES.hex(), *command]
-    write = [Path(tempfile.gettempdir() if user is None else "/tmp")]  # where proot itself makes files
+    write = [Path("/tmp")]  # where proot itself makes files
     write += [*(view.binds[inside] for inside in box.writable.values()), *(view.folder / name for name in _OWN)]
     read = [Path("/", name) for name in ("usr", "proc", *_ROOT_FOLDERS)] + [Path("/etc", name) for name in _ETC]
     devices = [Path("/dev", name) for name in _DEVICES]
-    read += [*_prefixes(), *view.binds.values()]
+    read += [*submission_user.prefixes(), *view.binds.values()]
     asked = {
         "user": user, "command": run, "info": info_fd, "limits": {}, "filter": "",
-        "environment": {**box.environment, "PROOT_TMP_DIR": str(view.folder / "run")},
+        "environment": dict(box.environment),
         "landlock": _texts(read=read, write=[*write, *devices]) if locked else None,
         "cores": sorted(os.sched_getaffinity(0)), "scheduling": os.sched_getscheduler(0),
     }  # fmt: skip
@@ -104,15 +103,6 @@ def command_line(
 
 def _texts(**paths: Iterable[Path]) -> dict[str, list[str]]:
     return {name: [str(path) for path in each] for name, each in paths.items()}
-
-
-def _prefixes() -> list[Path]:
-    return [prefix for prefix in (ros_env.BASE_PREFIX, ros_env.PREFIX) if prefix != Path("/usr")]
-
-
-def _is_open(path: Path) -> bool:
-    """Return whether any user can enter a folder and the folders above it."""
-    return all(folder.stat().st_mode & 0o001 for folder in (path, *path.parents))
 
 
 def _place(user: int | None) -> Path:
