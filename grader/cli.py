@@ -106,7 +106,10 @@ def _parser() -> argparse.ArgumentParser:
         classroom.add(verbs)
         after_grading.add(verbs)
     if (KIT / "grader" / "authoring").exists():  # not in the students' kit
+        from grader.authoring import export
+
         _add_release(verbs)
+        export.add(verbs)
         _add_similar(verbs)
     if (KIT / "grader" / "selftest").exists():
         from grader.selftest import flakiness

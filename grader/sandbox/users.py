@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Sequence
@@ -40,7 +41,7 @@ class View:
         """Put back what was moved here, and remove the rest."""
         for host, here in self.moved.items():
             host.unlink()
-            shutil.move(here, host)
+            _move(here, host)
         tempdir.remove(self.folder)
 
 
@@ -57,7 +58,7 @@ def lay_out(box: Sandbox, user: int | None) -> View:
     for number, (host, inside) in enumerate([*box.read_only.items(), *box.writable.items()]):
         here = view.binds[inside] = made / str(number)
         if host in box.writable or host in box.fed:
-            shutil.move(host, here)
+            _move(host, here)
             host.symlink_to(here)
             view.moved[host] = here
         elif host.is_dir():
@@ -116,6 +117,11 @@ def _place(user: int | None) -> Path:
     place.chmod(0o711)
     tempdir.sweep(place, "view")
     return place
+
+
+def _move(source: Path, target: Path) -> None:
+    """Move a folder, also to another disk, with its owners and whatever a submission has left in it."""
+    subprocess.run(["mv", "-T", "--", str(source), str(target)], capture_output=True, check=True)
 
 
 def _link(source: str, target: str) -> str:
